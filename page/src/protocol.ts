@@ -17,6 +17,14 @@ export type Request =
   | { do: "mend"; number: Index; next: Call }
   /** Confirm that the press of an example was intended. */
   | { do: "stand_by"; number: Index }
+  /** Write a property to the library's file and test it; with `changes`, in place of the one of this name. */
+  | { do: "save_property"; name: NameField; fields: PropertyFields; changes?: boolean }
+  /** Remove a property from the library's file. */
+  | { do: "delete_property"; name: NameField }
+  /** Test one property of the library's file with what is in training; all of them without a name. */
+  | { do: "test_properties"; name?: NameField | null }
+  /** List what a property in a world can name. */
+  | { do: "property_choices"; world: ConditionField; behavior: ConditionField }
   /** Explain the current decisions on all levels, and the last switch. */
   | { do: "why" }
   /** Add the property that the automaton raises a flag in time, from the present moment on. */
@@ -212,7 +220,9 @@ export interface Answer
     Partial<ReasonsReply>,
     Partial<LessonTestReply>,
     Partial<SimplifyReply>,
-    Partial<ColorReply> {
+    Partial<ColorReply>,
+    Partial<PropertyMistakeReply>,
+    Partial<PropertyChoicesReply> {
   /** The number of the request; null if it could not be read. */
   re: number | null;
   ok?: boolean;
@@ -273,6 +283,27 @@ export type Call = string;
 
 /** At least 1, at most 150 letters. */
 export type NameField = string;
+
+/** The fields of a property's form; they are the keys of its table. */
+export interface PropertyFields {
+  kind: PropertyKindName;
+  /** What must never hold, must hold in time, or must not hold for longer; "goal" is the scenario's goal. */
+  condition: ConditionField;
+  /** The time in s; null for what must never hold. */
+  seconds: number | null;
+  behavior: ConditionField;
+  targets: Targets;
+  /** A scenario by name, or a file, relative to the library's folder. */
+  world: ConditionField;
+  /** As in the file: a number of worlds, a list, or { first = 1000, count = 500 }. */
+  seeds: ConditionField;
+  limit_s: number | null;
+  /** The share of worlds in which it must hold; null for all. */
+  at_least: number | null;
+}
+
+/** At most 1,000 letters. */
+export type ConditionField = string;
 
 /** More than 0. At most 86,400. */
 export type Seconds = number;
@@ -350,6 +381,22 @@ export interface ColorReply {
   color: Color;
 }
 
+/** A mistake in the form of a property, which was not written. */
+export interface PropertyMistakeReply {
+  /** The field of the form; empty if it is about the file. */
+  field: string;
+  mistake: string;
+}
+
+/** What a property in a world can name; all but the worlds are empty if the world cannot be opened. */
+export interface PropertyChoicesReply {
+  worlds: readonly string[];
+  behaviors: readonly BehaviorChoice[];
+  /** The targets for the parameters of the behavior. */
+  bindable: readonly string[];
+  conditions: readonly ConditionChoice[];
+}
+
 /** The first message to a page that connects. */
 export interface Hello {
   is: "hello";
@@ -390,6 +437,8 @@ export interface SessionNews {
   places: Places;
   /** The failing worlds; null where there can be none. */
   failures: Failures | null;
+  /** The properties of the library's file; null where the world is not simulated. */
+  properties: LibraryProperties | null;
   /** Whether any client has control. */
   directed: boolean;
   /** Whether a page that asks for control gets it. */
@@ -448,6 +497,8 @@ export interface Series extends Feature {
   ticks: readonly number[];
   values: readonly (number | null)[];
 }
+
+export type PropertyKindName = "always" | "never" | "never longer" | "progress";
 
 /** A former version of a behavior, and when it was saved. */
 export interface Version {
@@ -552,6 +603,18 @@ export interface Color {
   hue_deg: readonly [number, number];
   saturation: readonly [number, number];
   value: readonly [number, number];
+}
+
+/** A behavior that a property can be about, and its parameters. */
+export interface BehaviorChoice {
+  name: string;
+  parameters: readonly string[];
+}
+
+/** A condition to begin with, under a heading. */
+export interface ConditionChoice {
+  heading: string;
+  text: string;
 }
 
 /** The parts of world and kit that do not change from tick to tick. */
@@ -665,7 +728,6 @@ export interface Failures {
   worlds: readonly FailingWorld[];
   /** A sentence about each that cannot be read. */
   problems: readonly string[];
-  properties: readonly RerunProperty[];
   running: boolean;
   /** The number of worlds that have been run again, while they are run. */
   through: number;
@@ -675,6 +737,18 @@ export interface Failures {
   open: string | null;
   /** The name of the world that was on the page before the failing one. */
   leads_to: string | null;
+}
+
+/** The properties of the library's file. */
+export interface LibraryProperties {
+  /** Why the file cannot be read; empty if it can. */
+  problem: string;
+  rows: readonly LibraryProperty[];
+  /** The name of the property that is being tested. */
+  testing: string | null;
+  /** The number of worlds of that test that have been run, of `total`. */
+  through: number;
+  total: number;
 }
 
 /** Ticks in a row in which the learned automaton is in one state; the label is -1 for a state that is no label. */
@@ -1001,13 +1075,20 @@ export interface FailingWorld {
   problem: string;
 }
 
-/** A property of the library's file, and what its runs proved. */
-export interface RerunProperty {
+/** A property of the library's file, and what its test proved. */
+export interface LibraryProperty {
   name: string;
+  /** The property in words; empty if its table is not valid. */
   claim: string;
-  /** Holds, fails, or undecided. */
-  verdict: string;
-  sentence: string;
+  /** Why its table is not valid; empty if it is. */
+  problem: string;
+  /** The form to change it; null if only a person can, in the file. */
+  fields: PropertyFields | null;
+  verdict: "fails" | "holds" | "not tested" | "undecided";
+  /** What the test proved. */
+  sentences: readonly string[];
+  /** True if the lesson changed after the test. */
+  stale: boolean;
 }
 
 export type KindName = "categorical" | "continuous" | "toroidal";

@@ -31,6 +31,7 @@ OF_TESTS = {
     "studio-doubt": ("test_doubt.py", "doubt"),
     "studio-team": ("test_team.py", "team"),
     "studio-robot": ("test_robot.py", "robot"),
+    "studio-properties": ("test_properties.py", "properties-refused"),
     "notebook": ("test_notebook.py", "notebook-taught"),
     "studio-recording": ("test_recording.py", "recording-learned"),
 }

@@ -117,9 +117,3 @@ def test_it_can_begin_on_another_level(library: Library, failing: FailingWorld) 
         open_failure(failing, library, name="harvest")
     with pytest.raises(UnknownName, match="deposit"):
         open_failure(failing, library, name="deposit")
-
-
-def test_the_world_of_a_team_is_refused(library: Library, failing: FailingWorld) -> None:
-    squads = with_changes(FORAGE, squads={"pair": object()})
-    with pytest.raises(SessionError, match="team with coordinators"):
-        open_failure(replace(failing, trial=Trial(squads, SEED)), library)

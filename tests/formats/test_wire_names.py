@@ -62,15 +62,15 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
-    "changes", "choose", "confirm", "delete", "discard", "duplicate", "edit", "evaluate", "go_back",
+    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes",
+    "choose", "confirm", "delete", "delete_property", "discard", "duplicate", "edit", "evaluate", "go_back",
     "go_to_mark", "hand_over", "here", "label", "learn", "leave_failure", "mend", "move_object", "move_obstacle",
-    "new", "next_situation", "open", "open_failure", "open_library", "open_world", "others", "pause",
-    "pick_color", "place", "press", "promise",
-    "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object", "remove_obstacle", "rename",
-    "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_world", "set_up", "simplify",
-    "skip", "speed", "stand_by", "stand_for", "step", "stop", "stop_robot", "take", "test", "turn", "undo",
-    "use_reaction", "versions", "visit", "watch", "why", "withdraw",
+    "new", "next_situation", "open", "open_failure", "open_library", "open_world", "others", "pause", "pick_color",
+    "place", "press", "promise", "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove",
+    "remove_object", "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "save_property", "save_world", "set_up", "simplify", "skip", "speed", "stand_by", "stand_for", "step", "stop",
+    "stop_robot", "take", "test", "test_properties", "turn", "undo", "use_reaction", "versions", "visit", "watch",
+    "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
@@ -146,7 +146,7 @@ COMMANDS = {
     "--team --no-record --recording --map --name -n --behaviors --features --agent -a --json",
     "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
     "--reaction --seed --failures --robot --no-record --kit --json",
-    "test": "[LIBRARY] --library -l --world -w --failures --kit --json",
+    "test": "[LIBRARY] --library -l --world -w --failures --jobs -j --kit --json",
     "validate": "[NAME]... --library -l --world -w --kit --json",
     "why": "RUN --time -t --agent -a --library -l --world -w --exported --kit --json",
     "worlds": "[SCENARIO] --json",

@@ -7,6 +7,7 @@ import type { Studio } from "../studio";
 import { className, plain } from "../words";
 import { AskingPart } from "./asking";
 import { FailuresPart } from "./failures";
+import { PropertiesPart } from "./properties";
 
 /** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
 const REST_MS = 1_000;
@@ -26,6 +27,7 @@ export function CoachTab() {
       <>
         <p class="empty">Suggestions for your next demonstrations appear here.</p>
         <FailuresPart studio={studio} />
+        <PropertiesPart studio={studio} />
       </>
     );
   }
@@ -33,6 +35,7 @@ export function CoachTab() {
     <>
       <AskingPart desk={desk} studio={studio} />
       <FailuresPart studio={studio} />
+      <PropertiesPart studio={studio} />
       <Advised key={desk.name} desk={desk} studio={studio} />
     </>
   );

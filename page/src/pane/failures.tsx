@@ -1,6 +1,6 @@
 /** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
 
-import type { FailingWorld, Failures, RerunProperty } from "../protocol";
+import type { FailingWorld, Failures } from "../protocol";
 import type { Studio } from "../studio";
 import { className, counted, plain } from "../words";
 
@@ -14,7 +14,7 @@ const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, st
 export function FailuresPart({ studio }: { studio: Studio }) {
   const failures = studio.told?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
-  const { worlds, problems, properties, running } = failures;
+  const { worlds, problems, running } = failures;
   return (
     <section class="outcomes failures" aria-label="Failing worlds">
       <div class="outcomes-head">
@@ -40,16 +40,6 @@ export function FailuresPart({ studio }: { studio: Studio }) {
           {problem}
         </p>
       ))}
-      {properties.length > 0 && (
-        <>
-          <p class="failed-in">Properties of the library:</p>
-          <ul aria-label="Properties of the library">
-            {properties.map((each) => (
-              <PropertyItem key={each.name} property={each} />
-            ))}
-          </ul>
-        </>
-      )}
     </section>
   );
 }
@@ -115,22 +105,6 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
       >
         Open
       </button>
-    </li>
-  );
-}
-
-function PropertyItem({ property }: { property: RerunProperty }) {
-  const { name, claim, verdict, sentence } = property;
-  const [mark, tone] =
-    verdict === "holds" ? ["✓", "came"] : verdict === "fails" ? ["✗", "warn"] : ["?", "soft"];
-  return (
-    <li>
-      <span class={tone} role="img" aria-label={verdict} title={verdict}>
-        {mark}
-      </span>
-      <span class="promised" title={plain(claim)}>
-        {plain(name)} <span class="soft">{plain(sentence)}</span>
-      </span>
     </li>
   );
 }

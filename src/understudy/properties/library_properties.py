@@ -53,19 +53,49 @@ def open_properties(path: Path | str, open_world: OpenWorld) -> list[tuple[Prope
         If the file is not valid, or names something that does not exist. It names the table and the key.
     """
     opened: dict[str, FittingLibraries] = {}
-    found = []
-    for each in load_properties(path):
-        world = each.start.world
-        if world not in opened:
-            with locate_errors(path, each.name, "world"):
-                opened[world] = open_world(world)
-        where = opened[world]
-        with locate_errors(path, each.name, "behavior"):
-            task = make_property_task(each, where.libraries, where.scenario)
-        with locate_errors(path, each.name, find_condition_key(each.kind)):
-            check_property(each, task, where.scenario)
-        found.append((each, where))
-    return found
+    return [(each, check_in_world(path, each, open_world, opened)) for each in load_properties(path)]
+
+
+def check_in_world(
+    path: Path | str,
+    subject: Property,
+    open_world: OpenWorld,
+    opened: dict[str, FittingLibraries] | None = None,
+) -> FittingLibraries:
+    """Check that the scenario and the behavior of a property have all that it names.
+
+    Parameters
+    ----------
+    path
+        The file of the property, which errors name.
+    subject
+        The property.
+    open_world
+        Opens a scenario and the libraries for it.
+    opened
+        Scenarios that are open already, by name; the property's is added.
+
+    Returns
+    -------
+    FittingLibraries
+        The scenario of the property, and the libraries for it.
+
+    Raises
+    ------
+    FileError
+        If the property names something that does not exist. It names the table and the key.
+    """
+    opened = {} if opened is None else opened
+    world = subject.start.world
+    if world not in opened:
+        with locate_errors(path, subject.name, "world"):
+            opened[world] = open_world(world)
+    where = opened[world]
+    with locate_errors(path, subject.name, "behavior"):
+        task = make_property_task(subject, where.libraries, where.scenario)
+    with locate_errors(path, subject.name, find_condition_key(subject.kind)):
+        check_property(subject, task, where.scenario)
+    return where
 
 
 def run_library_properties(

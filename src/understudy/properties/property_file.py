@@ -78,26 +78,30 @@ def load_properties(path: Path | str) -> tuple[Property, ...]:
         If the file cannot be read or is not valid. It names the table and the key.
     """
     path = Path(path)
-    document = _read(path)
-    found = []
-    for name, table in document.items():
-        if not isinstance(table, dict):
-            raise FileError(
-                path=path, place=name, problem="is not a table", remedy=f"begin a property with [{name}]"
-            )
-        found.append(_parse(path, name, table))
-    return tuple(found)
+    return tuple(parse_property(path, name, table) for name, table in load_tables(path).items())
 
 
-def _read(path: Path) -> dict[str, Any]:
+def load_tables(path: Path | str) -> dict[str, Any]:
+    """Load the tables of a file of properties, by name, without looking into them; FileError if it is not one."""
+    return parse_tables(path, read_text(path))
+
+
+def read_text(path: Path | str) -> str:
+    """Return the text of a file of properties with its own ends of lines; FileError if it cannot be read."""
     try:
-        document = tomllib.loads(path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n"))
+        return Path(path).read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise FileError(
             path=path, place="", problem=f"cannot be read ({error})", remedy="give a file"
         ) from None
     except UnicodeDecodeError:
         raise FileError(path=path, place="", problem="is not UTF-8 text", remedy="save it as UTF-8") from None
+
+
+def parse_tables(path: Path | str, text: str) -> dict[str, Any]:
+    """Parse the text of a file of properties into its tables, by name; FileError if it is not such a text."""
+    try:
+        document = tomllib.loads(text.replace("\r\n", "\n"))
     except (ValueError, RecursionError) as error:
         problem, _, place = str(error).partition(" (at ")
         raise FileError(
@@ -118,7 +122,33 @@ def _read(path: Path) -> dict[str, Any]:
     return document
 
 
-def _parse(path: Path, name: str, table: dict[str, Any]) -> Property:
+def parse_property(path: Path | str, name: str, table: object) -> Property:
+    """Parse one table of a file of properties.
+
+    Parameters
+    ----------
+    path
+        The file, which errors name.
+    name
+        The name of the table.
+    table
+        Its keys and values.
+
+    Returns
+    -------
+    Property
+        The property. Names of behaviors, scenarios and readings are not checked.
+
+    Raises
+    ------
+    FileError
+        If the table is not valid. It names the table and the key.
+    """
+    path = Path(path)
+    if not isinstance(table, dict):
+        raise FileError(
+            path=path, place=name, problem="is not a table", remedy=f"begin a property with [{name}]"
+        )
     decoded = decode_toml_values(table, PropertyTable)
     if isinstance(decoded, DecodeProblem):
         raise _error(path, name, decoded.key, decoded.problem, decoded.remedy)
@@ -141,9 +171,7 @@ def _parse(path: Path, name: str, table: dict[str, Any]) -> Property:
     if decoded.at_least is not None and not 0 < decoded.at_least < 1:
         remedy = "give a share between 0 and 1, or leave it out for all worlds"
         raise _error(path, name, "at_least", f"is {decoded.at_least:g}", remedy)
-    start = SeededWorlds(
-        _locate_world(path, decoded.world), _list_seeds(path, name, decoded), decoded.limit_s
-    )
+    start = SeededWorlds(locate_world(path, decoded.world), _list_seeds(path, name, decoded), decoded.limit_s)
     return Property(
         kind=kind,
         what=what,
@@ -205,9 +233,9 @@ def _list_seeds(path: Path, name: str, table: PropertyTable) -> tuple[int, ...]:
     return found
 
 
-def _locate_world(path: Path, world: str) -> str:
+def locate_world(path: Path | str, world: str) -> str:
     """Return the name of a scenario; a file that is there is found from the folder of the properties."""
-    beside = path.parent / world
+    beside = Path(path).parent / world
     return str(beside) if world.endswith(".toml") and beside.exists() else world
 
 

@@ -67,6 +67,11 @@ class OtherAgents:
         self.behavior_call = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
+    def take_over(self, members: Sequence[Interpreter]) -> None:
+        """Let each of the other agents run the program that its interpreter has, one interpreter per agent."""
+        self.behavior_call = OthersChanged(None, {})
+        self._members = list(members)
+
     def start(self) -> None:
         """Start their behaviors again."""
         for member in self._members:

@@ -70,3 +70,25 @@ def test_a_world_that_failed_a_property_is_run_again_by_it(library: Path, tmp_pa
     assert found.facts.states
     (row,) = json.loads(run("test", library, "--failures", out, "--json").stdout)["failures"]
     assert (row["verdict"], row["robustness"]) == ("fails", found.facts.robustness)
+
+
+def test_results_do_not_depend_on_the_number_of_processes(library: Path, tmp_path: Path) -> None:
+    """Lessons, properties of both kinds and failing worlds, one by one or two at a time."""
+    for number, seed in enumerate(list_failing_seeds()[:2], 1):
+        keep(Trial(FORAGE, seed), tmp_path / "failures" / f"forage-{number}")
+    save_automaton(library, TrainedAutomaton(plant_idleness(TOO_FAR)))
+    (library / "properties.toml").write_text(
+        'understudy = "properties"\nversion = 1\n[hurries]\nbehavior = "forage"\nworld = "forage"\nseeds = 5\n'
+        'always = "goal"\nwithin_s = 30\n[mostly]\nbehavior = "forage"\nworld = "forage"\nseeds = 300\n'
+        'always = "goal"\nwithin_s = 600\nat_least = 0.5\n'
+    )
+    one, two = (
+        run("test", library, "--failures", tmp_path / "failures", "--json", "--jobs", jobs)
+        for jobs in ("1", "2")
+    )
+    assert (one.exit_code, two.exit_code) == (1, 1), two.output
+    assert one.stdout == two.stdout
+    found = json.loads(two.stdout)
+    assert len(found["automata"]) == 4
+    assert [each["verdict"] for each in found["properties"]] == ["fails", "holds"]
+    assert [each["verdict"] for each in found["failures"]] == ["fails", "fails"]

@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tests.falsification.team_kept import keep_team
+from tests.falsification.test_team_failure import teach_lead
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import Hand, plan, trainer
 from tests.ui.tui.test_main_screen import run
 from tests.ui.web.test_failing_worlds import MENDED, make_failures
 from textual.widgets import DataTable, Static
 
-from understudy.ui.controller.training_plan import LessonChoices
+from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan
 from understudy.ui.tui.failures_screen import FailuresScreen
 
 
@@ -82,3 +85,25 @@ async def test_what_is_unsaved_and_does_not_run_there_is_not_lost(
         await hand.press("enter")
         assert "other has unsaved changes" in hand.said
         assert hand.trainer.name == "other"
+
+
+@run
+async def test_the_coordinator_of_a_team_is_opened_and_corrected(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = keep_team(tmp_path, teach_lead())
+    monkeypatch.chdir(tmp_path)
+    choices = LessonChoices(states=["forwards"], features=["stuck"])
+    async with trainer(TrainingPlan("other", library, SCENARIO, ROBOTS, choices, 1)) as hand:
+        await hand.press("W")
+        await hand.pilot.pause(0.2)
+        await hand.press("enter")
+        assert (hand.trainer.name, hand.trainer.paused) == ("lead", True), hand.said
+        assert "3.0 s before it goes wrong" in hand.said
+        other = "home" if hand.trainer.session_view.state != "home" else "out"
+        await hand.press(hand.trainer.keys.plain[other], "full_stop")
+        assert hand.trainer.session_view.state == other
+        await hand.press("s")
+        assert not hand.trainer.has_unsaved_changes
+        assert (library / "patrol" / "lead.json").exists()
+        await hand.press("q")

@@ -175,9 +175,9 @@ def test_properties_are_tested_beside(person: Page, made: StudioServer) -> None:
         'limit_s = 20\nnever = "food_stored is at least 99 units"\n'
     )
     rerun(person)
-    (found,) = shown(person)["properties"]
+    (found,) = person.desk["properties"]["rows"]
     assert (found["name"], found["verdict"]) == ("stands", "holds")
-    assert "no failure in 2 worlds" in found["sentence"]
+    assert "no failure in 2 worlds" in found["sentences"][0]
     (made.host.folder / "properties.toml").write_text("[")
     rerun(person)
     assert "properties.toml" in shown(person)["problems"][0]

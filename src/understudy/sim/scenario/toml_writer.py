@@ -40,7 +40,7 @@ def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...
     below: list[str] = []
     for key, value in table.items():
         here, at = (*keys, key), _under(path, key)
-        heading = ".".join(map(_key, here))
+        heading = ".".join(map(format_toml_key, here))
         if at in OPENED and isinstance(value, Mapping):
             below += ["", f"[{heading}]", *_lines(value, here, at)]
         elif at in LISTED and _are_tables(value):
@@ -49,7 +49,7 @@ def _lines(table: Mapping[str, Any], keys: tuple[str, ...], path: tuple[str, ...
         elif at in ABOVE and isinstance(value, Mapping) and _are_tables(list(value.values())):
             below += _lines(value, here, at)
         else:
-            lines.append(f"{_key(key)} = {_value(value)}")
+            lines.append(f"{format_toml_key(key)} = {format_toml_value(value)}")
     return lines + below
 
 
@@ -68,18 +68,22 @@ def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
     return known if known in every else (*path, "*")
 
 
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+def format_toml_key(key: str) -> str:
+    """Return a key as TOML text, in quotes if needed."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else format_toml_value(key)
 
 
-def _value(value: Any) -> str:
+def format_toml_value(value: Any) -> str:
+    """Return a value as TOML text on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        inside = ", ".join(f"{_key(key)} = {_value(part)}" for key, part in value.items())
+        inside = ", ".join(
+            f"{format_toml_key(key)} = {format_toml_value(part)}" for key, part in value.items()
+        )
         return f"{{ {inside} }}" if inside else "{}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(format_toml_value, value))}]"
     return repr(value)

@@ -9,7 +9,8 @@ from pathlib import Path
 from understudy.analysis.measurement import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.open_failure import FailureMoment, find_failure_moment
+from understudy.falsification.failure_moment import FailureMoment
+from understudy.falsification.open_failure import find_failure_moment
 from understudy.falsification.rerun_failures import RerunResult, find_wrong_time, rerun_failing_world
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
@@ -23,7 +24,6 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import (
     Libraries,
     collect_libraries,
-    find_behavior_sort,
     find_type_folders,
     load_type_libraries,
 )
@@ -77,6 +77,11 @@ class LibrarySource:
 
         robots = load_type_libraries(scenario, self.folder, self.find_kit(scenario), look)
         return collect_libraries(scenario, robots, lambda name, kit: look(self.folder / name, kit))
+
+    def open_world(self, name: str, draft: Draft | None = None) -> FittingLibraries:
+        """Open a scenario by name or path, and the libraries for it, with the draft in its place."""
+        scenario = find_scenario(name)
+        return FittingLibraries(scenario, self.open_libraries(scenario, draft))
 
     def load_properties(self) -> tuple[Property, ...]:
         """Load the properties of the library's file; none if it has no file."""
@@ -174,7 +179,7 @@ class FailureOpening:
             self.plan,
             start,
             wall,
-            body=self.moment.world,
+            body=self.moment.body,
             agent=self.moment.agent,
             carried_to=self.name,
         )
@@ -219,20 +224,21 @@ def prepare_failure(
     UnderstudyError
         If the behavior cannot be run or corrected there, or the draft is unsaved and does not run then.
     """
-    scenario, facts = add_markers(failing.trial.scenario), failing.facts
+    scenario = add_markers(failing.trial.scenario)
     libraries = library.open_libraries(scenario, draft)
-    sort = find_behavior_sort(libraries, facts.behavior)
     wrong_s = find_wrong_time(failing, libraries, properties=library.load_properties())
-    moment = find_failure_moment(failing, libraries[sort], wrong_s=wrong_s)
+    moment = find_failure_moment(failing, libraries, wrong_s=wrong_s)
     if draft is not None and draft.unsaved and moment.name != draft.name:
         try:
-            moment = find_failure_moment(failing, libraries[sort], name=draft.name, wrong_s=wrong_s)
+            moment = find_failure_moment(failing, libraries, name=draft.name, wrong_s=wrong_s)
         except UnknownName:
             if not discard:
                 raise SessionError(
                     f"{draft.name} has unsaved changes: save it first, or discard them"
                 ) from None
-    folder = find_type_folders(scenario, library.folder, library.find_kit(scenario))[sort][0]
+    sort = moment.sort or moment.world.names.types[int(moment.world.state.robots["type"][moment.agent])]
+    places = find_type_folders(scenario, library.folder, library.find_kit(scenario))
+    folder = library.folder / sort if moment.sort else places[sort][0]
     saved = library.open_libraries(scenario)[sort]
     plan = TrainingPlan(
         moment.name, folder, moment.world.scenario, saved, LessonChoices(), failing.trial.seed

@@ -13,10 +13,14 @@ from textual.widgets import DataTable, Static
 
 from understudy.falsification.failure_list import FailureList
 from understudy.model.plain_names import format_names
+from understudy.properties.run_property import describe_result
 from understudy.ui.controller.failing_worlds import FailureRerun
 from understudy.ui.controller.status import describe_error
 from understudy.ui.tui.panels import DIM, TITLE, TONES
 
+VERDICTS = {"fails": ("✗", TONES["error"]), "holds": ("✓", TONES["recorded"]), "undecided": ("?", DIM)}
+LEAST_WIDTH = 20
+"""The least width of the sentences, in characters."""
 RUNNING = "running them with what is trained …"
 
 
@@ -36,13 +40,14 @@ class FailuresScreen(Screen[str | None]):
 
     CSS = """
     FailuresScreen Static { height: auto; margin: 0 1; }
-    FailuresScreen DataTable { height: 1fr; margin: 0 1; }
+    FailuresScreen DataTable { height: 1fr; margin: 0 1; overflow-x: hidden; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,W,q", "close", show=False)]
 
     def __init__(self, found: FailureList, rerun: Callable[[], FailureRerun]) -> None:
         super().__init__()
         self._found, self._rerun = found, rerun
+        self._filled, self._told = False, ""
         self.result: FailureRerun | None = None
 
     def compose(self) -> ComposeResult:
@@ -68,10 +73,14 @@ class FailuresScreen(Screen[str | None]):
     def _fill(self, told: str) -> None:
         if not self.is_attached:
             return
+        self._filled, self._told = True, told
         table = self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
-        table.add_columns("", "world", "what went wrong")
+        names = [each.folder.name for each in self._found.worlds]
+        table.add_column("", width=1)
+        table.add_column("world", width=max(map(len, ["world", *names])))
+        table.add_column("what went wrong", width=self._compute_width(names))
         results = (
             {} if self.result is None else {each.failing.folder.name: each for each in self.result.worlds}
         )
@@ -84,10 +93,22 @@ class FailuresScreen(Screen[str | None]):
                 mark = Text("?", TONES["error"])
             elif seen is not None:
                 mark = Text("✗", TONES["error"]) if seen.has_failed else Text("✓", TONES["recorded"])
-            table.add_row(mark, name, format_names(what), key=name)
+            table.add_row(mark, name, Text(format_names(what)), height=None, key=name)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
         self.query_one("#head", Static).update(self._render_head(told))
         self.query_one("#told", Static).update(self._render_foot())
+
+    def on_resize(self) -> None:
+        """Wrap the sentences to the new width."""
+        if self._filled:
+            self._fill(self._told)
+
+    def _compute_width(self, names: list[str]) -> int:
+        """Compute the width that is left for sentences beside the marks and the names."""
+        gaps = (
+            2 * len(("mark", "world", "sentence")) + 4
+        )  # beside each cell, at both margins, and for a scroll bar
+        return max(LEAST_WIDTH, self.size.width - gaps - 1 - max(map(len, ["world", *names])))
 
     def _render_head(self, told: str) -> Text:
         text = Text.assemble(("Failing worlds", TITLE))
@@ -104,9 +125,12 @@ class FailuresScreen(Screen[str | None]):
         text = Text()
         problems = list(self._found.problems)
         if self.result is not None:
+            if self.result.properties:
+                text.append("Properties of the library\n", TITLE)
             for each in self.result.properties:
-                tone = TONES["error"] if each.verdict == "fails" else DIM
-                text.append(f"property {format_names(each.tested.name)} {each.verdict}\n", tone)
+                mark, tone = VERDICTS[each.verdict]
+                text.append(f"{mark} ", tone).append(f"{each.tested.name} {each.verdict}")
+                text.append(f"  {next(describe_result(each), '')}\n", DIM)
             problems += [self.result.problem] * bool(self.result.problem)
         for problem in problems:
             text.append(f"{problem}\n", TONES["error"])

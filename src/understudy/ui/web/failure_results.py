@@ -12,8 +12,6 @@ from typing import Literal, TypeAlias
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.failure_list import FailureList, list_failing_worlds
-from understudy.model.lesson import Example, Lesson
-from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.failing_worlds import (
@@ -25,6 +23,7 @@ from understudy.ui.controller.failing_worlds import (
 )
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
+from understudy.ui.web.lesson_identity import LessonIdentity
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.unseen_worlds import YIELD_S
 
@@ -53,16 +52,6 @@ class FailingWorldData(Data, frozen=True, kw_only=True):
     """Why it could not be run; empty if it could."""
 
 
-class RerunPropertyData(Data, frozen=True, kw_only=True):
-    """A property of the library's file, and what its runs proved."""
-
-    name: str
-    claim: str
-    verdict: str
-    """Holds, fails, or undecided."""
-    sentence: str
-
-
 class FailuresData(Data, frozen=True, kw_only=True):
     """The failing worlds, the worst and most different first."""
 
@@ -70,7 +59,6 @@ class FailuresData(Data, frozen=True, kw_only=True):
     worlds: list[FailingWorldData]
     problems: list[str]
     """A sentence about each that cannot be read."""
-    properties: list[RerunPropertyData]
     running: bool
     through: int
     """The number of worlds that have been run again, while they are run."""
@@ -128,12 +116,9 @@ class FailingWorldList:
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
         self.result: FailureRerun | None = None
         self._running: RunningRerun | None = None
-        self._untold = False
         self._shown: tuple[object, ...] = ()
         self._data: FailuresData | None = None
-        self._ran_with: tuple[object, ...] = ()
-        self._lesson: Lesson | None = None
-        self._lesson_key: tuple[object, ...] = ()
+        self._lesson = LessonIdentity()
         self._ended_s, self._quick = -REST_S, False
         self.found = FailureList(())
         self.read()
@@ -172,9 +157,12 @@ class FailingWorldList:
     def begin_rerun(self, library: LibrarySource, trainer: Trainer | None) -> None:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
-        self._ran_with = self._identify_lesson(trainer)
+        self._lesson.note_run(trainer)
         self._running = RunningRerun(self.found.worlds, library, make_draft(trainer))
-        self._untold = True
+
+    def is_stale(self, trainer: Trainer | None) -> bool:
+        """Return whether the lesson changed since the runs began."""
+        return self._lesson.has_changed(trainer)
 
     def cancel(self) -> None:
         """Cancel the runs."""
@@ -195,7 +183,7 @@ class FailingWorldList:
             before, self.result = self.result, ended.result
             return self._describe_change(before)
         due = self._quick and self._running is None and self._wall() - self._ended_s >= REST_S
-        if due and self._is_stale(trainer):
+        if due and self.is_stale(trainer):
             self.begin_rerun(library, trainer)
         return None
 
@@ -210,32 +198,12 @@ class FailingWorldList:
         passed, total = counts[1]
         return StatusMessage(f"{passed} of {total} failing world{'s' * (total != 1)} passed")
 
-    def _is_stale(self, trainer: Trainer | None) -> bool:
-        if trainer is None:
-            return False
-        if (
-            self._ran_with == () and not trainer.has_unsaved_changes
-        ):  # they ran with what was saved, as this is
-            self._ran_with = self._identify_lesson(trainer)
-        return self._ran_with != self._identify_lesson(trainer)
-
-    def _identify_lesson(self, trainer: Trainer | None) -> tuple[object, ...]:
-        """Return the presses of the lesson and its design, by which another state of it is told from this one."""
-        if trainer is None:
-            return ()
-        lesson, _ = trainer.explainer.learn_lesson()
-        if lesson is not self._lesson:
-            shown = (each for each in lesson.examples if each.is_from_press)
-            self._lesson = lesson
-            self._lesson_key = (lesson.automaton, lesson.options, tuple(map(_identify, shown)))
-        return self._lesson_key
-
     def data(self, scenario: Scenario, trainer: Trainer | None) -> FailuresData | None:
         """Return the list as the page shows it; None without a folder."""
         if self.folder is None:
             return None
         running = self._running if self.is_running else None
-        stale = self.result is not None and self._is_stale(trainer)
+        stale = self.result is not None and self.is_stale(trainer)
         through = 0 if running is None else running.through
         key = (
             id(self.found),
@@ -279,23 +247,9 @@ class FailingWorldList:
             folder=str(self.folder),
             worlds=rows,
             problems=problems,
-            properties=[] if result is None else [_describe_property(each) for each in result.properties],
             running=running,
             through=through,
             stale=stale,
             open=opened,
             leads_to=self.before[0].name if self.before is not None and opened is not None else None,
         )
-
-
-def _describe_property(result: PropertyResult) -> RerunPropertyData:
-    return RerunPropertyData(
-        name=result.tested.name,
-        claim=result.tested.claim,
-        verdict=result.verdict.value,
-        sentence="; ".join(describe_result(result)),
-    )
-
-
-def _identify(example: Example) -> tuple[object, ...]:
-    return (example.number, example.state, example.next, repr(example.values), example.quarantined)

@@ -24,6 +24,7 @@ from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
+from understudy.ui.web.property_list import LibraryPropertiesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import LibraryData
@@ -94,6 +95,8 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     places: PlacesData
     failures: FailuresData | None
     """The failing worlds; null where there can be none."""
+    properties: LibraryPropertiesData | None
+    """The properties of the library's file; null where the world is not simulated."""
     directed: bool
     """Whether any client has control."""
     can_take: bool
@@ -350,6 +353,7 @@ class StudioServer:
             run=host.run,
             places=self._places,
             failures=host.failures.data(host.scenario, host.trainer),
+            properties=host.properties.data(host.trainer) if isinstance(host.world, World) else None,
             directed=director is not None,
             can_take=self.viewers.can_be_taken,
             directs=False,

@@ -31,6 +31,7 @@ from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
 from understudy.ui.web.failure_results import FailingWorldList
 from understudy.ui.web.places import Places
+from understudy.ui.web.property_list import LibraryPropertyList
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views.library import CutOffData, LibraryData
@@ -75,6 +76,7 @@ class SessionHost:
         self.open_session: OpenSession | None = None
         self.frame_version = self.scene_version = 0
         self.places = Places(scenario, kit, folder)
+        self.properties = LibraryPropertyList()
         self._place(ground or World(scenario, [seed]), folder, kit)
         self._status = StatusMessage(NOTHING)
         self._picture: SessionViewBuilder | None = None
@@ -94,6 +96,7 @@ class SessionHost:
         self.world, self.folder, self.first_kit = world, folder, kit
         self.robots = RobotArming(world, self.wall, place="the studio")
         self.groups = TrainableGroups(world.scenario, folder, kit)
+        self.properties.use_folder(folder)
         self.sort: str | None = None  # the sort of squads that is trained; None: the robots
         self.library_view = self.groups.read_library(None)
         self.kit = self.library_view.library.kit
@@ -240,14 +243,24 @@ class SessionHost:
                 self.note_tick()
             if self.evaluation is not None and (result := self.evaluation.take_status()) is not None:
                 self.status = result
-            if (change := self.failures.advance(self.library_source, trainer)) is not None:
-                self.status = change
+            self._advance_tests()
             if self.robots.idle():
                 self.frame_version += 1
                 if trainer is not None:
                     trainer.session.refresh_percept()
         except Exception as error:
             self.halt(describe_error(error))
+
+    def _advance_tests(self) -> None:
+        """Take over the results of failing worlds and properties that were run beside the world."""
+        before = self.failures.result
+        if (change := self.failures.advance(self.library_source, self.trainer)) is not None:
+            self.status = change
+        result = self.failures.result
+        if result is not None and result is not before:
+            stale = self.failures.is_stale(self.trainer)
+            self.properties.take_rerun(result.properties, self.trainer, stale=stale)
+        self.properties.advance()
 
     def step(self) -> None:
         """Run one tick, then pause."""
@@ -418,6 +431,7 @@ class SessionHost:
         self.executor.shutdown(wait=False, cancel_futures=True)
         self.end_evaluation()
         self.failures.cancel()
+        self.properties.cancel()
         if self.open_session is None:
             return
         if self.open_session.trainer.has_unsaved_changes:
@@ -432,6 +446,7 @@ class SessionHost:
         self.kit = self.library_view.library.kit
         if not self.failures.is_running:
             self.failures.read()
+        self.properties.read()
         if self.trainer is not None:
             session = self.trainer.session
             for name, taught in self.library_view.library.taught.items():

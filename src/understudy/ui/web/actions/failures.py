@@ -9,8 +9,10 @@ from understudy.ui.controller.open_session import begin_session
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.training_plan import LessonChoices, SessionStart, TrainingPlan
 from understudy.ui.web.actions.places import refuse_fixed
+from understudy.ui.web.actions.session import refuse_unsaved
 from understudy.ui.web.messages.review import LeaveFailure, OpenFailure, RerunFailures
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.views.team import TrainableGroups
 
 
 def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
@@ -29,6 +31,8 @@ def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
     world = opening.moment.world
     host.failures.note_opened(message.name, world.scenario, host.scenario, host.seed)
     host.enter(world, host.folder, host.places.find_kit(world.scenario))
+    if opening.moment.sort is not None:
+        host.select_agents(opening.moment.sort, opening.moment.agent)
     host.replace_session(opened, opening.said)
 
 
@@ -39,15 +43,21 @@ def handle_leave_failure(host: SessionHost, _: LeaveFailure) -> StatusMessage:
         raise SessionError("no failing world is open")
     scenario, seed = before
     kit, trainer, world = host.places.find_kit(scenario), host.trainer, World(scenario, [seed])
+    groups, sort = TrainableGroups(scenario, host.folder, kit), host.sort
+    if sort is not None and sort not in groups.squads:  # that world has no such coordinators
+        refuse_unsaved(host, discard=False)
+        trainer = sort = None
     said = f"World {scenario.name}, from the start"
-    opened = None
+    opened, agent = None, 0
     if trainer is not None:
-        library = host.library_view.library
+        library, body = host.library_view.library, groups.body(world, sort)
         plan = TrainingPlan(trainer.name, trainer.folder, scenario, library, LessonChoices(), seed)
         start = SessionStart(trainer.session.lesson, dict(trainer.session_view.targets))
-        agent = min(host.agent, world.agents - 1)
-        opened = begin_session(plan, start, host.wall, body=world, agent=agent, carried_to=scenario.name)
+        agent = min(host.agent, body.agents - 1)
+        opened = begin_session(plan, start, host.wall, body=body, agent=agent, carried_to=scenario.name)
     host.enter(world, host.folder, kit)
+    if sort is not None:
+        host.select_agents(sort, agent)
     if opened is not None:
         host.replace_session(opened, said)
         host.pause(True, said)
@@ -61,6 +71,7 @@ def handle_rerun_failures(host: SessionHost, _: RerunFailures) -> StatusMessage 
     if host.failures.is_running:
         raise SessionError("the failing worlds are being run already: wait for the result")
     host.failures.read()
+    host.properties.read()
     if not host.failures.found.worlds:
         return StatusMessage(f"There are no failing worlds in {host.failures.folder}")
     host.failures.begin_rerun(host.library_source, host.trainer)

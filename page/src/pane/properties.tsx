@@ -1,0 +1,150 @@
+/** The properties in the library's file: what their tests proved, and a form to add, change or delete one. */
+
+import { useState } from "preact/hooks";
+import type { LibraryProperties, LibraryProperty } from "../protocol";
+import type { Studio } from "../studio";
+import { className, counted, plain } from "../words";
+import { PropertyForm } from "./propertyform";
+
+const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, string, string]>> = {
+  "not tested": ["○", "soft", "Not tested yet"],
+  holds: ["✓", "came", "Holds"],
+  fails: ["✗", "warn", "Fails"],
+  undecided: ["?", "soft", "Undecided: more worlds are needed"],
+};
+/** The form is open for a new property. */
+const NEW = "\n";
+
+export function PropertiesPart({ studio }: { studio: Studio }) {
+  const [changing, change] = useState<string | null>(null);
+  const properties = studio.told?.properties ?? null;
+  if (properties === null) return null;
+  const { rows, problem, testing } = properties;
+  return (
+    <section class="outcomes properties" aria-label="Properties of the library">
+      <div class="outcomes-head">
+        <h3>Library properties</h3>
+        <button
+          type="button"
+          class="link"
+          aria-expanded={changing === NEW}
+          disabled={!studio.directs || problem !== ""}
+          title="What a behavior must never do, or must do in time, in which worlds"
+          onClick={() => change(changing === NEW ? null : NEW)}
+        >
+          + property
+        </button>
+        {rows.length > 0 && (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs || testing !== null}
+            title="Run the worlds of all of them with what is trained as it stands"
+            onClick={() => void studio.ask({ do: "test_properties" })}
+          >
+            {testing === null ? "Test all" : "Testing …"}
+          </button>
+        )}
+      </div>
+      {changing === NEW && (
+        <PropertyForm name={null} fields={null} studio={studio} close={() => change(null)} />
+      )}
+      <Progress properties={properties} />
+      {problem !== "" && <p class="warn">{problem}</p>}
+      {rows.length === 0 && problem === "" && changing === null && (
+        <p class="tiny">What a behavior must never do, or must do in time, tested in many worlds.</p>
+      )}
+      <ul>
+        {rows.map((row) => (
+          <PropertyItem
+            key={row.name}
+            row={row}
+            studio={studio}
+            open={changing === row.name}
+            change={change}
+          />
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function Progress({ properties }: { properties: LibraryProperties }) {
+  const { testing, through, total } = properties;
+  if (testing === null) return null;
+  return (
+    <p class="trying">
+      <progress aria-label="Worlds of a property run" value={through} max={total} />
+      <span class="tiny">
+        {testing}: {through} of {counted(total, "world")}
+      </span>
+    </p>
+  );
+}
+
+interface ItemProps {
+  row: LibraryProperty;
+  studio: Studio;
+  open: boolean;
+  change: (name: string | null) => void;
+}
+
+function PropertyItem({ row, studio, open, change }: ItemProps) {
+  const { name, claim, problem, fields, verdict, sentences, stale } = row;
+  const [mark, tone, means] = problem === "" ? MARKS[verdict] : ["!", "warn", "Its table is not valid"];
+  const remove = (): void => {
+    const request = { do: "delete_property", name } as const;
+    if (fields === null) void studio.ask(request);
+    else void studio.change(request, { do: "save_property", name, fields });
+  };
+  return (
+    <>
+      <li>
+        <span class={tone} role="img" aria-label={means} title={means}>
+          {mark}
+        </span>
+        <span class="promised">
+          {name}{" "}
+          <span class="soft">
+            {problem === ""
+              ? `${plain(fields?.behavior ?? "")} in ${plain(fields?.world ?? "")}: ${claim}`
+              : problem}
+          </span>
+        </span>
+        {fields !== null && (
+          <button
+            type="button"
+            class="link"
+            aria-expanded={open}
+            aria-label={`Change property ${name}`}
+            disabled={!studio.directs}
+            onClick={() => change(open ? null : name)}
+          >
+            change
+          </button>
+        )}
+        <button
+          type="button"
+          class="link"
+          disabled={!studio.directs}
+          aria-label={`Delete property ${name}`}
+          title="Delete it from the library's file (can be undone)"
+          onClick={remove}
+        >
+          ×
+        </button>
+      </li>
+      {sentences.map((sentence) => (
+        <li key={sentence} class={className("proved", stale && "stale")}>
+          {sentence}
+        </li>
+      ))}
+      {stale && <li class="proved">tested before the lesson changed</li>}
+      {open && fields !== null && (
+        <li class="proved">
+          <PropertyForm name={name} fields={fields} studio={studio} close={() => change(null)} />
+        </li>
+      )}
+    </>
+  );
+}

@@ -1,0 +1,330 @@
+/** The form of a property: the keys of its table in the file, with choices from its world and its behavior. */
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
+import type { Studio } from "../studio";
+import { plain } from "../words";
+
+const KINDS: Readonly<Record<PropertyKindName, readonly [kind: string, condition: string]>> = {
+  never: ["never", "Never"],
+  always: ["always within a time", "Reached"],
+  "never longer": ["never for longer than a time", "Not for long"],
+  progress: ["never longer without progress", ""],
+};
+/** The fields of the form that have a mistake of their own shown beside them. */
+type Mistake = { field: string; mistake: string };
+/** What a property is about at first. */
+const SEEDS = "200";
+const TIMES: Readonly<Record<PropertyKindName, number | null>> = {
+  never: null,
+  always: 60,
+  "never longer": 60,
+  progress: 120,
+};
+
+interface FormProps {
+  /** The property that is changed; null for a new one. */
+  name: string | null;
+  fields: PropertyFields | null;
+  studio: Studio;
+  close: () => void;
+}
+
+function begin(studio: Studio): PropertyFields {
+  const behavior = studio.desk?.name ?? studio.told?.library.trained[0]?.name ?? "";
+  const world = studio.told?.places.world ?? "";
+  return {
+    kind: "never",
+    condition: "",
+    seconds: null,
+    behavior,
+    targets: {},
+    world,
+    seeds: SEEDS,
+    limit_s: null,
+    at_least: null,
+  };
+}
+
+/** What can be named, asked again when the world or the behavior changes. */
+function useChoices(studio: Studio, world: string, behavior: string): PropertyChoicesReply | null {
+  const [choices, setChoices] = useState<PropertyChoicesReply | null>(null);
+  useEffect(() => {
+    let over = false;
+    const ask = async (): Promise<void> => {
+      const { worlds, behaviors, bindable, conditions } = await studio.ask({
+        do: "property_choices",
+        world,
+        behavior,
+      });
+      if (over || worlds === undefined) return;
+      setChoices({
+        worlds,
+        behaviors: behaviors ?? [],
+        bindable: bindable ?? [],
+        conditions: conditions ?? [],
+      });
+    };
+    void ask();
+    return () => {
+      over = true;
+    };
+  }, [world, behavior]);
+  return choices;
+}
+
+export function PropertyForm({ name, fields, studio, close }: FormProps) {
+  const [called, call] = useState(name ?? "");
+  const [draft, setDraft] = useState(() => fields ?? begin(studio));
+  const [mistake, setMistake] = useState<Mistake | null>(null);
+  const [saving, setSaving] = useState(false);
+  const choices = useChoices(studio, draft.world, draft.behavior);
+  const set = (changed: Partial<PropertyFields>): void => setDraft({ ...draft, ...changed });
+  const parameters = choices?.behaviors.find((each) => each.name === draft.behavior)?.parameters ?? [];
+  const bindable = choices?.bindable ?? [];
+  const targets = Object.fromEntries(
+    parameters.map((each) => [each, draft.targets[each] ?? bindable[0] ?? ""]),
+  );
+  const save = async (): Promise<void> => {
+    setSaving(true);
+    const answer = await studio.ask({
+      do: "save_property",
+      name: called.trim(),
+      fields: { ...draft, targets: choices === null ? draft.targets : targets },
+      changes: name !== null,
+    });
+    setSaving(false);
+    if (answer.mistake !== undefined) setMistake({ field: answer.field ?? "", mistake: answer.mistake });
+    else if (answer.error === undefined) close();
+  };
+  const shown = (field: string) => (mistake?.field === field ? mistake.mistake : null);
+  return (
+    <form
+      class="property-form"
+      aria-label={name === null ? "New property" : `Property ${name}`}
+      onSubmit={(event) => {
+        event.preventDefault();
+        void save();
+      }}
+    >
+      {name === null && (
+        <Field label="Name" mistake={shown("name")}>
+          <input
+            value={called}
+            placeholder="clear-of-the-station"
+            maxLength={150}
+            onInput={(event) => call(event.currentTarget.value)}
+          />
+        </Field>
+      )}
+      <Field label="Behavior" mistake={shown("behavior")}>
+        <Choice
+          value={draft.behavior}
+          among={choices?.behaviors.map((each) => each.name) ?? []}
+          choose={(behavior) => set({ behavior })}
+        />
+      </Field>
+      {parameters.map((each) => (
+        <Field key={each} label={`Target ${each}`} mistake={shown("targets")}>
+          <Choice
+            value={targets[each] ?? ""}
+            among={bindable}
+            choose={(target) => set({ targets: { ...targets, [each]: target } })}
+          />
+        </Field>
+      ))}
+      <Field label="World" mistake={shown("world")}>
+        <Choice value={draft.world} among={choices?.worlds ?? []} choose={(world) => set({ world })} />
+      </Field>
+      <Field label="Claim" mistake={shown("kind")}>
+        <select
+          value={draft.kind}
+          onChange={(event) => {
+            const kind = event.currentTarget.value as PropertyKindName;
+            const seconds = TIMES[kind] === null ? null : (draft.seconds ?? TIMES[kind]);
+            set({ kind, seconds, limit_s: kind === "always" ? null : draft.limit_s });
+          }}
+        >
+          {(Object.keys(KINDS) as PropertyKindName[]).map((kind) => (
+            <option key={kind} value={kind}>
+              {KINDS[kind][0]}
+            </option>
+          ))}
+        </select>
+      </Field>
+      {draft.kind !== "never" && (
+        <Field label="Time, s" mistake={shown("seconds")}>
+          <NumberInput value={draft.seconds} change={(seconds) => set({ seconds })} />
+        </Field>
+      )}
+      {draft.kind !== "progress" && (
+        <ConditionField
+          label={KINDS[draft.kind][1]}
+          draft={draft}
+          choices={choices}
+          mistake={shown("condition")}
+          change={(condition) => set({ condition })}
+        />
+      )}
+      <Field
+        label="Seeds"
+        hint="A number of worlds, [1, 4], or { first = 1000, count = 500 }"
+        mistake={shown("seeds")}
+      >
+        <input value={draft.seeds} onInput={(event) => set({ seeds: event.currentTarget.value })} />
+      </Field>
+      {draft.kind !== "always" && (
+        <Field label="Limit, s" hint="Of each world; that of the world if empty" mistake={shown("limit_s")}>
+          <NumberInput value={draft.limit_s} change={(limit_s) => set({ limit_s })} />
+        </Field>
+      )}
+      <Field
+        label="At least"
+        hint="A share of the worlds, such as 0.95; all if empty"
+        mistake={shown("at_least")}
+      >
+        <NumberInput value={draft.at_least} change={(at_least) => set({ at_least })} />
+      </Field>
+      {shown("") !== null && (
+        <p class="warn" role="alert">
+          {shown("")}
+        </p>
+      )}
+      <p class="choices">
+        <button
+          type="submit"
+          class="small primary"
+          disabled={!studio.directs || saving || called.trim() === ""}
+        >
+          {saving ? "Saving …" : "Save and test"}
+        </button>
+        <button type="button" class="small" onClick={close}>
+          Cancel
+        </button>
+      </p>
+    </form>
+  );
+}
+
+interface FieldProps {
+  label: string;
+  hint?: string;
+  mistake: string | null;
+  children: ComponentChildren;
+}
+
+function Field({ label, hint, mistake, children }: FieldProps) {
+  return (
+    <>
+      <label class="field">
+        <span>{label}</span>
+        {children}
+      </label>
+      {hint !== undefined && <p class="tiny">{hint}</p>}
+      {mistake !== null && (
+        <p class="warn" role="alert">
+          {mistake}
+        </p>
+      )}
+    </>
+  );
+}
+
+interface ConditionProps {
+  label: string;
+  draft: PropertyFields;
+  choices: PropertyChoicesReply | null;
+  mistake: string | null;
+  change: (condition: string) => void;
+}
+
+/** A condition in words, and a choice of what it can begin with. */
+function ConditionField({ label, draft, choices, mistake, change }: ConditionProps) {
+  const headings = [...new Set(choices?.conditions.map((each) => each.heading) ?? [])];
+  const insert = (text: string): void => {
+    const now = draft.condition.trim();
+    change(now === "" ? text : `${now} and ${text}`);
+  };
+  return (
+    <>
+      <Field label={label} mistake={null}>
+        <textarea
+          rows={2}
+          value={draft.condition}
+          placeholder="distance(robot, station) is below 5 cm"
+          maxLength={1000}
+          onInput={(event) => change(event.currentTarget.value.replaceAll("\n", " "))}
+        />
+      </Field>
+      <label class="field">
+        <span />
+        <select
+          class="small"
+          aria-label="Add to the condition"
+          value=""
+          onChange={(event) => {
+            if (event.currentTarget.value !== "") insert(event.currentTarget.value);
+            event.currentTarget.value = "";
+          }}
+        >
+          <option value="">{draft.condition.trim() === "" ? "begin with …" : "and …"}</option>
+          {headings.map((heading) => (
+            <optgroup key={heading} label={heading}>
+              {choices?.conditions
+                .filter((each) => each.heading === heading)
+                .map(({ text }) => (
+                  <option key={text} value={text}>
+                    {text}
+                  </option>
+                ))}
+            </optgroup>
+          ))}
+        </select>
+      </label>
+      {mistake !== null && (
+        <p class="warn" role="alert">
+          {mistake}
+        </p>
+      )}
+    </>
+  );
+}
+
+interface ChoiceProps {
+  value: string;
+  among: readonly string[];
+  choose: (value: string) => void;
+}
+
+function Choice({ value, among, choose }: ChoiceProps) {
+  const known = among.includes(value) ? among : [value, ...among];
+  return (
+    <select value={value} onChange={(event) => choose(event.currentTarget.value)}>
+      {known.map((each) => (
+        <option key={each} value={each}>
+          {plain(each)}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+function NumberInput({ value, change }: { value: number | null; change: (value: number | null) => void }) {
+  const [text, setText] = useState(value === null ? "" : String(value));
+  useEffect(() => {
+    if (value !== null && Number(text) !== value) setText(String(value));
+  }, [value]);
+  return (
+    <input
+      inputMode="decimal"
+      value={text}
+      onInput={(event) => {
+        const written = event.currentTarget.value;
+        const number = Number(written.replace(",", "."));
+        setText(written);
+        change(written.trim() === "" || Number.isNaN(number) ? null : number);
+      }}
+    />
+  );
+}

@@ -1,0 +1,382 @@
+"""The tests of a library for `understudy test`, in one process or shared among several."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import redirect_stderr
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import typer
+
+from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
+from understudy.analysis.process_pool import open_process_pool
+from understudy.errors import UnderstudyError
+from understudy.falsification.failing_world import FailingWorld
+from understudy.falsification.rerun_failures import RerunResult, rerun_failing_world
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.property import Property
+from understudy.properties.lesson_tests import (
+    LessonTestResult,
+    describe_lost_decisions,
+    describe_test_result,
+    run_lesson_test,
+)
+from understudy.properties.library_properties import FittingLibraries, open_properties
+from understudy.properties.property_file import FILE, load_properties
+from understudy.properties.run_property import PropertyResult, describe_result, run_property
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import find_type_folders
+from understudy.storage.library_folder import list_versions, read_document
+from understudy.ui.cli.options import (
+    WORLD,
+    find_kit,
+    find_optional_scenario,
+    import_learner,
+    open_scenario,
+    open_team_libraries,
+)
+from understudy.ui.cli.output import show_progress
+
+
+@dataclass(frozen=True, slots=True)
+class LessonPropertyRow:
+    """Property of a lesson, the time until it was reached (s), why it could not be tested, and whether it held."""
+
+    outcome: str
+    took_s: float | None
+    problem: str | None
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FailedPropertyRow:
+    """Property of a lesson that failed, and the automata with whose former versions it holds."""
+
+    outcome: str
+    problem: str | None
+    comes_with_former: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AutomatonTestRow:
+    """Test results of one automaton on its lesson."""
+
+    name: str
+    works: bool
+    examples: int
+    moments_before: int
+    former: int | None
+    """Number of the former version; None if there is none."""
+    changed: bool
+    affected: Sequence[str]
+    no_longer: Sequence[str]
+    different: Sequence[ReplayedPress]
+    otherwise: Sequence[int]
+    """Numbers of the examples that are decided differently than shown."""
+    changes_before: Sequence[DecisionChange]
+    outcomes: Sequence[LessonPropertyRow]
+    failed: Sequence[FailedPropertyRow]
+    sentences: Sequence[str]
+    """All that differs, in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryTestResult:
+    """Test results of a library."""
+
+    library: Path
+    world: str
+    works: bool
+    automata: Sequence[AutomatonTestRow]
+    properties: Sequence[PropertyRow]
+    failures: Sequence[FailureRow]
+    """The failing worlds that were run again; empty without `--failures`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FailureRow:
+    """Result of running a failing world again."""
+
+    name: str
+    behavior: str
+    verdict: str
+    """"passes", "fails", or "unknown" if it could not be run."""
+    robustness: float | None
+    """The distance from failing, below 0 if it still fails."""
+    why: str
+    """A short description of the failure as it was found, or the reason why the world could not be run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PropertyRow:
+    """Test results of one property of the library's file."""
+
+    name: str
+    property: str
+    """The property in words."""
+    behavior: str
+    world: str
+    verdict: str
+    """"holds", "fails" or "undecided"."""
+    at_least: float | None
+    """The share of worlds that it claims to hold in; None for all."""
+    worlds: int
+    failures: int
+    failure_rate_low: float
+    """The lower limit of the 95 % interval of the failure rate, from 0 to 1."""
+    failure_rate_high: float
+    """The upper limit of that interval; without a failure and `at_least`, the one-sided limit of 95 %."""
+    least_robustness: float | None
+    failed: Sequence[FailedWorldRow]
+    """The worlds in which it failed."""
+    sentences: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class FailedWorldRow:
+    """World in which a property failed: its seed, when (s), and how clearly (below 0)."""
+
+    seed: int
+    failed_s: float
+    robustness: float
+
+
+class LibrarySetting(NamedTuple):
+    """The folder of a library, the world that it fits, and the kit that was named, if any."""
+
+    folder: Path
+    world: str
+    kit: str | None
+
+
+def test_library(
+    setting: LibrarySetting, failing: Sequence[FailingWorld], *, jobs: int, quiet: bool
+) -> LibraryTestResult:
+    """Test the lessons and the properties of a library, and run failing worlds again.
+
+    The results do not depend on the number of processes.
+
+    Parameters
+    ----------
+    setting
+        The library.
+    failing
+        The failing worlds.
+    jobs
+        The number of processes.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    LibraryTestResult
+        The results.
+
+    Raises
+    ------
+    UnderstudyError
+        If the library or its file of properties is not valid. Nothing has been run then.
+    """
+    _open.cache_clear()  # files may have changed since the last call in this process
+    _open_world.cache_clear()
+    opened = _open(setting)
+    labels = [(place, name) for place, of in opened.places for name in of.taught]
+    subjects = _open_properties(setting)
+    calls: list[tuple[Callable[..., Any], Any]] = [
+        *((_test_lesson, each) for each in labels),
+        *((_test_property, subject) for subject, _ in subjects),
+        *((_rerun, each) for each in failing),
+    ]
+    with show_progress("Tests run", quiet=quiet) as report:
+        found = list(_run(setting, calls, min(jobs, len(calls)), report))
+    lessons, end = len(labels), len(labels) + len(subjects)
+    automata, properties, rerun = found[:lessons], found[lessons:end], found[end:]
+    works = all(row.works for row in automata) and all(row.verdict != "fails" for row in properties)
+    works = works and all(row.verdict == "passes" for row in rerun)
+    return LibraryTestResult(setting.folder, opened.world, works, automata, properties, rerun)
+
+
+def _run(
+    setting: LibrarySetting,
+    calls: Sequence[tuple[Callable[..., Any], Any]],
+    jobs: int,
+    report: Callable[[int, int], None],
+) -> Iterator[Any]:
+    """Yield the results of tests in order."""
+    report(0, len(calls))
+    if jobs < 2:
+        for done, (test, of) in enumerate(calls, 1):
+            yield test(setting, of)
+            report(done, len(calls))
+        return
+    with open_process_pool(jobs) as pool:
+        waiting = [pool.submit(_test_quietly, test, setting, of) for test, of in calls]
+        for done, each in enumerate(waiting, 1):
+            yield each.result()
+            report(done, len(calls))
+
+
+def _test_quietly(test: Callable[..., Any], setting: LibrarySetting, of: object) -> Any:
+    """Run a test in a process whose notes the main process has written already."""
+    with redirect_stderr(io.StringIO()):
+        return test(setting, of)
+
+
+class _OpenLibraries(NamedTuple):
+    """The libraries of a setting: the name of their world, of all sorts, and those with automata by folder."""
+
+    world: str
+    known: Mapping[str, Library]
+    places: Sequence[tuple[Path, Library]]
+    formers: Mapping[Path, Mapping[str, tuple[int, TrainedAutomaton]]]
+
+
+@lru_cache(maxsize=1)
+def _open(setting: LibrarySetting) -> _OpenLibraries:
+    """Open the libraries of a setting, once in each process."""
+    scenario, parts = find_optional_scenario(setting.world), find_kit(setting.kit, setting.world)
+    where = scenario or open_scenario(WORLD)  # a body of one's own has no team
+    known = open_team_libraries(where, None, setting.folder, parts)
+    places = list(_places(where, setting.folder, parts, known))
+    formers = {place: _former(place, of) for place, of in places}
+    return _OpenLibraries(setting.world if scenario is None else where.name, known, places, formers)
+
+
+def _test_lesson(setting: LibrarySetting, of: tuple[Path, str]) -> AutomatonTestRow:
+    """Test an automaton of a folder on its lesson."""
+    (place, name), opened = of, _open(setting)
+    former = opened.formers[place]
+    formers = {each: taught for each, (_, taught) in former.items()}
+    seen = run_lesson_test(dict(opened.places)[place], name, formers, opened.known)
+    version = former[name][0] if name in former else None
+    return _make_row(str(place.relative_to(setting.folder) / name), seen, version)
+
+
+def _open_properties(setting: LibrarySetting) -> list[tuple[Property, FittingLibraries]]:
+    """Open and check the properties of a library's file, if there is one."""
+    path = setting.folder / FILE
+    return open_properties(path, lambda world: _open_world(setting, world)) if path.exists() else []
+
+
+@lru_cache(maxsize=8)
+def _open_world(setting: LibrarySetting, world: str) -> FittingLibraries:
+    """Open a scenario and the libraries for it, once in each process."""
+    where = open_scenario(world)
+    parts = find_kit(setting.kit, world)
+    return FittingLibraries(where, open_team_libraries(where, None, setting.folder, parts))
+
+
+def _test_property(setting: LibrarySetting, subject: Property) -> PropertyRow:
+    """Test a property in its worlds."""
+    try:
+        where = _open_world(setting, subject.start.world)
+        result = run_property(subject, where.libraries, where.scenario)
+    except UnderstudyError as error:
+        result = PropertyResult.from_problem(subject, str(error))
+    return _make_property_row(result)
+
+
+def _rerun(setting: LibrarySetting, failing: FailingWorld) -> FailureRow:
+    """Run a failing world again with the library as it is."""
+    library, _, kit = setting
+    scenario, facts = failing.trial.scenario, failing.facts
+    try:
+        parts = make_scenario_kit(scenario) if kit is None else find_kit(kit, scenario.name)
+        known = open_team_libraries(scenario, facts.behavior, library, parts)
+        properties = load_properties(library / FILE) if facts.property is not None else ()
+        found = rerun_failing_world(failing, known, properties=properties)
+    except UnderstudyError as error:
+        found = RerunResult(failing, float("nan"), str(error))
+    return FailureRow(
+        name=failing.folder.name,
+        behavior=facts.behavior,
+        verdict="unknown" if found.problem else "fails" if found.has_failed else "passes",
+        robustness=None if found.problem else found.robustness,
+        why=found.problem or failing.summary,
+    )
+
+
+def _make_property_row(result: PropertyResult) -> PropertyRow:
+
+    tested, outcomes = result.tested, result.outcomes
+    low, high = result.failure_interval
+    return PropertyRow(
+        name=tested.name,
+        property=tested.claim,
+        behavior=tested.behavior,
+        world=tested.start.world,
+        verdict=result.verdict,
+        at_least=tested.at_least,
+        worlds=result.worlds,
+        failures=result.failures,
+        failure_rate_low=low,
+        failure_rate_high=high,
+        least_robustness=float(outcomes.robustness.min()) if result.worlds else None,
+        failed=[
+            FailedWorldRow(seed, float(outcomes.failed_s[row]), float(outcomes.robustness[row]))
+            for row, seed in enumerate(result.seeds)
+            if not outcomes.held[row]
+        ],
+        sentences=list(describe_result(result)),
+    )
+
+
+def _places(
+    where: Scenario, folder: Path, kit: Kit, known: Mapping[str, Library]
+) -> Iterator[tuple[Path, Library]]:
+    """Yield each folder that contains automata once, with its library."""
+    folders = {name: place for name, (place, _) in find_type_folders(where, folder, kit).items()}
+    seen: set[Path] = set()
+    for sort, library in known.items():
+        place = folders.get(sort, folder / sort)
+        if place not in seen and library.taught:
+            seen.add(place)
+            yield place, library
+
+
+def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutomaton]]:
+    """Return the last former version of each automaton that has a readable one, with its number."""
+    found = {}
+    for name in library.taught:
+        kept = list_versions(place, name)
+        if kept:
+            try:
+                found[name] = (
+                    kept[-1].number,
+                    read_document(kept[-1].file, library.kit, import_learner()).taught,
+                )
+            except UnderstudyError as error:
+                typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)
+    return found
+
+
+def _make_row(label: str, seen: LessonTestResult, former: int | None) -> AutomatonTestRow:
+
+    replay = seen.replayed
+    return AutomatonTestRow(
+        name=label,
+        works=seen.is_passing,
+        examples=replay.examples,
+        moments_before=replay.before,
+        former=former,
+        changed=seen.changed,
+        affected=seen.affected,
+        no_longer=list(describe_lost_decisions(replay)),
+        different=replay.different,
+        otherwise=[each.number for each in replay.mismatches],
+        changes_before=replay.changes,
+        outcomes=[
+            LessonPropertyRow(str(each.tested), each.took_s, each.problem or None, each.was_met)
+            for each in seen.properties
+        ],
+        failed=[
+            FailedPropertyRow(str(each.result.tested), each.result.problem or None, each.since)
+            for each in seen.failed
+        ],
+        sentences=list(describe_test_result(seen, f"version {former}")),
+    )
