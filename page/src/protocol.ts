@@ -23,7 +23,7 @@ export type Request =
   | { do: "delete_property"; name: NameField }
   /** Test one property of the library's file with what is in training; all of them without a name. */
   | { do: "test_properties"; name?: NameField | null }
-  /** List what a property in a world can name. */
+  /** List the names that a property in a world can use. */
   | { do: "property_choices"; world: ConditionField; behavior: ConditionField }
   /** Explain the current decisions on all levels, and the last switch. */
   | { do: "why" }
@@ -253,15 +253,15 @@ export interface Review {
   episodes: readonly Episode[];
   spans: readonly LabelSpan[];
   questions: readonly LabelQuestion[];
-  /** What was left out when the recording was read, in sentences. */
+  /** Sentences about all that was left out when the recording was read. */
   omissions: readonly string[];
   learned: LearnedDrive | null;
   can_undo: boolean;
-  /** The file that has what was learned. */
+  /** The file of the learned automaton. */
   saved: string | null;
 }
 
-/** What was recorded, which does not change during a review. */
+/** The recorded series and path, which do not change during a review. */
 export interface RecordedSeries {
   series: readonly Series[];
   path_ticks: readonly number[];
@@ -287,9 +287,9 @@ export type NameField = string;
 /** The fields of a property's form; they are the keys of its table. */
 export interface PropertyFields {
   kind: PropertyKindName;
-  /** What must never hold, must hold in time, or must not hold for longer; "goal" is the scenario's goal. */
+  /** The condition that must never hold, hold in time, or not hold for longer; "goal" is the scenario's goal. */
   condition: ConditionField;
-  /** The time in s; null for what must never hold. */
+  /** The time in s; null for a condition that must never hold. */
   seconds: number | null;
   behavior: ConditionField;
   targets: Targets;
@@ -388,7 +388,7 @@ export interface PropertyMistakeReply {
   mistake: string;
 }
 
-/** What a property in a world can name; all but the worlds are empty if the world cannot be opened. */
+/** The names that a property in a world can use; all but the worlds are empty if the world cannot be opened. */
 export interface PropertyChoicesReply {
   worlds: readonly string[];
   behaviors: readonly BehaviorChoice[];
@@ -479,7 +479,7 @@ export interface LabelQuestion {
   chances: readonly number[];
 }
 
-/** What was learned from the labels, and how far it agrees with them. */
+/** The automaton learned from the labels, and its agreement with them. */
 export interface LearnedDrive {
   agreement: number;
   spans: readonly StateSpan[];
@@ -1085,7 +1085,7 @@ export interface LibraryProperty {
   /** The form to change it; null if only a person can, in the file. */
   fields: PropertyFields | null;
   verdict: "fails" | "holds" | "not tested" | "undecided";
-  /** What the test proved. */
+  /** The results of the test in sentences. */
   sentences: readonly string[];
   /** True if the lesson changed after the test. */
   stale: boolean;

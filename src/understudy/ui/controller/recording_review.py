@@ -25,7 +25,7 @@ MOST_UNDONE = 200
 
 @dataclass(frozen=True, slots=True)
 class LearnedDrive:
-    """What was learned from the labels as they were then.
+    """The automaton that was learned from the labels as they were then.
 
     `states` has the index of the label whose state the automaton is in at each tick of the drive, and `agreement` the
     share of ticks at which that is the drive's label.
@@ -67,9 +67,9 @@ class RecordingReview:
         self.by_hand: NDArray[np.bool_] = np.zeros(segmentation.drive.ticks, np.bool_)
         """The ticks [T] whose labels were set by hand."""
         self.learned: LearnedDrive | None = None
-        """What was learned from the present labels; None until then."""
+        """The automaton learned from the present labels; None until then."""
         self.saved: Path | None = None
-        """The file that has what was learned; None until it is saved."""
+        """The file of the learned automaton; None until it is saved."""
         self._library, self._features, self._folder = library, features, folder
         self._before: list[tuple[Segmentation, NDArray[np.bool_]]] = []
 

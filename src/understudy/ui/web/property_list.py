@@ -36,7 +36,7 @@ class LibraryPropertyData(Data, frozen=True, kw_only=True):
     """The form to change it; null if only a person can, in the file."""
     verdict: VerdictName
     sentences: list[str]
-    """What the test proved."""
+    """The results of the test in sentences."""
     stale: bool
     """True if the lesson changed after the test."""
 

@@ -55,7 +55,7 @@ class ConditionChoiceData(Data, frozen=True, kw_only=True):
 
 
 class PropertyChoicesReply(Data, frozen=True, kw_only=True):
-    """What a property in a world can name; all but the worlds are empty if the world cannot be opened."""
+    """The names that a property in a world can use; all but the worlds are empty if the world cannot be opened."""
 
     worlds: list[str]
     behaviors: list[BehaviorChoiceData]
@@ -131,7 +131,7 @@ def handle_test_properties(host: SessionHost, message: TestProperties) -> Status
 
 
 def handle_list_property_choices(host: SessionHost, message: ListPropertyChoices) -> PropertyChoicesReply:
-    """List what a property in a world can name."""
+    """List the names that a property in a world can use."""
     _refuse_unsimulated(host)
     worlds = _list_worlds(host)
     behaviors = list[BehaviorChoiceData]()

@@ -17,9 +17,9 @@ class PropertyFieldsData(Data, frozen=True, kw_only=True):
 
     kind: PropertyKindName
     condition: ConditionField
-    """What must never hold, must hold in time, or must not hold for longer; "goal" is the scenario's goal."""
+    """The condition that must never hold, hold in time, or not hold for longer; "goal" is the scenario's goal."""
     seconds: float | None
-    """The time in s; null for what must never hold."""
+    """The time in s; null for a condition that must never hold."""
     behavior: ConditionField
     targets: Targets
     world: ConditionField
@@ -52,7 +52,7 @@ class TestProperties(Message, frozen=True, kw_only=True, tag="test_properties"):
 
 
 class ListPropertyChoices(Message, frozen=True, kw_only=True, tag="property_choices"):
-    """List what a property in a world can name."""
+    """List the names that a property in a world can use."""
 
     by_anyone: ClassVar[bool] = True
     world: ConditionField

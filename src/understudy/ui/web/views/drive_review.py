@@ -67,7 +67,7 @@ class SeriesData(FeatureData, frozen=True, kw_only=True):
 
 
 class LearnedDriveData(Data, frozen=True, kw_only=True):
-    """What was learned from the labels, and how far it agrees with them."""
+    """The automaton learned from the labels, and its agreement with them."""
 
     agreement: float
     spans: list[StateSpanData]
@@ -90,15 +90,15 @@ class ReviewData(Data, frozen=True, kw_only=True):
     spans: list[LabelSpanData]
     questions: list[LabelQuestionData]
     omissions: list[str]
-    """What was left out when the recording was read, in sentences."""
+    """Sentences about all that was left out when the recording was read."""
     learned: LearnedDriveData | None
     can_undo: bool
     saved: str | None
-    """The file that has what was learned."""
+    """The file of the learned automaton."""
 
 
 class RecordedSeriesData(Data, frozen=True, kw_only=True):
-    """What was recorded, which does not change during a review."""
+    """The recorded series and path, which do not change during a review."""
 
     series: list[SeriesData]
     path_ticks: list[int]
