@@ -12,7 +12,7 @@ from typing import Any
 from understudy.entry_points import WORLDS, load_object
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.library import Kit
-from understudy.runtime.body import BODY_ATTRIBUTES, Body, Resettable
+from understudy.runtime.body import BODY_ATTRIBUTES, Body, Resettable, close_body
 from understudy.sim.catalog import find_scenario, is_function
 from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario
@@ -58,9 +58,7 @@ class BodyMaker:
         """Return the kit of the body, its attribute `kit`; SettingError if it has none."""
         body = self(0)
         kit = getattr(body, "kit", None)
-        close = getattr(body, "close", None)
-        if callable(close):
-            close()
+        close_body(body)
         if not isinstance(kit, Kit):
             problem = f"returned a {type(body).__name__} without a kit"
             raise _wrong(

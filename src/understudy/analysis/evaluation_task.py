@@ -19,7 +19,7 @@ from understudy.analysis.world_run import format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.kinds import Column
 from understudy.model.library import Library
-from understudy.runtime.body import BODY_ATTRIBUTES, Body
+from understudy.runtime.body import BODY_ATTRIBUTES, Body, close_body
 from understudy.runtime.program import Program, link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, list_running_sorts, make_team
@@ -223,9 +223,7 @@ class EvaluationTask:
         except Exception as error:  # of a body or function of the user's own, or about their names
             raise _WorldFailed(seed, error) from error
         finally:
-            close = getattr(body, "close", None)
-            if callable(close):
-                close()
+            close_body(body)
 
     def _evaluated(self, seeds: Sequence[int], part: Part, expert: Outcomes | None) -> Evaluation:
         goal = self.criteria.goal

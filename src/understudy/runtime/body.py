@@ -320,6 +320,19 @@ def check_reading_keys(
             raise UnknownName(what="target", name=target, where=where, known=targets)
 
 
+def close_body(body: Body | None) -> None:
+    """Close a body if it has a method `close`, as environments that draw have one.
+
+    Parameters
+    ----------
+    body
+        The body; None if it was never made.
+    """
+    close: object = getattr(body, "close", None)
+    if callable(close):
+        close()
+
+
 def list_reading_keys(body: Body) -> tuple[ReadingKey, ...]:
     """List the keys of all readings of a body, of the robot itself and of each target, in declared order."""
     return tuple(

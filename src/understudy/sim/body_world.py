@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.model.features import Percept, ReadingKey
-from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable
+from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable, close_body
 from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
 from understudy.sim.state import WorldParams, WorldState
@@ -173,9 +173,7 @@ class BodyWorld:
 
     def close(self) -> None:
         """Close the body if it has a method `close`."""
-        close: Any = getattr(self.body, "close", None)
-        if callable(close):
-            close()
+        close_body(self.body)
 
 
 def _make_empty_scenario(size: tuple[float, float], tick_s: float, agents: int) -> Scenario:

@@ -193,6 +193,7 @@ def _record(
 ) -> tuple[str, ...]:
     """Run a world to its end, recorded if there is a path for that; return why it failed."""
     from understudy.falsification.body_search import BodyReplay
+    from understudy.runtime.body import close_body
     from understudy.ui.cli.commands.run_body import describe_body_run
     from understudy.ui.cli.recordings import record_ticks
 
@@ -210,6 +211,4 @@ def _record(
                 tick()
         return replay.explain()
     finally:
-        close = getattr(body, "close", None)
-        if callable(close):
-            close()
+        close_body(body)

@@ -130,6 +130,7 @@ class PartSummary:
 def _summarize_body(maker: BodyMaker) -> BodySummary:
     """Make a body and describe what it offers."""
     from understudy.model.library import Kit
+    from understudy.runtime.body import close_body
 
     body = maker(0)
     try:
@@ -147,9 +148,7 @@ def _summarize_body(maker: BodyMaker) -> BodySummary:
             behaviors=tuple(kit.behaviors) if isinstance(kit, Kit) else (),
         )
     finally:
-        close = getattr(body, "close", None)
-        if callable(close):
-            close()
+        close_body(body)
 
 
 def _show_body(body: BodySummary) -> None:
