@@ -152,7 +152,7 @@ class DigitalTwin:
         for told, path, robot in zip(self._told, paths, self.fleet, strict=True):
             told.publish_changes(time_s, tuple(path), stopped=robot.stop_cause)
         if self._recorder is not None and self._recording:
-            self._recorder.write_tick(time_s, percept, paths)
+            self._recorder.write_tick(time_s, percept, paths, commands=commands)
 
     def follow(self, paths: Paths) -> None:
         """Publish the robots' state changes after each tick from now on.

@@ -88,7 +88,9 @@ def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: Driv
     """
     last, commands = drive.list_last_commands(), drive.commands
     if driver.dead_ticks and not stack.follows_last.all():
-        last_answer, answer = (_shift(each, driver.dead_ticks, drive.episodes) for each in (last, commands))
+        last_answer, answer = (
+            shift_ticks(each, driver.dead_ticks, drive.episodes) for each in (last, commands)
+        )
     else:
         last_answer, answer = last, commands
     residuals = np.empty(stack.commands.shape)
@@ -100,8 +102,23 @@ def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: Driv
     return residuals
 
 
-def _shift(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -> Floats:
-    """Return columns [T, C] so many ticks later, NaN beyond the end of an episode."""
+def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -> Floats:
+    """Return columns [T, C] as they are some ticks later.
+
+    Parameters
+    ----------
+    columns
+        Columns over the ticks of a drive, shape [T, C].
+    ticks
+        The number of ticks.
+    episodes
+        The episodes of the drive.
+
+    Returns
+    -------
+    array, shape [T, C]
+        The columns; NaN beyond the end of an episode.
+    """
     found = np.full(columns.shape, np.nan)
     for each in episodes:
         if each.end - each.first > ticks:
@@ -245,8 +262,8 @@ def _estimate_driver(
     explained = np.flatnonzero(states < len(stack.commands))
     aimed = explained[~stack.follows_last[states[explained]]]
     if len(aimed):
-        last = _shift(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
-        answer = _shift(drive.commands, driver.dead_ticks, drive.episodes)
+        last = shift_ticks(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
+        answer = shift_ticks(drive.commands, driver.dead_ticks, drive.episodes)
         aims = stack.commands[states[aimed], aimed]
         driver = replace(driver, gain=estimate_gain(driver, aims, last[aimed], answer[aimed]))
     residuals = measure_residuals(drive, stack, driver)[states[explained], explained]

@@ -189,6 +189,47 @@ class BehaviorCandidate:
         return Prediction(compute_behavior_commands(self.ground, drive)[None])
 
 
+@dataclass(frozen=True, slots=True)
+class SplitState:
+    """A candidate under a second label, for a state of its own that does the same.
+
+    Parameters
+    ----------
+    name
+        The second label.
+    original
+        The candidate.
+    """
+
+    name: str
+    original: Candidate
+
+    @property
+    def follows_last(self) -> bool:
+        """As the candidate says."""
+        return self.original.follows_last
+
+    def predict(self, drive: RecordedDrive) -> Prediction:
+        """Return the commands of the candidate."""
+        return self.original.predict(drive)
+
+
+def find_original(candidate: Candidate) -> Candidate:
+    """Return the candidate that a label of a split state stands for, or the candidate itself.
+
+    Parameters
+    ----------
+    candidate
+        The candidate.
+
+    Returns
+    -------
+    Candidate
+        The one that is no `SplitState`.
+    """
+    return candidate.original if isinstance(candidate, SplitState) else candidate
+
+
 def compute_behavior_commands(ground: GroundBehavior, drive: RecordedDrive) -> Floats:
     """Compute the commands [T, C] of a basic behavior at each tick of a drive.
 

@@ -99,6 +99,28 @@ def guess_driver(commands: Floats, predictions: Floats) -> DriverModel:
     return DriverModel(0.25 * extent, np.ones(channels), np.full(channels, np.inf), 0, extent)
 
 
+def guess_still_driver(commands: Floats, driver: DriverModel) -> DriverModel:
+    """Guess the noise of a driver from commands that nothing explains: from most ticks to the next, only noise changes.
+
+    Parameters
+    ----------
+    commands
+        Commands, shape [T, C].
+    driver
+        The driver so far, of which the extent stays.
+
+    Returns
+    -------
+    DriverModel
+        The driver; commands follow what it aims at at once.
+    """
+    steps = np.median(np.abs(np.diff(commands, axis=0)), axis=0)
+    # The median of the absolute value of a difference of two normal numbers is 0.954 standard deviations.
+    noise = np.maximum(steps / 0.954, FINEST * driver.extent)
+    channels = len(driver.extent)
+    return DriverModel(noise, np.ones(channels), np.full(channels, np.inf), 0, driver.extent)
+
+
 def estimate_noise(driver: DriverModel, residuals: Floats) -> Floats:
     """Estimate the noise [C] from the residuals [n, C] of ticks whose labels are known, by the driver so far."""
     if not len(residuals):

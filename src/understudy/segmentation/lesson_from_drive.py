@@ -30,7 +30,7 @@ from understudy.robots.recording.header import RecordingHeader, RunInfo
 from understudy.robots.recording.reader import Recording
 from understudy.robots.recording.replay import ReplayBody
 from understudy.segmentation.automaton_candidate import AutomatonCandidate
-from understudy.segmentation.candidates import BehaviorCandidate, Candidate
+from understudy.segmentation.candidates import BehaviorCandidate, Candidate, find_original
 from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, remove_functions
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
@@ -179,7 +179,7 @@ def _teach(
 def _with_behaviors(library: Library, used: Sequence[Candidate]) -> Library:
     """Return the library with a behavior for each candidate that it lacks, such as a command model."""
     behaviors = dict(library.kit.behaviors)
-    for each in used:
+    for each in map(find_original, used):
         if not isinstance(each, BehaviorCandidate | AutomatonCandidate):
             behaviors.setdefault(each.name, Behavior(each.name))
         elif isinstance(each, BehaviorCandidate):
@@ -194,7 +194,7 @@ def _list_flag_features(library: Library, used: Sequence[Candidate]) -> list[Bou
     """List the features of a kit that are flags which automata among the candidates raise, such as "done"."""
     raised = {
         state.flag
-        for each in used
+        for each in map(find_original, used)
         if isinstance(each, AutomatonCandidate)
         for state in library.taught[each.behavior].automaton.states
     }
@@ -205,6 +205,7 @@ def _list_flag_features(library: Library, used: Sequence[Candidate]) -> list[Bou
 def _make_state(candidate: Candidate) -> State:
     """Make the state of a label; its name is that of the label, without parentheses."""
     name = name_state(candidate.name)
+    candidate = find_original(candidate)
     if isinstance(candidate, BehaviorCandidate):
         return State(name, candidate.ground.behavior.name, candidate.ground.binding)
     if isinstance(candidate, AutomatonCandidate):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isinf
 
 from understudy.segmentation.candidates import CommandModel
+from understudy.segmentation.drive_findings import DriveFindings, make_drive_findings
 from understudy.segmentation.lesson_from_drive import DOUBT, DriveLesson
 from understudy.segmentation.segment import Segmentation
 
@@ -47,7 +48,8 @@ class DriveReport:
     """What a drive was found to be.
 
     `constants` are those that were found, by candidate. `reaction_s` is None if the drive does not tell it;
-    `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful.
+    `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful. `findings`
+    are for a person to know or to answer.
     """
 
     ticks: int
@@ -62,6 +64,7 @@ class DriveReport:
     reaction_s: float | None
     reaction_evidence: str
     omissions: list[str]
+    findings: DriveFindings
 
 
 def make_drive_report(segmentation: Segmentation, made: DriveLesson) -> DriveReport:
@@ -108,4 +111,5 @@ def make_drive_report(segmentation: Segmentation, made: DriveLesson) -> DriveRep
         None if made.reaction is None else made.reaction.reaction_s,
         "" if made.reaction is None else made.reaction.evidence,
         list(drive.omissions),
+        make_drive_findings(segmentation, made),
     )

@@ -34,7 +34,7 @@ from understudy.robots.recording.message_types import (
     format_reading_label,
     register_message_types,
 )
-from understudy.robots.recording.recorder import DUTIES, PRESSES, STEPS, TOPICS
+from understudy.robots.recording.recorder import COMMANDS, DUTIES, PRESSES, STEPS, TOPICS
 from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.state_topic import resolve_topic_name
 
@@ -117,11 +117,31 @@ class Recording:
     runs: int = 1
     logged_ns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     duties: Sequence[Sequence[RecordedDuty]] = ()
+    commands: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """The commands by channel, shape [T, N] each; none if the recording has none, as those of earlier versions."""
 
     @property
     def ticks(self) -> int:
         """The number of ticks, T."""
         return len(self.times)
+
+
+def has_own_header(path: Path | str) -> bool | None:
+    """Return whether an MCAP file has the header of a recording of ours; None if it is no MCAP file."""
+    from mcap.reader import make_reader
+    from mcap.records import Metadata
+
+    with suppress(Exception), Path(path).open("rb") as file:  # whatever a reader does with damaged bytes
+        summary = make_reader(file).get_summary()
+        if summary is not None:
+            return any(each.name.startswith(METADATA) for each in summary.metadata_indexes)
+    found = None
+    with suppress(Exception):
+        for record in iterate_records(path):  # one that was cut short has no summary
+            found = isinstance(record, Metadata) and record.name.startswith(METADATA)
+            if found:
+                break
+    return found
 
 
 def read_recording(path: Path | str, *, run: int | None = None, part: str = "") -> Recording:
@@ -162,6 +182,7 @@ class _FileReader:
         self._paths: list[list[tuple[str, ...]]] = []
         self._presses: list[list[RecordedPress]] = []
         self._duties: list[list[RecordedDuty]] = []
+        self._commands: list[_ReadingColumn] = []
 
     def read(self, path: Path) -> bool:
         """Read a file; return whether it ends properly."""
@@ -216,8 +237,15 @@ class _FileReader:
         self._wanted = {
             (resolve_topic_name(name, topic), type): (topic, agent)
             for agent, name in enumerate(names)
-            for type, topic in (*topics.items(), (TEXT, PRESSES), (TEXT, STEPS), (DUTY, DUTIES))
+            for type, topic in (
+                *topics.items(),
+                (READINGS, COMMANDS),
+                (TEXT, PRESSES),
+                (TEXT, STEPS),
+                (DUTY, DUTIES),
+            )
         }
+        self._commands = [_ReadingColumn() for _ in names]
         self._readings = [_ReadingColumn() for _ in names]
         self._paths = [[] for _ in names]
         self._presses = [[] for _ in names]
@@ -227,6 +255,8 @@ class _FileReader:
         data = message.data
         if topic == TOPICS[READINGS]:
             self._readings[agent].add(data, message.log_time)
+        elif topic == COMMANDS:
+            self._commands[agent].add(data, message.log_time)
         elif topic == DUTIES:
             self._duties[agent].append(_decode_duty(len(self._paths[agent]), data, message.log_time))
         elif topic == TOPICS[STATES]:
@@ -261,7 +291,21 @@ class _FileReader:
             self.runs,
             np.array(self._readings[0].logged_ns[:ticks], np.int64),
             self._duties,
+            self._arrange_commands(self._readings[0].times[:ticks]),
         )
+
+    def _arrange_commands(self, times: Sequence[float]) -> dict[str, NDArray[np.float64]]:
+        """Return the commands [T, N] by channel; NaN in ticks that have none, empty if no tick has any."""
+        names = next((each.names for each in self._commands if each.times), ())
+        tick_of = {time_s: tick for tick, time_s in enumerate(times)}
+        table = np.full((len(names), len(times), len(self._commands)), np.nan)
+        for agent, column in enumerate(self._commands):
+            if column.names != names:
+                continue
+            for time_s, values in zip(column.times, column.values, strict=True):
+                if time_s in tick_of:
+                    table[:, tick_of[time_s], agent] = values
+        return dict(zip(names, table, strict=True))
 
 
 def _step(tick: int, said: str) -> RecordedPress:

@@ -33,10 +33,12 @@ from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
 from understudy.robots.ros.transport import Publish, Received, Transport, TransportWrapper
-from understudy.runtime.body import Body
+from understudy.runtime.body import Body, Commands
 
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
 """The topics of our own messages by type, within the namespace of each robot."""
+COMMANDS = "understudy/commands"
+"""The topic of the commands of each tick, of the same type as the readings: what was decided, before any limit."""
 PRESSES = "understudy/presses"
 """The topic of a person's presses, as std_msgs/String: the name of a state; empty to confirm the current one."""
 DUTIES = "understudy/duties"
@@ -122,13 +124,20 @@ class RunRecorder:
         return keep
 
     def write_tick(
-        self, time_s: float, percept: Percept, paths: Sequence[Sequence[str]], *, at_s: float | None = None
+        self,
+        time_s: float,
+        percept: Percept,
+        paths: Sequence[Sequence[str]],
+        *,
+        commands: Commands | None = None,
+        at_s: float | None = None,
     ) -> None:
         """Record a tick after its decisions.
 
         `time_s` is the body's time (s), `percept` its readings, and `paths` has the states of all levels of each
-        agent. `at_s` is the time by the recorder's clock (None: now). RecordingFailed is raised if something before
-        could not be written, so that a run ends that cannot be recorded.
+        agent. `commands` has a column per channel (None: not recorded). `at_s` is the time by the recorder's clock
+        (None: now). RecordingFailed is raised if something before could not be written, so that a run ends that
+        cannot be recorded.
         """
         self.check()
         at = self._clock() if at_s is None else at_s
@@ -136,6 +145,10 @@ class RunRecorder:
         keys = tuple(percept)
         for number, (agent, path) in enumerate(zip(self._agents, paths, strict=True)):
             agent.write_tick(time_s, keys, values[:, number], tuple(path), at)
+            if commands:
+                agent.write_commands(
+                    time_s, {name: float(column[number]) for name, column in commands.items()}, at
+                )
 
     def check(self) -> None:
         """Raise RecordingFailed if something could not be written."""
@@ -189,6 +202,7 @@ class AgentChannels:
         self._name, self._path = name, tuple[str, ...]()
         self._keys: tuple[ReadingKey, ...] = ()
         self._readings, self._states = ReadingsEncoder(()), StatesEncoder()
+        self._recorder, self._commands = recorder, ReadingsEncoder(())
         self._tapes = {
             type: recorder.open_topic(resolve_topic_name(name, topic), type) for type, topic in TOPICS.items()
         }
@@ -213,6 +227,13 @@ class AgentChannels:
                 TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict()
             )
             self._tapes[TRANSITION](encode_message(TRANSITION, told), at_s)
+
+    def write_commands(self, time_s: float, commands: Mapping[str, float], at_s: float | None = None) -> None:
+        """Record the commands of a tick by channel."""
+        if tuple(commands) != self._commands.names:
+            self._commands = ReadingsEncoder(tuple(commands))
+        keep = self._recorder.open_topic(resolve_topic_name(self._name, COMMANDS), READINGS)
+        keep(self._commands.encode(time_s, np.array(list(commands.values()))), at_s)
 
 
 class RecordingTransport(TransportWrapper):

@@ -103,7 +103,8 @@ def list_recorded_presses(recording: Recording, agent: int = 0) -> Sequence[Reco
     """Return the presses recorded for an agent; raise SessionError if there are none."""
     if not recording.presses[agent]:
         raise SessionError(
-            f"{recording.path} holds no presses; give --presses FILE.csv, with columns {', '.join(COLUMNS)}"
+            f"{recording.path} holds no presses; give --presses FILE.csv, with columns {', '.join(COLUMNS)}, or "
+            "--behaviors A,B to find what was meant from the commands"
         )
     return recording.presses[agent]
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from understudy.model.library import Kit
     from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
-    from understudy.runtime.body import Body
+    from understudy.runtime.body import Body, Commands
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
@@ -37,7 +37,15 @@ def record_team_ticks(
     if not isinstance(body, World):
         raise TypeError("a team of real robots")
     files = {SCENARIO: format_scenario(body.scenario)}
-    with record_ticks(path, body, team.tick, lambda: team.paths, ran=ran, files=files) as tick:
+    with record_ticks(
+        path,
+        body,
+        team.tick,
+        lambda: team.paths,
+        ran=ran,
+        files=files,
+        commands=lambda: team.layers[0].commands,
+    ) as tick:
         yield tick
 
 
@@ -50,11 +58,13 @@ def record_ticks(
     *,
     ran: Callable[[], RunInfo],
     files: Mapping[str, str] | None = None,
+    commands: Callable[[], Commands | None] = lambda: None,
 ) -> Iterator[Callable[[], None]]:
     """Yield the function that advances the agents of a body by one tick, recording it if `path` is a recording.
 
     `advance` advances them, `list_paths` lists the states of each, outermost first, `ran` returns the description of
-    the run for the recording's header, and `files` are stored in it.
+    the run for the recording's header, and `files` are stored in it. `commands` returns the commands of the last tick
+    by channel, if they are known.
     """
     if path is None or not is_recording(path):
         yield advance
@@ -69,7 +79,7 @@ def record_ticks(
         def tick() -> None:
             time_s, percept = body.time_s, body.sense(keys)
             advance()
-            recorder.write_tick(time_s, percept, list_paths(), at_s=time_s)
+            recorder.write_tick(time_s, percept, list_paths(), commands=commands(), at_s=time_s)
 
         yield tick
 

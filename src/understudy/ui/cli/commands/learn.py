@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 OF_RECORDINGS = (
     "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "map",
-    "behaviors",
+    "behaviors", "define", "split",
 )  # fmt: skip
 """Options that only apply to recordings."""
 
@@ -123,6 +123,22 @@ def learn_lesson(
             help="Behaviors and automata that may explain the commands of a recording without presses.",
         ),
     ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--define",
+            metavar="'NAME: CHANNEL VALUE, ...'",
+            help="A behavior that may explain a recording, by its constant commands; may be repeated.",
+        ),
+    ] = None,
+    split: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--split",
+            metavar="'STATE after STATE'",
+            help="Give a state of its own to where a state follows certain others; may be repeated.",
+        ),
+    ] = None,
     kit: KitName = None,
     as_json: Json = False,
 ) -> None:
@@ -159,11 +175,13 @@ def learn_lesson(
     if lesson is not None and recording is None:
         _only_table(context)
         shown = read_lesson_table(lesson, name=name)
-    elif recording is not None and lesson is None and _is_drive(recording, mapping, behaviors):
+    elif recording is not None and lesson is None and _is_drive(recording, mapping, behaviors or define):
         _refuse_presses(context, recording)
         shown, drive = learn_from_drive(
             recording,
-            DriveOptions(name, library, mapping, behaviors, features, reaction, kit, agent),
+            DriveOptions(
+                name, library, mapping, behaviors, features, reaction, kit, agent, define or (), split or ()
+            ),
         )
     elif recording is not None and lesson is None:
         asked = LearnOptions(
@@ -201,7 +219,7 @@ def learn_lesson(
     print_json(told if saved is None else {**told, "saved": str(saved)})
 
 
-def _is_drive(recording: Path, mapping: Path | None, behaviors: str | None) -> bool:
+def _is_drive(recording: Path, mapping: Path | None, behaviors: str | list[str] | None) -> bool:
     """Return whether a recording is to be segmented, because nothing else says what its driver meant."""
     return mapping is not None or behaviors is not None or recording.suffix.lower() != ".mcap"
 
@@ -299,9 +317,9 @@ def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
 
     If the library has the automaton already, its lesson is extended.
     """
-    from understudy.errors import SettingError
+    from understudy.errors import FileError, SettingError
     from understudy.model.library import Library
-    from understudy.robots.recording.reader import read_recording
+    from understudy.robots.recording.reader import has_own_header, read_recording
     from understudy.robots.recording.teach_from_recording import (
         list_recorded_presses,
         read_presses,
@@ -310,6 +328,10 @@ def learn_from_recording(path: Path, asked: LearnOptions) -> Lesson:
     from understudy.ui.cli.options import open_behavior_library, parse_targets
     from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
 
+    if has_own_header(path) is False:
+        problem = "it is no recording of `understudy`"
+        remedy = "give --map MAP.toml, which says what fields of its messages are readings and commands"
+        raise FileError(path=path, place="", problem=problem, remedy=remedy)
     recording = read_recording(path, run=asked.session)
     if not 0 <= asked.agent < len(recording.head.names):
         remedy = f"count from 0 to {len(recording.head.names) - 1}"

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -29,6 +31,8 @@ class DriveOptions(NamedTuple):
     reaction_s: float | None
     kit: str | None
     robot: int
+    define: Sequence[str] = ()
+    split: Sequence[str] = ()
 
 
 class SegmentedDrive(NamedTuple):
@@ -65,18 +69,22 @@ def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
     from understudy.segmentation.mapping_file import load_recording_map
     from understudy.segmentation.segment import segment
     from understudy.training.lesson_design import parse_feature
+    from understudy.ui.cli.commands.drive_findings import define_behaviors, split_states
     from understudy.ui.cli.options import parse_names
 
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
     drive, library, places = _open(path, asked, mapping)
-    candidates = make_candidates(library, drive, parse_names(asked.behaviors))
+    library, defined = define_behaviors(library, drive, asked.define)
+    named = parse_names(asked.behaviors)
+    candidates = make_candidates(library, drive, None if named is None else [*named, *defined])
     if not candidates:
-        raise _no_behaviors(path)
+        raise _no_behaviors(path, drive)
     names = parse_names(asked.features)
     features = None if names is None else [parse_feature(library, each) for each in names]
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
-    return SegmentedDrive(segment(drive, candidates, features=sensed), library, features, places)
+    found = split_states(segment(drive, candidates, features=sensed), asked.split)
+    return SegmentedDrive(found, library, features, places)
 
 
 def _open(
@@ -85,6 +93,7 @@ def _open(
     """Read a drive, find the library whose behaviors may explain it, and where the robot was."""
     from understudy.analysis.run_header import is_trace
     from understudy.model.library import Library
+    from understudy.robots.recording.reader import has_own_header
     from understudy.segmentation.drive_kit import make_drive_kit
     from understudy.segmentation.drive_table import read_recorded_drive
     from understudy.segmentation.recorded_drive import find_places
@@ -93,6 +102,9 @@ def _open(
     places: NDArray[np.float64] | None
     if mapping is None and is_trace(path):
         drive, kit, places = _open_trace(path, asked)
+    elif mapping is None and path.suffix.lower() == ".mcap" and has_own_header(path):
+        drive, kit = _open_recording(path, asked)
+        places = find_places(drive)
     else:
         drive = read_recorded_drive(path, mapping)
         places = find_places(drive)
@@ -117,14 +129,31 @@ def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, ND
     return drive, find_kit(named, world or WORLD), places
 
 
-def _no_behaviors(path: Path) -> Exception:
-    from understudy.errors import SettingError
+def _open_recording(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit]:
+    """Read the drive of a robot from a recording of ours, and find the kit of its world or its own."""
+    from understudy.robots.recording.reader import read_recording
+    from understudy.segmentation.recorded_run import make_recorded_drive
+    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
 
+    recording = read_recording(path)
+    kit = choose_recording_kit(recording, asked.kit, read_recorded_scenario(recording))
+    return make_recorded_drive(recording, robot=asked.robot), kit
+
+
+def _no_behaviors(path: Path, drive: RecordedDrive) -> Exception:
+    """Return the error that no behavior is known, with those that the commands look like."""
+    from understudy.errors import SettingError
+    from understudy.segmentation.propose_behaviors import discover_behaviors
+    from understudy.ui.cli.commands.drive_findings import format_definition
+
+    found = [format_definition(each.command) for each in discover_behaviors(drive)]
+    options = " ".join(f"--define 'NAME: {each}'" for each in found)
+    looks = f"its commands look like {options}; or " if found else ""
     return SettingError(
         where=str(path),
         setting="--behaviors",
         problem="are none that could explain its commands",
-        remedy="give [behaviors.NAME] in the mapping file, or --kit MODULE:NAME with your own",
+        remedy=f"{looks}give [behaviors.NAME] in the mapping file, or --kit MODULE:NAME with your own",
     )
 
 
@@ -132,6 +161,7 @@ def print_drive_report(report: DriveReport) -> None:
     """Print the labels of a drive, the driver, and what was left out."""
     from rich.markup import escape
 
+    from understudy.ui.cli.commands.drive_findings import print_drive_findings
     from understudy.ui.cli.output import format_count, make_console, make_table
 
     out = make_console()
@@ -163,3 +193,4 @@ def print_drive_report(report: DriveReport) -> None:
         out.print(
             f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
         )
+    print_drive_findings(out, report.findings)
