@@ -7,7 +7,7 @@ are known; segmentation alternates between labels and estimates.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,26 +99,23 @@ def guess_driver(commands: Floats, predictions: Floats) -> DriverModel:
     return DriverModel(0.25 * extent, np.ones(channels), np.full(channels, np.inf), 0, extent)
 
 
-def guess_still_driver(commands: Floats, driver: DriverModel) -> DriverModel:
-    """Guess the noise of a driver from commands that nothing explains: from most ticks to the next, only noise changes.
+def guess_still_driver(commands: Floats) -> DriverModel:
+    """Guess a driver from commands that nothing explains: from most ticks to the next, only noise changes.
 
     Parameters
     ----------
     commands
         Commands, shape [T, C].
-    driver
-        The driver so far, of which the extent stays.
 
     Returns
     -------
     DriverModel
-        The driver; commands follow what it aims at at once.
+        The driver, whose commands follow at once.
     """
+    driver = guess_driver(commands, np.empty((0, *commands.shape)))
     steps = np.median(np.abs(np.diff(commands, axis=0)), axis=0)
     # The median of the absolute value of a difference of two normal numbers is 0.954 standard deviations.
-    noise = np.maximum(steps / 0.954, FINEST * driver.extent)
-    channels = len(driver.extent)
-    return DriverModel(noise, np.ones(channels), np.full(channels, np.inf), 0, driver.extent)
+    return replace(driver, noise=np.maximum(steps / 0.954, FINEST * driver.extent))
 
 
 def estimate_noise(driver: DriverModel, residuals: Floats) -> Floats:

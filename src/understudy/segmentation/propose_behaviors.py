@@ -21,7 +21,7 @@ from understudy.model.binding import Binding
 from understudy.runtime.body import Channel
 from understudy.runtime.program import GroundBehavior
 from understudy.segmentation.alternation import shift_ticks
-from understudy.segmentation.candidates import BehaviorCandidate
+from understudy.segmentation.candidates import BehaviorCandidate, Candidate
 from understudy.segmentation.driver_model import DriverModel, guess_still_driver
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span, label_drive, segment
@@ -78,24 +78,15 @@ def propose_behaviors(
     tuple
         The proposals, those that explain the most time first.
     """
-    drive, count = segmentation.drive, len(segmentation.candidates)
-    least_ticks = least_s / drive.tick_s
-    driver = segmentation.driver
-    if (segmentation.labels < count).sum() < least_ticks:
-        driver = guess_still_driver(drive.commands, driver)
-    votes, weights = _vote(drive, driver)
-    open_ticks = np.flatnonzero((segmentation.labels == count) & np.isfinite(votes).all(axis=1))
-    commands: list[dict[str, float]] = []
-    while len(open_ticks) >= least_ticks and len(commands) < most:
-        center = _find_common(votes[open_ticks], weights)
-        apart = np.abs(votes[open_ticks] - center) / weights
-        near = (apart <= NEAR).all(axis=1)
-        if near.sum() < least_ticks:
-            break
-        commands.append(_round_command(drive.channels, center, weights))
-        open_ticks = open_ticks[(apart > FAR).any(axis=1)]
-    proposals = _select_proposals(segmentation, driver, commands, least_s)
-    return tuple(sorted(proposals, key=lambda each: -each.seconds))
+    found = _propose(
+        segmentation.drive,
+        segmentation.candidates,
+        segmentation.labels == len(segmentation.candidates),
+        segmentation.driver,
+        most=most,
+        least_s=least_s,
+    )
+    return tuple(sorted(found, key=lambda each: -each.seconds))
 
 
 def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[BehaviorProposal, ...]:
@@ -113,15 +104,43 @@ def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[Behavior
     tuple
         The proposals, those first that were found first.
     """
-    found: list[BehaviorProposal] = []
-    candidates = [make_constant_candidate("rest", {})]
-    while len(found) < most:
-        proposals = propose_behaviors(segment(drive, candidates), most=1)
-        if not proposals:
+    still = guess_still_driver(drive.commands)
+    found = _propose(drive, (), np.ones(drive.ticks, np.bool_), still, most=most, least_s=LEAST_S)
+    while found and len(found) < most:
+        named = [
+            make_constant_candidate(f"proposal_{number}", each.command) for number, each in enumerate(found)
+        ]
+        more = propose_behaviors(segment(drive, named), most=most - len(found))
+        if not more:
             break
-        found.append(proposals[0])
-        candidates.append(make_constant_candidate(f"proposal_{len(found)}", proposals[0].command))
+        found.extend(more)
     return tuple(found)
+
+
+def _propose(
+    drive: RecordedDrive,
+    candidates: Sequence[Candidate],
+    unexplained: NDArray[np.bool_],
+    driver: DriverModel,
+    *,
+    most: int,
+    least_s: float,
+) -> list[BehaviorProposal]:
+    """Propose behaviors for unexplained ticks [T] of a drive, beside candidates."""
+    least_ticks = least_s / drive.tick_s
+    if (~unexplained).sum() < least_ticks:
+        driver = guess_still_driver(drive.commands)
+    votes, deviation = _vote(drive, driver)
+    open_ticks = np.flatnonzero(unexplained & np.isfinite(votes).all(axis=1))
+    commands: list[dict[str, float]] = []
+    while len(open_ticks) >= least_ticks and len(commands) < most:
+        center = _find_common(votes[open_ticks], deviation)
+        apart = np.abs(votes[open_ticks] - center) / deviation
+        if (apart <= NEAR).all(axis=1).sum() < least_ticks:
+            break
+        commands.append(_round_command(drive.channels, center, deviation))
+        open_ticks = open_ticks[(apart > FAR).any(axis=1)]
+    return _select_proposals(drive, candidates, unexplained, driver, commands, least_s)
 
 
 def _vote(drive: RecordedDrive, driver: DriverModel) -> tuple[Floats, Floats]:
@@ -159,20 +178,23 @@ def _round_command(channels: Sequence[Channel], center: Floats, deviation: Float
 
 
 def _select_proposals(
-    segmentation: Segmentation, driver: DriverModel, commands: Sequence[dict[str, float]], least_s: float
+    drive: RecordedDrive,
+    candidates: Sequence[Candidate],
+    unexplained: NDArray[np.bool_],
+    driver: DriverModel,
+    commands: Sequence[dict[str, float]],
+    least_s: float,
 ) -> list[BehaviorProposal]:
     """Label the drive with the commands as candidates too, and return those that explain enough unexplained ticks."""
     if not commands:
         return []
-    drive, count = segmentation.drive, len(segmentation.candidates)
-    taken = {each.name for each in segmentation.candidates}
+    taken = {each.name for each in candidates}
     free = (name for name in (f"proposal_{number}" for number in itertools.count(1)) if name not in taken)
     added = [make_constant_candidate(next(free), each) for each in commands]
-    tried = label_drive(drive, (*segmentation.candidates, *added), driver)
+    tried = label_drive(drive, (*candidates, *added), driver)
     found = []
-    for index, command in enumerate(commands):
-        mine = (segmentation.labels == count) & (tried.labels == count + index)
-        spans = _list_long_spans(tried, mine)
+    for index, command in enumerate(commands, len(candidates)):
+        spans = _list_long_spans(tried, unexplained & (tried.labels == index))
         seconds = sum(each.end - each.first for each in spans) * drive.tick_s
         if seconds >= least_s:
             found.append(BehaviorProposal(MappingProxyType(command), spans, seconds))

@@ -65,7 +65,7 @@ def define_behaviors(
     return replace(library, kit=replace(library.kit, behaviors=behaviors)), names
 
 
-def split_states(found: Segmentation, splits: Iterable[str]) -> Segmentation:
+def apply_splits(found: Segmentation, splits: Iterable[str]) -> Segmentation:
     """Split the states of `--split 'STATE after STATE,STATE'`."""
     from understudy.errors import SettingError
     from understudy.segmentation.split_states import split_state

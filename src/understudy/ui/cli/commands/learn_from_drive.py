@@ -69,7 +69,7 @@ def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
     from understudy.segmentation.mapping_file import load_recording_map
     from understudy.segmentation.segment import segment
     from understudy.training.lesson_design import parse_feature
-    from understudy.ui.cli.commands.drive_findings import define_behaviors, split_states
+    from understudy.ui.cli.commands.drive_findings import apply_splits, define_behaviors
     from understudy.ui.cli.options import parse_names
 
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
@@ -83,7 +83,7 @@ def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
     features = None if names is None else [parse_feature(library, each) for each in names]
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
-    found = split_states(segment(drive, candidates, features=sensed), asked.split)
+    found = apply_splits(segment(drive, candidates, features=sensed), asked.split)
     return SegmentedDrive(found, library, features, places)
 
 
