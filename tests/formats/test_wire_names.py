@@ -126,7 +126,7 @@ COMMANDS = {
     "--cluster-option --json",
     "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
     "--parameters --targets --reaction --agent -a --session --map "
-    "--behaviors --kit --json",
+    "--behaviors --define --split --kit --json",
     "list": "--library -l --world -w --kit --json",
     "prepare": "[SCENARIO]... --json",
     "rebuild": "[NAME]... --library -l --world -w --kit --json",
