@@ -34,6 +34,7 @@ EVERY_S = 1.0
 """The least time between two segmentations while somebody drives, s."""
 MOST_SHARE = 0.25
 """The share of the time that segmenting takes at most; a long drive is segmented less often."""
+OVER = "the episode is over: begin a new world to go on"
 
 
 class DriveExplanation(NamedTuple):
@@ -97,7 +98,7 @@ class LiveDrive:
         self._stick, self._heard_s = AT_REST, -SILENT_S
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="segment")
         self._running: Future[Segmentation] | None = None
-        self._segmented, self._began_s, self._due_s = 0, 0.0, 0.0
+        self._segmented, self._kept, self._began_s, self._due_s = 0, 0, 0.0, 0.0
         self.percept: Percept = world.sense(self._recorder.keys)
         """The present readings of all robots."""
 
@@ -149,6 +150,8 @@ class LiveDrive:
             return
         if self.lock.locked():
             raise SessionError("the labels are being learned from: drive on when that is done")
+        if isinstance(self.world, BodyWorld) and self.world.is_over:
+            raise SessionError(OVER)
         self.error, self._stick = "", AT_REST
         self.driving = self.waiting = True
 
@@ -160,7 +163,8 @@ class LiveDrive:
         self._stick = AT_REST
         self._pace.stop()
         self._due_s = 0.0
-        if self._keep is not None and self.ticks:
+        if self._keep is not None and self.ticks > self._kept:
+            self._kept = self.ticks
             try:
                 self._keep(self._recorder.make_drive(), self._recorder.list_poses())
             except Exception as error:  # a full disk, or a folder that cannot be written
@@ -214,7 +218,7 @@ class LiveDrive:
             self.error = describe_error(error)
         if isinstance(self.world, BodyWorld) and self.world.is_over:
             self.pause()
-            self.error = "The episode is over: begin a new world to go on."
+            self.error = OVER
 
     def _make_column(self, value: float, rest: float) -> NDArray[np.float64]:
         column = np.full(self.world.agents, rest)

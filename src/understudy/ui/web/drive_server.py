@@ -71,6 +71,10 @@ class DriveServer:
     ) -> None:
         self.live = live
         self._kit, self._features, self._folder, self._wall = kit, features, folder, wall
+        self._described = [
+            FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
+            for each in features
+        ]
         self._page: Client | None = None
         self._shown: DriveNewsData | None = None
         self._picture_due_s = 0.0
@@ -146,13 +150,21 @@ class DriveServer:
         try:
             while True:
                 began = perf_counter()
-                ticks = self.live.advance()
-                self.show()
-                if ticks:
-                    self.show_frame()
+                self.advance()
                 await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
         finally:
             self.live.close()
+
+    def advance(self) -> None:
+        """Take the ticks that are due, and send the page what changed; on an error, pause and show its message."""
+        try:
+            ticks = self.live.advance()
+            self.show()
+            if ticks:
+                self.show_frame()
+        except Exception as error:  # such as of a picture of a body of the user's own
+            self.live.pause()
+            self.live.error = describe_error(error)
 
     def show_world(self) -> None:
         """Send the page the scene and the present moment."""
@@ -198,10 +210,7 @@ class DriveServer:
             turns=layout.right is not None,
             drives=layout.up is not None,
             held=[each.name for each in layout.held],
-            features=[
-                FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
-                for each in self._features
-            ],
+            features=self._described,
             folder=self._folder,
             error=live.error,
         )
