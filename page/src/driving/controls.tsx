@@ -8,7 +8,7 @@ import type { Driving } from "./driving";
 import { HOLDS, pulled } from "./stick";
 
 /** How far the knob goes from the middle, as a share of the size of the stick. */
-const REACH = 0.34;
+const REACH = 0.3;
 
 export function Controls({ driving }: { driving: Driving }) {
   useNews(driving.moved);
@@ -65,7 +65,7 @@ function StickPad({ driving }: { driving: Driving }) {
   return (
     <div
       ref={pad}
-      class={className("stick", driving.stick.pulled !== null && "held")}
+      class={className("stick", driving.stick.pulled !== null && "grasped")}
       role="img"
       aria-label="Stick: drag it to drive, or use the arrow keys"
       onPointerDown={(event) => {

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
 from understudy.runtime.feature_columns import read_feature_column
-from understudy.segmentation.candidates import Candidate
+from understudy.segmentation.candidates import BehaviorCandidate, Candidate
 from understudy.segmentation.drive_recorder import POSE, DriveRecorder
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation, segment
@@ -47,7 +47,8 @@ class DriveExplanation(NamedTuple):
 class LiveDrive:
     """The drive of one robot of a world by a stick, from which its review grows.
 
-    The world stands still until the stick is moved, so that no drive begins with a wait. Everything but the
+    The world stands still until the stick is moved, so that no drive begins with a wait. It also stands still whenever
+    the stick is at rest, unless one of the behaviors rests: nothing else could explain that. Everything but the
     segmentation, which runs in a thread, happens in the thread of the caller.
 
     Parameters
@@ -93,6 +94,7 @@ class LiveDrive:
         self.version = 0
         """Grows whenever the review changes."""
         self._explanation, self._make_review, self._keep, self._wall = explanation, make_review, keep, wall
+        self._can_rest = any(_rests(each, layout) for each in explanation.candidates)
         self._pace = RealTimeClock(wall, tick_s=world.tick_s)
         self._recorder = DriveRecorder(world, self._name_episode())
         self._stick, self._heard_s = AT_REST, -SILENT_S
@@ -188,6 +190,10 @@ class LiveDrive:
             taken = 1
         elif self.driving and not self.waiting:
             for _ in self._pace.ticks():
+                if self.stick.is_resting and not self._can_rest:
+                    self.waiting = True
+                    self._pace.stop()
+                    break
                 self._tick()
                 taken += 1
                 if not self.driving:
@@ -258,3 +264,11 @@ class LiveDrive:
                 self.review = self._make_review(found)
             else:
                 self.review.extend(found)
+
+
+def _rests(candidate: Candidate, layout: StickLayout) -> bool:
+    """Return whether a candidate is a basic behavior that leaves all channels at rest."""
+    if not isinstance(candidate, BehaviorCandidate) or candidate.ground.behavior.function is not None:
+        return False
+    rest = {each.name: each.rest for each in layout.channels}
+    return all(value == rest.get(channel) for channel, value in candidate.ground.behavior.command.items())
