@@ -10,7 +10,7 @@ export default defineConfig({
     sourcemap: false,
     modulePreload: { polyfill: false },
     assetsInlineLimit: 0,
-    rollupOptions: { input: ["index.html", "recording.html"] },
+    rollupOptions: { input: ["index.html", "recording.html", "driving.html"] },
   },
   server: {
     proxy: {

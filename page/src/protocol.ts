@@ -244,6 +244,41 @@ export type ReviewRequest =
   /** Save what was learned in the library under a name. */
   | { do: "save"; name: NameField };
 
+export type DriveRequest =
+  /** Where the stick is: sent whenever it moves, and again and again while somebody drives. */
+  | { do: "steer"; right?: Lean; up?: Lean; held?: HeldIndices }
+  /** Drive, or go on. */
+  | { do: "drive" }
+  /** Pause, so that the labels can be reviewed. */
+  | { do: "pause_drive" }
+  /** Begin another world, as another episode of the drive; by default that of the next seed. */
+  | { do: "new_world"; seed?: Seed | null };
+
+/** The state of a drive under way. */
+export interface DriveNews {
+  is: "drive";
+  driving: boolean;
+  /** Whether the world stands still until the stick is moved. */
+  waiting: boolean;
+  /** Whether the review has everything that was driven. */
+  current: boolean;
+  /** Grows whenever the review changes. */
+  version: number;
+  /** The number of ticks, up to the last pause. */
+  ticks: number;
+  /** Whether the stick moves to the right and to the left. */
+  turns: boolean;
+  /** Whether the stick moves up and down. */
+  drives: boolean;
+  /** The names of the behaviors that are carried out while their buttons are held. */
+  held: readonly string[];
+  /** The features whose values frames have. */
+  features: readonly Feature[];
+  /** The folder in which drives are kept. */
+  folder: string | null;
+  error: string;
+}
+
 /** A drive under review, as it stands. */
 export interface Review {
   name: string;
@@ -451,6 +486,23 @@ export interface SessionNews {
 export interface TeamNews {
   is: "team";
   team: Team;
+}
+
+/** How far a stick leans to one side. At least -1, at most 1. */
+export type Lean = number;
+
+/** The indices of the behaviors whose buttons are held. At most 100 items. */
+export type HeldIndices = readonly Index[];
+
+/** A feature with its unit and the kind of its values. */
+export interface Feature {
+  label: string;
+  unit: string;
+  kind: KindName;
+  /** The names of the values of a categorical feature. */
+  labels?: readonly string[];
+  /** The period of a toroidal feature. */
+  period?: number;
 }
 
 /** A piece of a recording without a gap: its file, its ticks, and the time of its first one, s. */
@@ -751,6 +803,8 @@ export interface LibraryProperties {
   total: number;
 }
 
+export type KindName = "categorical" | "continuous" | "toroidal";
+
 /** Ticks in a row in which the learned automaton is in one state; the label is -1 for a state that is no label. */
 export interface StateSpan {
   first: number;
@@ -773,17 +827,6 @@ export interface Way {
   to: string;
   /** The conditions in words, one line for each alternative. */
   when: readonly string[];
-}
-
-/** A feature with its unit and the kind of its values. */
-export interface Feature {
-  label: string;
-  unit: string;
-  kind: KindName;
-  /** The names of the values of a categorical feature. */
-  labels?: readonly string[];
-  /** The period of a toroidal feature. */
-  period?: number;
 }
 
 /**
@@ -1090,8 +1133,6 @@ export interface LibraryProperty {
   /** True if the lesson changed after the test. */
   stale: boolean;
 }
-
-export type KindName = "categorical" | "continuous" | "toroidal";
 
 /** An example that is responsible for a decision. */
 export interface Responsible {

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-READY = re.compile(r"The (?:studio|recording) is at (http://\S+)")
+READY = re.compile(r"The (?:studio|recording|drive) is at (http://\S+)")
 
 
 class Studio:

@@ -45,9 +45,9 @@ export function RecordingPage({ recording }: { recording: Recording }) {
 }
 
 /** Keys: digits label what is selected, arrows go to the next span, Ctrl Z takes back. */
-function listen(recording: Recording): () => void {
+export function listen(recording: Recording, suspended = (): boolean => false): () => void {
   const press = (event: KeyboardEvent): void => {
-    if (event.target instanceof HTMLInputElement) return;
+    if (event.target instanceof HTMLInputElement || suspended()) return;
     if ((event.ctrlKey || event.metaKey) && event.key === "z") void recording.ask({ do: "undo" });
     else if (event.ctrlKey || event.metaKey || event.altKey) return;
     else if (/^[1-9]$/.test(event.key)) void recording.label(Number(event.key) - 1);

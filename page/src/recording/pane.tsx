@@ -34,6 +34,8 @@ export function ReviewPane({ recording, review }: PaneProps) {
 function Selected({ recording, review }: PaneProps) {
   const { selected } = recording;
   const span = selected === null ? undefined : recording.spanAt(selected.first);
+  const drives = recording.busy === "drive";
+  const now = drives ? review.spans.at(-1)?.label : undefined;
   const whole =
     span !== undefined && selected !== null && span.end === selected.end && span.first === selected.first;
   return (
@@ -54,7 +56,7 @@ function Selected({ recording, review }: PaneProps) {
               type="button"
               key={label}
               disabled={selected === null || recording.busy !== null}
-              class={className("label", whole && span.label === index && "on")}
+              class={className("label", ((whole && span.label === index) || now === index) && "on")}
               aria-pressed={whole && span.label === index}
               onClick={() => void recording.label(index)}
             >
@@ -65,7 +67,7 @@ function Selected({ recording, review }: PaneProps) {
           );
         })}
       </div>
-      {selected === null && (
+      {selected === null && !drives && (
         <p class="tiny soft">Select a span on the timeline, or press →, to change its label.</p>
       )}
     </section>

@@ -27,17 +27,16 @@ export function PathView({ recording, review, series }: PathProps) {
     <section class="path-view" aria-label="Path">
       <svg viewBox={box} role="img" aria-label="Path of the robot">
         {pieces(review, ticks, path).map(({ points, label, first }) => (
-          <polyline key={first} points={points} stroke={swatch(label, review.labels.length)} />
+          <polyline key={first} points={written(points)} stroke={swatch(label, review.labels.length)} />
         ))}
         {selected !== null && (
           <polyline
             class="chosen"
-            points={path
-              .filter(
+            points={written(
+              path.filter(
                 (_, index) => (ticks[index] ?? -1) >= selected.first && (ticks[index] ?? 0) < selected.end,
-              )
-              .map(([x, y]) => `${x},${-y}`)
-              .join(" ")}
+              ),
+            )}
           />
         )}
         {here !== undefined && <circle cx={here[0]} cy={-here[1]} r={size / 60} />}
@@ -50,28 +49,33 @@ export function PathView({ recording, review, series }: PathProps) {
 }
 
 interface Piece {
-  points: string;
+  points: RecordedSeries["path"];
   label: number;
   first: number;
 }
 
-function pieces(review: Review, ticks: readonly number[], path: RecordedSeries["path"]): Piece[] {
+/** The path in pieces of one label. */
+export function pieces(review: Review, ticks: readonly number[], path: RecordedSeries["path"]): Piece[] {
   const starts = new Set(review.episodes.map(({ first }) => first));
   return review.spans.map(({ first, end, label }) => {
-    const points: string[] = [];
+    const points: [number, number][] = [];
     ticks.forEach((tick, index) => {
       // One point more, so that there is no gap before the next span of the same episode.
       const place = path[index];
       const before = ticks[index - 1] ?? -1;
       const inside = tick >= first && tick < end;
       const joins = tick >= end && before < end && before >= first && !starts.has(end);
-      if (place !== undefined && (inside || joins)) points.push(`${place[0]},${-place[1]}`);
+      if (place !== undefined && (inside || joins)) points.push([place[0], place[1]]);
     });
-    return { points: points.join(" "), label, first };
+    return { points, label, first };
   });
 }
 
-function nearest(ticks: readonly number[], tick: number): number {
+function written(points: RecordedSeries["path"]): string {
+  return points.map(([x, y]) => `${x},${-y}`).join(" ");
+}
+
+export function nearest(ticks: readonly number[], tick: number): number {
   let low = 0;
   let high = ticks.length - 1;
   while (low < high) {

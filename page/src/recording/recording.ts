@@ -19,12 +19,21 @@ export class Recording {
   selected: Ticks | null = null;
   /** The tick under the pointer. */
   pointed: number | null = null;
-  busy: "learn" | "save" | "label" | null = null;
+  busy: "learn" | "save" | "label" | "drive" | null = null;
   error = "";
 
   async open(): Promise<void> {
     this.series = (await this.fetch("series")) as RecordedSeries | null;
     if (this.series !== null) this.take(await this.fetch("review"));
+    this.news.tell();
+  }
+
+  /** Show what there is by now, while somebody drives; what cannot be had stays as it was. */
+  async refresh(): Promise<void> {
+    const [series, review] = await Promise.all([this.fetch("series"), this.fetch("review")]);
+    if (series === null || review === null) return;
+    this.series = series as RecordedSeries;
+    this.take(review);
     this.news.tell();
   }
 

@@ -17,17 +17,21 @@ const ZOOM = 1.6;
 const MOST_ZOOM = 40;
 /** The width of a letter of a label, about, px. */
 const LETTER = 7.4;
+/** What is shown while somebody drives, s. */
+const LIVE_S = 30;
 
 interface TimelineProps {
   recording: Recording;
   review: Review;
   series: readonly Series[];
+  /** Whether somebody drives: its end is shown then, at one scale. */
+  live?: boolean;
 }
 
 /** What the pointer is doing: moving a boundary, or selecting ticks. */
 type Drag = { kind: "boundary"; at: number; now: number } | { kind: "range"; from: number; now: number };
 
-export function TimelineView({ recording, review, series }: TimelineProps) {
+export function TimelineView({ recording, review, series, live = false }: TimelineProps) {
   const place = useRef<HTMLDivElement>(null);
   const [room, setRoom] = useState(800);
   const [zoom, setZoom] = useState(1);
@@ -40,8 +44,12 @@ export function TimelineView({ recording, review, series }: TimelineProps) {
     watch.observe(element);
     return () => watch.disconnect();
   }, []);
-  const width = Math.max(1, room * zoom);
-  const tickWidth = width / Math.max(1, ticks);
+  const shortest = live ? LIVE_S / review.tick_s : 1;
+  const width = Math.max(1, room * (live ? Math.max(1, ticks / shortest) : zoom));
+  const tickWidth = width / Math.max(shortest, ticks);
+  useLayoutEffect(() => {
+    if (live && place.current !== null) place.current.scrollLeft = width;
+  }, [live, width]);
   useLayoutEffect(() => {
     const { selected } = recording;
     const element = place.current;
@@ -100,15 +108,21 @@ export function TimelineView({ recording, review, series }: TimelineProps) {
     <section class="timeline-view" aria-label="Timeline">
       <div class="tools">
         <span class="tiny soft">
-          Click a span to select it, drag across the labels to select a part, drag a boundary to move it.
+          {live
+            ? "What explains your commands, about a second after you gave them. Pause to change labels."
+            : "Click a span to select it, drag across the labels to select a part, drag a boundary to move it."}
         </span>
         <span class="space" />
-        <button type="button" aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
-          −
-        </button>
-        <button type="button" aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
-          +
-        </button>
+        {!live && (
+          <>
+            <button type="button" aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
+              −
+            </button>
+            <button type="button" aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
+              +
+            </button>
+          </>
+        )}
       </div>
       <div class="lanes">
         <div class="lane-names" style={{ width: px(NAMES) }}>
@@ -125,7 +139,7 @@ export function TimelineView({ recording, review, series }: TimelineProps) {
               <span class="cut" title={each.label}>
                 {plain(each.label)}
               </span>
-              <b>{valueAt(each, recording.pointed)}</b>
+              <b>{valueAt(each, recording.pointed ?? (live ? ticks - 1 : null))}</b>
             </div>
           ))}
         </div>

@@ -1,8 +1,7 @@
 /** What is shown on demand: the way it came, lines to targets, measured distances, what the camera sees. */
 
-import type { Session } from "../protocol";
 import { degrees, minus, plain } from "../words";
-import { disc, letters, spot, type Picture } from "./picture";
+import { disc, letters, spot, type Desk, type Picture } from "./picture";
 import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
@@ -106,7 +105,7 @@ function drawHit(picture: Picture, robot: number, deg: number, away: number): vo
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */
-function drawTargets(picture: Picture, robot: number, desk: Session, values: Float32Array): void {
+function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
   const sensed = picture.motion.pose(robot, 1);
@@ -136,7 +135,7 @@ interface Aim {
   angle: number;
 }
 
-export function aims(desk: Session, values: Float32Array): Aim[] {
+export function aims(desk: Desk, values: Float32Array): Aim[] {
   const reading = new Map(desk.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
   const found: Aim[] = [];
   for (const [label, distance] of reading) {

@@ -9,12 +9,15 @@ import { isSmall } from "../words";
 export const OVERLAYS = ["targets", "distances", "camera", "trail", "names"] as const;
 export type Overlay = (typeof OVERLAYS)[number];
 
+/** What a picture needs to know of the session. */
+export type Desk = Pick<Session, "mode" | "features" | "doing">;
+
 export interface Picture {
   pen: CanvasRenderingContext2D;
   screen: Size;
   view: View;
   scene: Scene;
-  desk: Session | null;
+  desk: Desk | null;
   /** Whether a coordinator is trained, who orders the robots about. */
   led: boolean;
   motion: Motion;

@@ -1,13 +1,16 @@
 /** The canvas: draws when there is something new to see, and eases the view to where it is wanted. */
 
+import type { News } from "../news";
+import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
 import { drawBody } from "./body";
-import { between, fitted, panned, type Size, type View, zoomed } from "./geometry";
+import { between, fitted, panned, type Margins, type Size, type View, zoomed } from "./geometry";
 import { drawGround } from "./ground";
 import { drawHandle, type Handle } from "./handle";
 import { drawOverlays } from "./overlays";
 import { palette, type Palette } from "./palette";
-import { OVERLAYS, type Mark, type Overlay, type Picture } from "./picture";
+import type { Motion } from "./motion";
+import { OVERLAYS, type Desk, type Mark, type Overlay, type Picture } from "./picture";
 import { drawRobots } from "./robots";
 import { drawThings } from "./things";
 
@@ -15,7 +18,21 @@ import { drawThings } from "./things";
 const MARGINS = { top: 46, bottom: 64, sides: 24 };
 const EASE = 0.22;
 
-export class Stage {
+/** Whose world is drawn. */
+export interface WorldSource {
+  readonly news: News;
+  /** Tells of each frame. */
+  readonly framed: News;
+  readonly motion: Motion;
+  readonly scene: Scene | null;
+  readonly desk: Desk | null;
+  readonly sort: string | null;
+  readonly image: ImageBitmap | null;
+  readonly directs: boolean;
+  readonly live: { readonly fixed: boolean };
+}
+
+export class Stage<S extends WorldSource = Studio> {
   readonly overlays = new Set<Overlay>(OVERLAYS.filter((each) => each !== "camera"));
   marked: Mark | null = null;
   dragged: (Mark & { x: number; y: number }) | null = null;
@@ -35,7 +52,10 @@ export class Stage {
 
   constructor(
     readonly canvas: HTMLCanvasElement,
-    readonly studio: Studio,
+    readonly studio: S,
+    private readonly margins: Margins = MARGINS,
+    /** Draws what lies on the ground. */
+    private readonly below: (picture: Picture) => void = drawOverlays,
   ) {
     this.pen = canvas.getContext("2d") as CanvasRenderingContext2D;
     this.colors = palette(canvas);
@@ -72,7 +92,7 @@ export class Stage {
   fit(): void {
     const { scene } = this.studio;
     if (scene === null) return;
-    this.wanted = fitted(scene, this.screen, MARGINS);
+    this.wanted = fitted(scene, this.screen, this.margins);
     this.fits = true;
     this.draw();
   }
@@ -139,7 +159,7 @@ export class Stage {
     };
     if (scene.drawing === "map") {
       drawGround(picture);
-      drawOverlays(picture);
+      this.below(picture);
       drawThings(picture);
       drawRobots(picture);
     } else drawBody(picture, this.studio.image);

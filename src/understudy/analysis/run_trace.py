@@ -128,6 +128,25 @@ class TraceWriter:
         for squad, tick in (coordinators or {}).items():
             names = [f"{squad} {number}" for number in range(len(tick.paths))]
             rows += _make_rows(time_s, {"robot": [None] * len(names), COORDINATOR: names}, tick)
+        self._write(rows)
+
+    def add_robot(
+        self,
+        time_s: float,
+        robot: int,
+        pose: Sequence[float],
+        *,
+        readings: Mapping[str, float],
+        commands: Mapping[str, float],
+    ) -> None:
+        """Record one robot that a person drove, after a tick: its x, y and heading, readings and commands."""
+        x, y, heading = (round(value, DIGITS) for value in pose)
+        place = {"robot": robot, "x": x, "y": y, "heading": heading, "doing": ""}
+        sensed = {READING + label: value for label, value in readings.items()}
+        given = {COMMAND + channel: value for channel, value in commands.items()}
+        self._write([{"time_s": round(time_s, DIGITS), **place, **sensed, **given}])
+
+    def _write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         data = self._encoder.encode_lines(rows)
         self._file.write(data)
         self._file.flush()

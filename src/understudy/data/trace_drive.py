@@ -1,4 +1,4 @@
-"""Drives from traces: what a simulated robot sensed and did, to be explained like a recording of a person's drive."""
+"""Drives as traces: what a simulated robot sensed and did, to be explained like a recording of a person's drive."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.run_header import TraceHeader, read_trace
+from understudy.analysis.run_header import TraceHeader, read_trace, trace_entry
+from understudy.analysis.run_trace import ReadingInfo, TraceColumns, write_trace
 from understudy.data.trace_episodes import read_trace_episodes
 from understudy.errors import FileError, SettingError
 from understudy.model.features import ReadingKey
+from understudy.robots.recording.header import RunInfo
+from understudy.robots.recording.message_types import format_reading_label
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.sim.scenario.schema import Scenario
 
 
 class TraceDrive(NamedTuple):
@@ -86,6 +90,66 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
         omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
     )
     return TraceDrive(drive, header, np.column_stack([found.pose["x"], found.pose["y"]])[kept])
+
+
+def write_trace_drive(
+    path: Path | str,
+    drive: RecordedDrive,
+    episode: DriveEpisode,
+    poses: NDArray[np.float64],
+    *,
+    robot: int,
+    robots: int,
+    ran: RunInfo,
+    scenario: Scenario,
+) -> None:
+    """Write an episode of a person's drive as a trace, which `read_trace_drive` reads.
+
+    Parameters
+    ----------
+    path
+        The file, which is replaced; its name ends in .jsonl or .parquet.
+    drive
+        The drive.
+    episode
+        The episode.
+    poses
+        The x and y (m) and the heading (rad) of the robot after each tick of the drive, shape [T, 3].
+    robot
+        Index of the robot, from 0.
+    robots
+        The number of robots in its world.
+    ran
+        The world and the kit of the drive.
+    scenario
+        The scenario of the world.
+    """
+    kinds = {each.name: each for each in drive.readings}
+    labels = {key: format_reading_label(key) for key in drive.values}
+    columns = TraceColumns(
+        readings={
+            label: ReadingInfo(str(kinds[name].kind), kinds[name].unit) for (name, _), label in labels.items()
+        },
+        commands={channel.name: channel.unit for channel in drive.channels},
+    )
+    with write_trace(
+        path,
+        scenario=scenario.name,
+        seed=ran.seed,
+        tick_s=drive.tick_s,
+        robots=robots,
+        run=trace_entry(ran, scenario),
+        columns=columns,
+    ) as trace:
+        channels = [channel.name for channel in drive.channels]
+        for tick in range(episode.first, episode.end):
+            trace.add_robot(
+                float(drive.times[tick]),
+                robot,
+                poses[tick].tolist(),
+                readings={label: float(drive.values[key][tick]) for key, label in labels.items()},
+                commands=dict(zip(channels, drive.commands[tick].tolist(), strict=True)),
+            )
 
 
 def _parse_label(label: str) -> ReadingKey:

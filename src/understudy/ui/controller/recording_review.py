@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,23 @@ class RecordingReview:
         by_hand = self.by_hand.copy()
         by_hand[first:end] = True
         self._change(changed, by_hand)
+
+    def extend(self, segmentation: Segmentation) -> None:
+        """Take over the labels of a drive that went on.
+
+        What was set by hand stays, and can no longer be undone.
+        """
+        before, by_hand = self.segmentation, self.by_hand
+        grown = np.zeros(segmentation.drive.ticks, np.bool_)
+        grown[: len(by_hand)] = by_hand
+        marks = np.where(by_hand, before.labels, -1)
+        for episode in before.drive.episodes:
+            cuts = episode.first + 1 + np.flatnonzero(np.diff(marks[episode.ticks]))
+            for first, end in pairwise([episode.first, *cuts.tolist(), episode.end]):
+                if by_hand[first]:
+                    segmentation = relabel(segmentation, first, end, before.names[marks[first]])
+        self._before.clear()
+        self._change(segmentation, grown)
 
     def undo(self) -> None:
         """Take the last change of a label back; SessionError if there is none."""

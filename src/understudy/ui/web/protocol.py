@@ -19,7 +19,16 @@ from msgspec import NODEFAULT, Struct
 from understudy.ui.controller import key_bindings, status
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.actions.handler_table import list_reply_types
-from understudy.ui.web.messages import base, coach, drive_review, property_requests, review, session
+from understudy.ui.web.drive_server import DriveNewsData
+from understudy.ui.web.messages import (
+    base,
+    coach,
+    drive_requests,
+    drive_review,
+    property_requests,
+    review,
+    session,
+)
 from understudy.ui.web.server import (
     AnswerData,
     HelloData,
@@ -241,6 +250,7 @@ ALIASES = (
     review,
     coach,
     property_requests,
+    drive_requests,
     scene,
     session_view,
     watched_team,
@@ -260,6 +270,8 @@ def format_protocol() -> str:
         comment="What the studio sends by itself.",
     )
     module.requests("ReviewRequest", drive_review.REVIEW_REQUESTS, without="")
+    module.requests("DriveRequest", drive_requests.DRIVE_REQUESTS, without="")
+    module.interface(DriveNewsData)
     module.interface(drive_review_view.ReviewData)
     module.interface(drive_review_view.RecordedSeriesData)
     return module.text()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from pathlib import Path
 from threading import Lock
+from typing import NamedTuple, Protocol
 
 import msgspec
 import numpy as np
@@ -12,9 +13,9 @@ import uvicorn
 from numpy.typing import NDArray
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route
+from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from understudy.errors import UnderstudyError
@@ -29,6 +30,38 @@ REVIEW_PATH, SERIES_PATH = "/review", "/series"
 MOST_BYTES = 64 * 1024
 _encode = msgspec.json.Encoder().encode
 _read = msgspec.json.Decoder(AnyReviewRequest).decode
+
+
+class ReviewSource(Protocol):
+    """Where the review that a page shows comes from."""
+
+    def find_review(self) -> RecordingReview:
+        """Return the review; SessionError if there is none yet."""
+        ...
+
+    def list_places(self) -> NDArray[np.float64] | None:
+        """List where the robot was at each tick of the review [T, 2], m; None if that is not known."""
+        ...
+
+    def check_change(self) -> None:
+        """Raise SessionError if the review must not be changed now."""
+        ...
+
+
+class _Recording(NamedTuple):
+    """A recording as the source of its review."""
+
+    review: RecordingReview
+    places: NDArray[np.float64] | None
+
+    def find_review(self) -> RecordingReview:
+        return self.review
+
+    def list_places(self) -> NDArray[np.float64] | None:
+        return self.places
+
+    def check_change(self) -> None:
+        """Allow every change."""
 
 
 def make_recording_app(
@@ -59,22 +92,55 @@ def make_recording_app(
     Starlette
         The application.
     """
-    lock = Lock()
+
+    def refuse(caller: HTTPConnection) -> str | None:
+        return find_connection_problem(caller, token, hosts)
+
+    routes = make_review_routes(_Recording(review, places), refuse)
+    return Starlette(routes=[make_page_route(static, "recording.html"), *routes, make_file_mount(static)])
+
+
+def make_page_route(static: Path, name: str) -> Route:
+    """Make the route of a page, which is a file in the folder of the built pages."""
 
     async def page(_: Request) -> Response:
-        index = static / "recording.html"
+        index = static / name
         if not index.is_file():
             return PlainTextResponse(NOT_BUILT, status_code=503)
         return FileResponse(index, headers=HEADERS)
 
+    return Route("/", page)
+
+
+def make_file_mount(static: Path) -> Mount:
+    """Make the route of the files that pages load; it must come last."""
+    return Mount("/", StaticFiles(directory=static, check_dir=False))
+
+
+def make_review_routes(
+    source: ReviewSource, refuse: Callable[[HTTPConnection], str | None], *, lock: Lock | None = None
+) -> list[BaseRoute]:
+    """Make the routes by which a page shows and changes a review.
+
+    `refuse` returns why a caller may not connect, or None. The lock is held while the review is read or changed.
+    """
+    lock = lock or Lock()
+
     async def series(request: Request) -> Response:
-        problem = find_connection_problem(request, token, hosts)
+        problem = refuse(request)
         if problem is not None:
             return _answer({"error": problem}, 403)
-        return _answer(describe_series(review, places))
+        return await run_in_threadpool(list_series)
+
+    def list_series() -> Response:
+        try:
+            with lock:
+                return _answer(describe_series(source.find_review(), source.list_places()))
+        except UnderstudyError as error:
+            return _answer({"error": describe_error(error)}, 400)
 
     async def show(request: Request) -> Response:
-        problem = find_connection_problem(request, token, hosts)
+        problem = refuse(request)
         if problem is not None:
             return _answer({"error": problem}, 403)
         content = b""
@@ -89,19 +155,15 @@ def make_recording_app(
         """Do what a request asks for, if it has any content, and return the review as it stands then."""
         with lock:
             try:
+                review = source.find_review()
                 if content:
+                    source.check_change()
                     carry_out(review, _read(content))
                 return _answer(describe_review(review))
             except (UnderstudyError, msgspec.DecodeError) as error:
                 return _answer({"error": describe_error(error)}, 400)
 
-    routes = [
-        Route("/", page),
-        Route(REVIEW_PATH, show, methods=["GET", "POST"]),
-        Route(SERIES_PATH, series),
-        Mount("/", StaticFiles(directory=static, check_dir=False)),
-    ]
-    return Starlette(routes=routes)
+    return [Route(REVIEW_PATH, show, methods=["GET", "POST"]), Route(SERIES_PATH, series)]
 
 
 def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:

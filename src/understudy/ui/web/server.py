@@ -142,7 +142,7 @@ class StudioServer:
     async def serve(self, websocket: WebSocket) -> None:
         """Exchange messages with a page until it disconnects."""
         viewer = self.connect(websocket.query_params.get("key"))
-        sending = asyncio.create_task(_send(viewer, websocket))
+        sending = asyncio.create_task(send_queued(viewer, websocket))
         hearing = asyncio.create_task(self._hear_all(viewer, websocket))
         try:
             await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
@@ -371,7 +371,8 @@ def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
     return msgspec.structs.replace(shown, directs=directs)
 
 
-async def _send(viewer: Client, websocket: WebSocket) -> None:
+async def send_queued(viewer: Client, websocket: WebSocket) -> None:
+    """Send a page what is queued for it, until it is closed."""
     while not viewer.closing:
         await viewer.waits.wait()
         viewer.waits.clear()

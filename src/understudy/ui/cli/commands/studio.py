@@ -68,6 +68,9 @@ def start_studio(
     agent: Annotated[
         int, typer.Option("--agent", "-a", min=0, help="Index of the recorded robot, from 0.")
     ] = 0,
+    drive: Annotated[
+        bool, typer.Option("--drive", help="Drive the robot with a stick, and learn from the drive.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Train a robot in the browser: the page shows the world, and you press what the robot should do.
@@ -90,6 +93,11 @@ def start_studio(
     readings. You correct labels and boundaries, answer what is in doubt, and learn.
 
     [dim]understudy studio --recording drive.csv --map map.toml --features 'range(ball)'[/]
+
+    With --drive you drive a simulated robot yourself, with a gamepad, the mouse or the arrow keys: the labels appear
+    while you drive, and you learn from them as from a recording.
+
+    [dim]understudy studio forage --drive --features 'distance_to(station),angle_to(station)'[/]
     """
     from contextlib import ExitStack, closing
 
@@ -97,6 +105,7 @@ def start_studio(
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.commands.learn_from_drive import DriveOptions
+    from understudy.ui.cli.commands.studio_drive import DrivingOptions, drive_in_studio
     from understudy.ui.cli.options import choose_scenario_name, find_kit, make_world_kit, open_world
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.running_team import has_agents, watch_team
@@ -107,11 +116,26 @@ def start_studio(
     from understudy.ui.web.views.library import check_folder
 
     if recording is not None:
-        if real(robot, team, world=scenario or world) is not None or scenario or world:
+        if real(robot, team, world=scenario or world) is not None or scenario or world or drive:
             problem, remedy = "is given beside a world or a robot", "name one of them"
             raise SettingError(where="studio", setting="--recording", problem=problem, remedy=remedy)
         options = DriveOptions(name, library, mapping, behaviors, features, None, kit, agent)
         _review_recording(recording, options, listen(host, port, token), quiet=no_browser, as_json=as_json)
+        return
+    if drive:
+        if real(robot, team, world=scenario or world) is not None:
+            problem, remedy = "is given for real robots", "name a simulated world"
+            raise SettingError(where="studio", setting="--drive", problem=problem, remedy=remedy)
+        named = choose_scenario_name(scenario, world)
+        driven = DrivingOptions(
+            named, seed, library, kit, name, behaviors, features, agent, kept=not no_record
+        )
+        drive_in_studio(
+            driven,
+            lambda: listen(host, port, token),
+            (lambda _: None) if no_browser else _open,
+            as_json=as_json,
+        )
         return
     for option, value in (
         ("--map", mapping),
@@ -120,7 +144,10 @@ def start_studio(
         ("--features", features),
     ):
         if value is not None:
-            problem, remedy = "is given without a recording", "give --recording FILE, or leave it out"
+            problem, remedy = (
+                "is given without a recording",
+                "give --recording FILE or --drive, or leave it out",
+            )
             raise SettingError(where="studio", setting=option, problem=problem, remedy=remedy)
     with ExitStack() as leaving:
         watch = None

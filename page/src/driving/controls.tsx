@@ -1,0 +1,107 @@
+/** The stick on the page, the behaviors that are held as buttons, and the label of the moment. */
+
+import { useRef } from "preact/hooks";
+import { useNews } from "../news";
+import { swatch } from "../recording/scale";
+import { className, hasKeys, plain } from "../words";
+import type { Driving } from "./driving";
+import { HOLDS, pulled } from "./stick";
+
+/** How far the knob goes from the middle, as a share of the size of the stick. */
+const REACH = 0.3;
+
+export function Controls({ driving }: { driving: Driving }) {
+  useNews(driving.moved);
+  const held = driving.told?.held ?? [];
+  const now = new Set(driving.stick.held(held.length));
+  return (
+    <section class="controls" aria-label="Driving">
+      <StickPad driving={driving} />
+      <div class="held">
+        {held.map((name, index) => (
+          <button
+            type="button"
+            key={name}
+            aria-pressed={now.has(index)}
+            class={className(now.has(index) && "on")}
+            onPointerDown={(event) => {
+              event.currentTarget.setPointerCapture(event.pointerId);
+              driving.begin();
+              driving.stick.pushed.add(index);
+              driving.steer();
+            }}
+            onLostPointerCapture={() => {
+              driving.stick.pushed.delete(index);
+              driving.steer();
+            }}
+            onContextMenu={(event) => event.preventDefault()}
+          >
+            <span class="cut">{plain(name)}</span>
+            {hasKeys() && HOLDS[index] !== undefined && <kbd>{HOLDS[index]?.toUpperCase()}</kbd>}
+          </button>
+        ))}
+        <Moment driving={driving} />
+      </div>
+    </section>
+  );
+}
+
+function StickPad({ driving }: { driving: Driving }) {
+  const pad = useRef<HTMLDivElement>(null);
+  const { lean } = driving.stick;
+  const pull = (event: PointerEvent): void => {
+    const box = pad.current?.getBoundingClientRect();
+    if (box === undefined) return;
+    const [x, y] = [event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2];
+    const { right, up } = pulled(x, y, box.width * REACH);
+    const { turns = true, drives = true } = driving.told ?? {};
+    driving.stick.pulled = { right: turns ? right : 0, up: drives ? up : 0 };
+    driving.steer();
+  };
+  const release = (): void => {
+    driving.stick.pulled = null;
+    driving.steer();
+  };
+  return (
+    <div
+      ref={pad}
+      class={className("stick", driving.stick.pulled !== null && "grasped")}
+      role="img"
+      aria-label="Stick: drag it to drive, or use the arrow keys"
+      onPointerDown={(event) => {
+        event.preventDefault();
+        if (event.button !== 0) return;
+        (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
+        driving.begin();
+        pull(event);
+      }}
+      onPointerMove={(event) => driving.stick.pulled !== null && pull(event)}
+      onLostPointerCapture={release}
+    >
+      <span class="way up">▲</span>
+      <span class="way down">▼</span>
+      <span class="way left">◀</span>
+      <span class="way right">▶</span>
+      <span
+        class="knob"
+        style={{ left: `${50 + 100 * REACH * lean.right}%`, top: `${50 - 100 * REACH * lean.up}%` }}
+      />
+    </div>
+  );
+}
+
+/** What the drive is at this moment, as far as it is known. */
+function Moment({ driving }: { driving: Driving }) {
+  const { review } = driving.recording;
+  const last = review?.spans.at(-1);
+  if (driving.told?.waiting === true)
+    return <p class="moment soft">Move the stick: the world waits for you.</p>;
+  if (!driving.driving || last === undefined || review === null) return null;
+  const none = last.label === review.labels.length - 1;
+  return (
+    <p class="moment" role="status">
+      <span class="swatch" style={{ background: swatch(last.label, review.labels.length) }} />
+      {none ? "no behavior explains this" : plain(review.labels[last.label] ?? "")}
+    </p>
+  );
+}

@@ -1,0 +1,188 @@
+/** A drive under way: the world as it moves, the stick, what the server says, and the review of what was driven. */
+
+import { decode, pictureIn } from "../frame";
+import { News } from "../news";
+import type { DriveNews, DriveRequest, Scene, SceneNews } from "../protocol";
+import { Recording } from "../recording/recording";
+import { Motion } from "../world/motion";
+import type { Desk } from "../world/picture";
+import type { WorldSource } from "../world/stage";
+import { padded, Stick } from "./stick";
+
+/** How often the stick is told of while somebody drives, ms: the server takes longer silence for letting go. */
+const EVERY_MS = 50;
+const AGAIN_MS = 1000;
+const REFUSED = 4403;
+const TAKEN = 4409;
+
+export class Driving implements WorldSource {
+  readonly news = new News();
+  readonly framed = new News();
+  /** Tells when the stick moves. */
+  readonly moved = new News();
+  readonly motion = new Motion();
+  readonly recording = new Recording();
+  readonly stick = new Stick();
+  readonly sort = null;
+  readonly directs = false;
+  readonly live = { fixed: true };
+  told: DriveNews | null = null;
+  scene: Scene | null = null;
+  image: ImageBitmap | null = null;
+  desk: Desk | null = null;
+  /** Why this page does not drive; empty while it does. */
+  lost = "";
+  /** The world's time, s. */
+  time = 0;
+  hasPad = false;
+  private socket: WebSocket | null = null;
+  private fetching = false;
+  private fetched = 0;
+  private started = false;
+
+  open(): void {
+    const here = new URL("drive", document.baseURI);
+    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
+    const token = new URL(location.href).searchParams.get("token");
+    if (token !== null) here.searchParams.set("token", token);
+    const socket = new WebSocket(here.href);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
+    socket.onclose = (event) => this.leave(event);
+    this.socket = socket;
+  }
+
+  /** Whether somebody drives, so that labels cannot be changed. */
+  get driving(): boolean {
+    return this.told?.driving ?? false;
+  }
+
+  send(request: DriveRequest): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
+  }
+
+  /** Drive, or pause. */
+  turn(): void {
+    if (this.recording.busy !== null && this.recording.busy !== "drive") return;
+    this.send({ do: this.driving ? "pause_drive" : "drive" });
+  }
+
+  /** Begin to drive if nobody does; the world waits for the stick. */
+  begin(): void {
+    if (!this.driving && this.recording.busy === null) this.send({ do: "drive" });
+  }
+
+  /** The stick moved, or may have. */
+  steer(): void {
+    const { right, up } = this.stick.lean;
+    if (this.driving) {
+      this.send({ do: "steer", right, up, held: this.stick.held(this.told?.held.length ?? 0) });
+    }
+    this.moved.tell();
+  }
+
+  /** Nobody holds anything: the robot rests at once. */
+  release(): void {
+    this.stick.release();
+    this.steer();
+  }
+
+  /** Listen to the gamepad, and to the page that is left; what ends that. */
+  listen(): () => void {
+    const beat = setInterval(() => {
+      this.readPad();
+      if (this.driving) this.steer();
+    }, EVERY_MS);
+    const leave = (): void => this.release();
+    const hide = (): void => {
+      this.release();
+      if (document.hidden && this.driving) this.send({ do: "pause_drive" });
+    };
+    addEventListener("blur", leave);
+    document.addEventListener("visibilitychange", hide);
+    return () => {
+      clearInterval(beat);
+      removeEventListener("blur", leave);
+      document.removeEventListener("visibilitychange", hide);
+    };
+  }
+
+  private readPad(): void {
+    const found = document.hasFocus() ? navigator.getGamepads?.().find((pad) => pad !== null) : undefined;
+    const pad = found === undefined || found === null ? null : padded(found);
+    if (this.hasPad !== (pad !== null)) {
+      this.hasPad = pad !== null;
+      this.news.tell();
+    }
+    if (pad?.start === true && !this.started) this.turn();
+    this.started = pad?.start ?? false;
+    this.stick.pad = pad;
+  }
+
+  private take(data: string | ArrayBuffer): void {
+    if (typeof data !== "string") return this.see(data);
+    const news = JSON.parse(data) as DriveNews | SceneNews;
+    if (news.is === "scene") {
+      this.scene = news.scene;
+      this.motion.trail.length = 0;
+    } else if (news.is === "drive") this.hear(news);
+    this.news.tell();
+  }
+
+  private hear(news: DriveNews): void {
+    const { recording } = this;
+    const was = this.driving;
+    this.told = news;
+    this.lost = "";
+    this.desk = { mode: "training", features: news.features, doing: [] };
+    const closed = news.driving || !news.current;
+    if (closed && recording.busy === null) recording.busy = "drive";
+    if (!closed && recording.busy === "drive") recording.busy = null;
+    if (news.driving) recording.select(null);
+    if (was && !news.driving) this.release();
+    void this.refresh();
+    recording.news.tell();
+  }
+
+  private see(buffer: ArrayBuffer): void {
+    const picture = pictureIn(buffer);
+    if (picture !== null) {
+      void createImageBitmap(picture).then((image) => {
+        this.image?.close();
+        this.image = image;
+        this.framed.tell();
+      });
+      return;
+    }
+    const frame = decode(buffer);
+    this.time = frame.time;
+    this.motion.take(frame, performance.now());
+    this.framed.tell();
+  }
+
+  /** Fetch the review if it changed since the last time. */
+  private async refresh(): Promise<void> {
+    if (this.fetching) return;
+    this.fetching = true;
+    while (this.fetched !== (this.told?.version ?? 0)) {
+      this.fetched = this.told?.version ?? 0;
+      await this.recording.refresh();
+    }
+    this.fetching = false;
+    this.news.tell();
+  }
+
+  private leave(event: CloseEvent): void {
+    this.socket = null;
+    this.release();
+    if (this.told !== null) this.told = { ...this.told, driving: false, waiting: false };
+    if (event.code === TAKEN)
+      this.lost = "Another page drives this robot now. Load this page again to drive it.";
+    else if (event.code === REFUSED) this.lost = event.reason;
+    else {
+      this.lost = "The connection to the studio is lost. The robot rests.";
+      setTimeout(() => this.open(), AGAIN_MS);
+    }
+    this.news.tell();
+  }
+}

@@ -1,0 +1,136 @@
+/** The page on which somebody drives: the timeline that grows, the world, the stick, and the review of the drive. */
+
+import { useEffect } from "preact/hooks";
+import { useNews } from "../news";
+import { listen } from "../recording/page";
+import { ReviewPane } from "../recording/pane";
+import { TimelineView } from "../recording/timeline";
+import { hasKeys } from "../words";
+import { Controls } from "./controls";
+import type { Driving } from "./driving";
+import { DrivenWorld } from "./world";
+
+export function DrivingPage({ driving }: { driving: Driving }) {
+  const { recording, told, scene } = driving;
+  useNews(driving.news);
+  useNews(recording.news);
+  useEffect(() => driving.listen(), [driving]);
+  useEffect(() => steer(driving), [driving]);
+  useEffect(() => listen(recording, () => driving.driving), [driving]);
+  if (told === null || scene === null) return <p class="wait">{driving.lost || "Opening the world …"}</p>;
+  const { review, series } = recording;
+  const error = driving.lost || told.error || recording.error;
+  const idle = recording.busy === null;
+  return (
+    <div class="recording driving">
+      <Bar driving={driving} />
+      {error !== "" && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      <main>
+        {review === null || series === null ? (
+          <Hint driving={driving} />
+        ) : (
+          <TimelineView recording={recording} review={review} series={series.series} live={driving.driving} />
+        )}
+        <DrivenWorld driving={driving} />
+      </main>
+      <div class="beside">
+        <Controls driving={driving} />
+        {review !== null && <ReviewPane recording={recording} review={review} />}
+        {review !== null && idle && told.folder !== null && (
+          <p class="tiny soft kept">Recorded in the folder {told.folder}.</p>
+        )}
+      </div>
+    </div>
+  );
+}
+
+function Bar({ driving }: { driving: Driving }) {
+  const { recording, told, scene } = driving;
+  const { review, busy } = recording;
+  const driven = review === null ? 0 : recording.ticks * review.tick_s;
+  const changes = busy !== null && busy !== "drive";
+  return (
+    <header class="bar">
+      <h1 class="logo">Understudy</h1>
+      <span class="divider" />
+      <b class="cut">{scene?.scenario}</b>
+      <span class="soft seed">seed {scene?.seed}</span>
+      <span class="soft">{driven.toFixed(0)} s</span>
+      <span class="space" />
+      {review !== null && (
+        <button
+          type="button"
+          disabled={!review.can_undo || busy !== null}
+          onClick={() => void recording.ask({ do: "undo" })}
+        >
+          Undo
+        </button>
+      )}
+      <button
+        type="button"
+        disabled={driving.driving || changes}
+        title="The same drive goes on in another world"
+        onClick={() => driving.send({ do: "new_world" })}
+      >
+        New world
+      </button>
+      <button
+        type="button"
+        class="primary turn"
+        disabled={changes || driving.lost !== ""}
+        onClick={(event) => {
+          driving.turn();
+          if (event.detail > 0) event.currentTarget.blur(); // the space bar is the page's again
+        }}
+      >
+        {told?.driving === true ? "Pause" : "Drive"}
+      </button>
+    </header>
+  );
+}
+
+/** What to do, before anything was driven. */
+function Hint({ driving }: { driving: Driving }) {
+  return (
+    <section class="driving-hint" aria-label="Timeline">
+      <p>
+        <b>Drive the robot, and it learns from how you drive.</b>
+      </p>
+      <p class="soft">
+        Drag the stick with the mouse or a finger
+        {hasKeys() && ", use the arrow keys after a press of the space bar"}
+        {driving.hasPad
+          ? ", or the left stick of the gamepad after a press of Start."
+          : ", or connect a gamepad."}{" "}
+        The behaviors that explain your commands appear here while you drive.
+      </p>
+    </section>
+  );
+}
+
+/** Keys: the space bar drives and pauses; while somebody drives, arrows and letters are the stick's. */
+function steer(driving: Driving): () => void {
+  const down = (event: KeyboardEvent): void => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLInputElement) return;
+    if (event.key === " ") {
+      if (event.target instanceof HTMLButtonElement) return; // which it presses
+      if (!event.repeat) driving.turn();
+    } else if (!driving.driving || !driving.stick.press(event.key)) return;
+    else if (!event.repeat) driving.steer();
+    event.preventDefault();
+  };
+  const up = (event: KeyboardEvent): void => {
+    driving.stick.lift(event.key);
+    if (driving.driving) driving.steer();
+  };
+  addEventListener("keydown", down);
+  addEventListener("keyup", up);
+  return () => {
+    removeEventListener("keydown", down);
+    removeEventListener("keyup", up);
+  };
+}

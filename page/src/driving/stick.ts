@@ -1,0 +1,116 @@
+/** Where the stick is: by the mouse or a finger, the arrow keys, or a gamepad; and which buttons are held. */
+
+import type { Arrow } from "../protocol";
+
+/** How far it leans, -1 to 1 each; up is above 0. */
+export interface Lean {
+  right: number;
+  up: number;
+}
+
+export const REST: Lean = { right: 0, up: 0 };
+/** The keys of the behaviors that are held, in order. */
+export const HOLDS = ["a", "s", "d", "f", "g", "h"];
+/** A gamepad's stick that leans less is at rest: it never quite returns to the middle. */
+const LOOSE = 0.12;
+const ARROWS: Readonly<Record<string, Arrow>> = {
+  ArrowUp: "up",
+  ArrowDown: "down",
+  ArrowLeft: "left",
+  ArrowRight: "right",
+};
+const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
+/** The buttons of a gamepad for behaviors that are held: A, X, B, Y, and those at the shoulders. */
+export const PAD_HOLDS = [0, 2, 1, 3, 4, 5];
+/** The button of a gamepad that begins and pauses. */
+export const PAD_START = 9;
+
+/** The lean of a pointer, as far from the middle as it is; on the rim at most. */
+export function pulled(dx: number, dy: number, radius: number): Lean {
+  const far = Math.max(radius, Math.hypot(dx, dy));
+  return { right: dx / far, up: flipped(dy / far) };
+}
+
+/** The lean of arrows that are held; those of two axes share it. */
+export function steered(ways: Iterable<Arrow>): Lean {
+  const held = new Set(ways);
+  const right = Number(held.has("right")) - Number(held.has("left"));
+  const up = Number(held.has("up")) - Number(held.has("down"));
+  const far = Math.max(1, Math.hypot(right, up));
+  return { right: right / far, up: up / far };
+}
+
+export interface PadState {
+  lean: Lean;
+  held: number[];
+  start: boolean;
+}
+
+/** What a gamepad says: its left stick or directional pad, and its buttons. */
+export function padded({ axes, buttons }: Pick<Gamepad, "axes" | "buttons">): PadState {
+  const pressed = new Set(buttons.flatMap(({ pressed }, index) => (pressed ? [index] : [])));
+  const cross = steered([...pressed].flatMap((index) => PADS[index] ?? []));
+  const [x = 0, y = 0] = axes;
+  const far = Math.max(1, Math.hypot(x, y));
+  const stick = Math.hypot(x, y) <= LOOSE ? REST : { right: x / far, up: flipped(y / far) };
+  return {
+    lean: rests(cross) ? stick : cross,
+    held: PAD_HOLDS.flatMap((button, index) => (pressed.has(button) ? [index] : [])),
+    start: pressed.has(PAD_START),
+  };
+}
+
+export function rests({ right, up }: Lean): boolean {
+  return right === 0 && up === 0;
+}
+
+function flipped(y: number): number {
+  return y === 0 ? 0 : -y;
+}
+
+/** Everything that moves the stick. */
+export class Stick {
+  /** Where the pointer holds it; null while it does not. */
+  pulled: Lean | null = null;
+  /** Which buttons on the page are held. */
+  readonly pushed = new Set<number>();
+  pad: PadState | null = null;
+  private readonly arrows = new Map<string, Arrow>();
+  private readonly keys = new Set<string>();
+
+  get lean(): Lean {
+    if (this.pulled !== null) return this.pulled;
+    if (this.pad !== null && !rests(this.pad.lean)) return this.pad.lean;
+    return steered(this.arrows.values());
+  }
+
+  /** Which of so many behaviors are held. */
+  held(count: number): number[] {
+    const found = new Set([...this.pushed, ...(this.pad?.held ?? [])]);
+    for (const key of this.keys) found.add(HOLDS.indexOf(key));
+    return [...found].filter((index) => index >= 0 && index < count).sort((one, other) => one - other);
+  }
+
+  /** A key is pressed; whether it is one of the stick's. */
+  press(key: string): boolean {
+    const way = ARROWS[key];
+    if (way !== undefined) this.arrows.set(key, way);
+    else if (HOLDS.includes(key.toLowerCase())) this.keys.add(key.toLowerCase());
+    else return false;
+    return true;
+  }
+
+  lift(key: string): void {
+    this.arrows.delete(key);
+    this.keys.delete(key.toLowerCase());
+  }
+
+  /** Everything is let go of. */
+  release(): void {
+    this.pulled = null;
+    this.pad = null;
+    this.pushed.clear();
+    this.arrows.clear();
+    this.keys.clear();
+  }
+}

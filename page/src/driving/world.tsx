@@ -1,0 +1,79 @@
+/** The world in which somebody drives, with the way of the robot in the colors of its labels. */
+
+import { useEffect, useRef } from "preact/hooks";
+import { nearest, pieces } from "../recording/path";
+import { swatch } from "../recording/scale";
+import { drawOverlays } from "../world/overlays";
+import { disc, spot, type Picture } from "../world/picture";
+import { Stage } from "../world/stage";
+import type { Driving } from "./driving";
+
+const MARGINS = { top: 14, bottom: 14, sides: 14 };
+
+export function DrivenWorld({ driving }: { driving: Driving }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  useEffect(() => {
+    if (canvas.current === null) return undefined;
+    const below = (picture: Picture): void => {
+      drawOverlays(picture);
+      drawWay(picture, driving);
+    };
+    const stage = new Stage(canvas.current, driving, MARGINS, below);
+    const stop = driving.recording.news.listen(() => stage.draw());
+    return () => {
+      stop();
+      stage.close();
+    };
+  }, [driving]);
+  const { scene } = driving;
+  return (
+    <div class="driven-world">
+      <canvas ref={canvas} role="img" aria-label={`The world ${scene?.scenario ?? ""} with the robot`} />
+    </div>
+  );
+}
+
+/** The way of the present episode by its labels, what is selected of it, and the place under the pointer. */
+function drawWay(picture: Picture, { recording }: Driving): void {
+  const { review, series, selected, pointed } = recording;
+  const begins = review?.episodes.at(-1)?.first ?? 0;
+  if (review === null || series === null || series.path.length === 0) return;
+  const { pen, palette } = picture;
+  const { path, path_ticks: ticks } = series;
+  pen.lineCap = "round";
+  pen.lineJoin = "round";
+  for (const { points, label, first } of pieces(review, ticks, path)) {
+    if (first < begins) continue;
+    const none = label === review.labels.length - 1;
+    trace(picture, points, none ? palette.wall : swatch(label, review.labels.length), 4);
+  }
+  if (selected !== null && selected.first >= begins) {
+    const inside = path.filter((_, index) => {
+      const tick = ticks[index] ?? -1;
+      return tick >= selected.first && tick < selected.end;
+    });
+    pen.globalAlpha = 0.35;
+    trace(picture, inside, palette.ink, 9);
+    pen.globalAlpha = 1;
+  }
+  const place = pointed === null || pointed < begins ? undefined : path[nearest(ticks, pointed)];
+  if (place === undefined) return;
+  pen.beginPath();
+  disc(pen, ...spot(picture, ...place), 6);
+  pen.fillStyle = palette.ink;
+  pen.fill();
+}
+
+function trace(
+  picture: Picture,
+  points: readonly (readonly [number, number])[],
+  color: string,
+  width: number,
+): void {
+  const { pen } = picture;
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(...spot(picture, x, y));
+  pen.strokeStyle = color;
+  pen.lineWidth = width;
+  pen.stroke();
+}

@@ -1,0 +1,274 @@
+"""A drive under way: somebody drives a simulated robot with a stick, and the labels of the drive follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from math import nan
+from threading import Lock
+from time import monotonic
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SessionError
+from understudy.model.features import BoundFeature, Percept
+from understudy.runtime.feature_columns import read_feature_column
+from understudy.segmentation.candidates import BehaviorCandidate, Candidate
+from understudy.segmentation.drive_recorder import POSE, DriveRecorder
+from understudy.segmentation.recorded_drive import RecordedDrive
+from understudy.segmentation.segment import Segmentation, segment
+from understudy.sim.body_world import BodyWorld
+from understudy.sim.world import World
+from understudy.ui.controller.clock import RealTimeClock, WallClock
+from understudy.ui.controller.recording_review import RecordingReview
+from understudy.ui.controller.status import describe_error
+from understudy.ui.controller.stick import AT_REST, StickLayout, StickPosition
+
+DrivenWorld: TypeAlias = World | BodyWorld
+"""The worlds in which a person can drive: simulated ones, and those of bodies of the user's own."""
+SILENT_S = 0.3
+"""How long after the last message about the stick it counts as at rest, s."""
+EVERY_S = 1.0
+"""The least time between two segmentations while somebody drives, s."""
+MOST_SHARE = 0.25
+"""The share of the time that segmenting takes at most; a long drive is segmented less often."""
+OVER = "the episode is over: begin a new world to go on"
+
+
+class DriveExplanation(NamedTuple):
+    """What explains a drive: candidates, and the features that the driver's switches may depend on."""
+
+    candidates: Sequence[Candidate]
+    features: Sequence[BoundFeature]
+
+
+class LiveDrive:
+    """The drive of one robot of a world by a stick, from which its review grows.
+
+    The world stands still until the stick is moved, so that no drive begins with a wait. It also stands still whenever
+    the stick is at rest, unless one of the behaviors rests: nothing else could explain that. Everything but the
+    segmentation, which runs in a thread, happens in the thread of the caller.
+
+    Parameters
+    ----------
+    world
+        The world.
+    layout
+        What the stick commands.
+    explanation
+        What explains the drive.
+    make_review
+        The function that makes the review of the first segmentation.
+    agent
+        The robot that is driven, from 0; the others rest.
+    keep
+        A function that keeps a drive that was paused, in files; None: it is not kept.
+    wall
+        The clock of real time.
+    """
+
+    def __init__(
+        self,
+        world: DrivenWorld,
+        layout: StickLayout,
+        explanation: DriveExplanation,
+        make_review: Callable[[Segmentation], RecordingReview],
+        *,
+        agent: int = 0,
+        keep: Callable[[RecordedDrive, NDArray[np.float64]], None] | None = None,
+        wall: WallClock = monotonic,
+    ) -> None:
+        self.world, self.layout, self.agent = world, layout, agent
+        self.driving = False
+        """True from when somebody drives until it is paused."""
+        self.waiting = False
+        """True while the world stands still until the stick is moved."""
+        self.review: RecordingReview | None = None
+        """The review of what was segmented so far; None before the first segmentation."""
+        self.lock = Lock()
+        """Held while the review is read in another thread, or changed."""
+        self.error = ""
+        """The sentence of the last problem; empty if there is none."""
+        self.version = 0
+        """Grows whenever the review changes."""
+        self._explanation, self._make_review, self._keep, self._wall = explanation, make_review, keep, wall
+        self._can_rest = any(_rests(each, layout) for each in explanation.candidates)
+        self._pace = RealTimeClock(wall, tick_s=world.tick_s)
+        self._recorder = DriveRecorder(world, self._name_episode())
+        self._stick, self._heard_s = AT_REST, -SILENT_S
+        self._executor = ThreadPoolExecutor(1, thread_name_prefix="segment")
+        self._running: Future[Segmentation] | None = None
+        self._segmented, self._kept, self._began_s, self._due_s = 0, 0, 0.0, 0.0
+        self.percept: Percept = world.sense(self._recorder.keys)
+        """The present readings of all robots."""
+
+    @property
+    def ticks(self) -> int:
+        """The number of ticks that were driven."""
+        return self._recorder.ticks
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the review has all ticks that were driven."""
+        return self._running is None and self._segmented == self.ticks
+
+    @property
+    def stick(self) -> StickPosition:
+        """The position of the stick; at rest if nothing was heard of it for `SILENT_S`."""
+        return self._stick if self._wall() - self._heard_s < SILENT_S else AT_REST
+
+    def find_review(self) -> RecordingReview:
+        """Return the review; SessionError before the first segmentation."""
+        if self.review is None:
+            raise SessionError("nothing was driven yet: move the stick")
+        return self.review
+
+    def check_change(self) -> None:
+        """Raise SessionError while somebody drives, or while labels are being found."""
+        if self.driving or not self.is_current:
+            raise SessionError("the drive goes on: pause it, and then change its labels")
+
+    def list_places(self) -> NDArray[np.float64]:
+        """List where the robot was at each tick of the review [T, 2], m; NaN where that is not known."""
+        count = 0 if self.review is None else self.review.segmentation.drive.ticks
+        return self._recorder.list_poses()[:count, :2]
+
+    def list_readings(self, features: Sequence[BoundFeature]) -> list[float]:
+        """List the present values of features of the driven robot."""
+        agents = self.world.agents
+        return [
+            float(read_feature_column(each, self.percept, agents=agents)[self.agent]) for each in features
+        ]
+
+    def steer(self, stick: StickPosition) -> None:
+        """Take the position of the stick, which holds until the next one, or for `SILENT_S`."""
+        self._stick, self._heard_s = stick, self._wall()
+
+    def drive(self) -> None:
+        """Begin to drive, or go on; the world waits for the stick. SessionError while the review is being changed."""
+        if self.driving:
+            return
+        if self.lock.locked():
+            raise SessionError("the labels are being learned from: drive on when that is done")
+        if isinstance(self.world, BodyWorld) and self.world.is_over:
+            raise SessionError(OVER)
+        self.error, self._stick = "", AT_REST
+        self.driving = self.waiting = True
+
+    def pause(self) -> None:
+        """Pause; what was driven is segmented to its end, and kept."""
+        if not self.driving:
+            return
+        self.driving = self.waiting = False
+        self._stick = AT_REST
+        self._pace.stop()
+        self._due_s = 0.0
+        if self._keep is not None and self.ticks > self._kept:
+            self._kept = self.ticks
+            try:
+                self._keep(self._recorder.make_drive(), self._recorder.list_poses())
+            except Exception as error:  # a full disk, or a folder that cannot be written
+                self.error = describe_error(error)
+
+    def begin_world(self, seed: int) -> None:
+        """Begin another world, as another episode of the drive; SessionError while somebody drives."""
+        if self.driving:
+            raise SessionError("somebody drives the robot: pause first")
+        self.world.reset([seed])
+        self.percept = self.world.sense(self._recorder.keys)
+        self._recorder.begin_episode(self._name_episode())
+
+    def advance(self) -> int:
+        """Take the ticks that are due, and segmentations that ended; return the number of ticks."""
+        taken = 0
+        if self.waiting and not self.stick.is_resting:
+            self.waiting = False
+            self._pace.resume()
+            self._tick()
+            taken = 1
+        elif self.driving and not self.waiting:
+            for _ in self._pace.ticks():
+                if self.stick.is_resting and not self._can_rest:
+                    self.waiting = True
+                    self._pace.stop()
+                    break
+                self._tick()
+                taken += 1
+                if not self.driving:
+                    break
+        self._advance_segmentation()
+        return taken
+
+    def close(self) -> None:
+        """Pause, and wait for a segmentation that is running."""
+        self.pause()
+        self._executor.shutdown(cancel_futures=True)
+
+    def _tick(self) -> None:
+        """Give the command of the stick for one tick, and record it."""
+        try:
+            command = self.layout.make_command(self.stick)
+            readings = [float(self.percept[key][self.agent]) for key in self._recorder.keys]
+            self.world.act(
+                {
+                    channel.name: self._make_column(value, channel.rest)
+                    for channel, value in zip(self.layout.channels, command, strict=True)
+                }
+            )
+            self.percept = self.world.sense(self._recorder.keys)
+            self._recorder.add(self.world.time_s, readings, command, self._find_pose())
+        except Exception as error:  # of a body of the user's own
+            self.pause()
+            self.error = describe_error(error)
+        if isinstance(self.world, BodyWorld) and self.world.is_over:
+            self.pause()
+            self.error = OVER
+
+    def _make_column(self, value: float, rest: float) -> NDArray[np.float64]:
+        column = np.full(self.world.agents, rest)
+        column[self.agent] = value
+        return column
+
+    def _find_pose(self) -> list[float]:
+        if isinstance(self.world, BodyWorld):
+            return [nan] * len(POSE)
+        return [float(self.world.state.robots[name][self.agent]) for name in POSE]
+
+    def _name_episode(self) -> str:
+        return f"seed {self.world.seeds[0]}"
+
+    def _advance_segmentation(self) -> None:
+        """Take over a segmentation that ended, and begin one if it is due."""
+        now = self._wall()
+        if self._running is not None and self._running.done():
+            running, self._running = self._running, None
+            self._due_s = now + max(EVERY_S, (now - self._began_s) / MOST_SHARE) if self.driving else 0.0
+            self.version += 1
+            try:
+                self._take(running.result())
+            except Exception as error:  # a candidate of the user's own may do anything
+                self.error = describe_error(error)
+                self.pause()
+        if self._running is None and self._segmented < self.ticks and now >= self._due_s:
+            drive = self._recorder.make_drive()
+            self._segmented, self._began_s = drive.ticks, now
+            self._running = self._executor.submit(
+                segment, drive, self._explanation.candidates, features=self._explanation.features
+            )
+
+    def _take(self, found: Segmentation) -> None:
+        with self.lock:
+            if self.review is None:
+                self.review = self._make_review(found)
+            else:
+                self.review.extend(found)
+
+
+def _rests(candidate: Candidate, layout: StickLayout) -> bool:
+    """Return whether a candidate is a basic behavior that leaves all channels at rest."""
+    if not isinstance(candidate, BehaviorCandidate) or candidate.ground.behavior.function is not None:
+        return False
+    rest = {each.name: each.rest for each in layout.channels}
+    return all(value == rest.get(channel) for channel, value in candidate.ground.behavior.command.items())

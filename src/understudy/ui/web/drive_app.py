@@ -1,0 +1,106 @@
+"""The drive under way as a web application: the page, its WebSocket, and the review of what was driven."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Collection
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection
+from starlette.routing import WebSocketRoute
+from starlette.websockets import WebSocket
+
+from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
+from understudy.ui.web.app import MOST_FRAME, REFUSED, STATIC
+from understudy.ui.web.drive_server import DriveServer
+from understudy.ui.web.recording_app import make_file_mount, make_page_route, make_review_routes
+
+DRIVE_PATH = "/drive"
+
+
+def make_drive_app(
+    server: DriveServer,
+    *,
+    token: str | None = None,
+    hosts: Collection[str] | None = LOOPBACK,
+    static: Path = STATIC,
+) -> Starlette:
+    """Return the web application in which a person drives a robot.
+
+    Parameters
+    ----------
+    server
+        The server of the drive.
+    token
+        The token that pages need; None: none.
+    hosts
+        The accepted host names; None: any.
+    static
+        Folder of the built page.
+
+    Returns
+    -------
+    Starlette
+        The application.
+    """
+
+    def refuse(caller: HTTPConnection) -> str | None:
+        return find_connection_problem(caller, token, hosts)
+
+    async def socket(websocket: WebSocket) -> None:
+        await websocket.accept()
+        problem = refuse(websocket)
+        if problem is not None:
+            await websocket.close(REFUSED, problem)
+            return
+        await server.serve(websocket)
+
+    @asynccontextmanager
+    async def life(_: Starlette) -> AsyncIterator[None]:
+        clockwork = asyncio.create_task(server.run())
+        try:
+            yield
+        finally:
+            clockwork.cancel()
+            with suppress(asyncio.CancelledError):
+                await clockwork
+
+    routes = [
+        make_page_route(static, "driving.html"),
+        *make_review_routes(server.live, refuse, lock=server.live.lock),
+        WebSocketRoute(DRIVE_PATH, socket),
+        make_file_mount(static),
+    ]
+    return Starlette(routes=routes, lifespan=life)
+
+
+def serve_drive(
+    server: DriveServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None
+) -> None:
+    """Serve the drive until a signal ends it; it is kept then.
+
+    Parameters
+    ----------
+    server
+        The server of the drive.
+    address
+        The address to listen on.
+    ready
+        Called when pages are served.
+    """
+    hosts = LOOPBACK if is_loopback(address.host) else None
+    config = uvicorn.Config(
+        make_drive_app(server, token=address.token, hosts=hosts),
+        log_level="warning",
+        access_log=False,
+        ws_max_size=MOST_FRAME,
+        ws_per_message_deflate=False,
+        ws_ping_interval=5.0,
+        ws_ping_timeout=10.0,
+        timeout_graceful_shutdown=2,
+    )
+    ready()
+    uvicorn.Server(config).run(sockets=[address.listener])

@@ -1,0 +1,219 @@
+"""The server of a drive under way: take the ticks that are due, and exchange messages with the page that drives."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from contextlib import suppress
+from time import monotonic, perf_counter
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+
+from understudy.errors import UnderstudyError
+from understudy.model.features import BoundFeature
+from understudy.model.library import Kit
+from understudy.sim.body_world import BodyWorld
+from understudy.sim.sensing.sensor_table import list_range_scans
+from understudy.ui.controller.clock import WallClock
+from understudy.ui.controller.live_drive import LiveDrive
+from understudy.ui.controller.status import describe_error
+from understudy.ui.controller.stick import StickPosition
+from understudy.ui.web import frames
+from understudy.ui.web.clients import Client
+from understudy.ui.web.messages.base import Data
+from understudy.ui.web.messages.drive_requests import AnyDriveRequest, BeginDriving, BeginWorld, SteerRobot
+from understudy.ui.web.server import FRAME_S, PICTURE_S, REST_S, SceneNewsData, send_queued
+from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
+
+TAKEN = 4409
+"""The code with which the connection of a page is closed when another page drives."""
+_encode = msgspec.json.Encoder().encode
+_read = msgspec.json.Decoder(AnyDriveRequest).decode
+
+
+class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"):
+    """The state of a drive under way."""
+
+    driving: bool
+    waiting: bool
+    """Whether the world stands still until the stick is moved."""
+    current: bool
+    """Whether the review has everything that was driven."""
+    version: int
+    """Grows whenever the review changes."""
+    ticks: int
+    """The number of ticks, up to the last pause."""
+    turns: bool
+    """Whether the stick moves to the right and to the left."""
+    drives: bool
+    """Whether the stick moves up and down."""
+    held: list[str]
+    """The names of the behaviors that are carried out while their buttons are held."""
+    features: list[FeatureData]
+    """The features whose values frames have."""
+    folder: str | None
+    """The folder in which drives are kept."""
+    error: str
+
+
+class DriveServer:
+    """The server of one drive; `folder` is where drives are kept, if they are."""
+
+    def __init__(
+        self,
+        live: LiveDrive,
+        kit: Kit,
+        features: Sequence[BoundFeature],
+        *,
+        folder: str | None = None,
+        wall: WallClock = monotonic,
+    ) -> None:
+        self.live = live
+        self._kit, self._features, self._folder, self._wall = kit, features, folder, wall
+        self._described = [
+            FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
+            for each in features
+        ]
+        self._page: Client | None = None
+        self._shown: DriveNewsData | None = None
+        self._picture_due_s = 0.0
+        world = live.world
+        kind = world.names.types[int(world.state.robots["type"][live.agent])]
+        scans = list_range_scans(world.scenario.types[kind]) if not isinstance(world, BodyWorld) else ()
+        self._beams = [(arc.reading, None) for scan in scans for arc in scan.arcs]
+
+    async def serve(self, websocket: WebSocket) -> None:
+        """Exchange messages with a page until it disconnects, or until another page comes."""
+        page = self.connect()
+        sending = asyncio.create_task(send_queued(page, websocket))
+        hearing = asyncio.create_task(self._hear_all(page, websocket))
+        try:
+            await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self.disconnect(page)
+            for task in (sending, hearing):
+                task.cancel()
+                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+                    await task
+            if websocket.application_state is WebSocketState.CONNECTED:
+                with suppress(RuntimeError, WebSocketDisconnect, OSError):
+                    await websocket.close(TAKEN if self._page is not None else 1000)
+
+    def connect(self) -> Client:
+        """Let a page drive from here on, in place of the former one, and return its client."""
+        if self._page is not None:
+            self.disconnect(self._page)
+        page = self._page = Client("", self._wall)
+        self._shown = None
+        self.show_world()
+        self.show()
+        return page
+
+    def disconnect(self, page: Client) -> None:
+        """Pause if this page drives: nobody does from here on."""
+        page.close()
+        if page is self._page:
+            self._page = None
+            self.live.pause()
+
+    async def _hear_all(self, page: Client, websocket: WebSocket) -> None:
+        while not page.closing:
+            received = await websocket.receive()
+            if received["type"] == "websocket.disconnect":
+                return
+            if page.allow_message() and page is self._page:
+                self.handle_text(received.get("text") or "")
+            await asyncio.sleep(0)  # a page that sends without pause keeps nobody else waiting
+
+    def handle_text(self, text: str) -> None:
+        """Carry out a message of the page; what is wrong with it is shown."""
+        live = self.live
+        try:
+            match _read(text):
+                case SteerRobot(right=right, up=up, held=held):
+                    live.steer(StickPosition(right, up, frozenset(held)))
+                    return
+                case BeginDriving():
+                    live.drive()
+                case BeginWorld(seed=seed):
+                    live.begin_world(live.world.seeds[0] + 1 if seed is None else seed)
+                    self.show_world()
+                case _:
+                    live.pause()
+        except (UnderstudyError, msgspec.DecodeError) as error:
+            live.error = describe_error(error)
+        self.show()
+
+    async def run(self) -> None:
+        """Run the drive until cancelled, then end it so that it is kept."""
+        try:
+            while True:
+                began = perf_counter()
+                self.advance()
+                await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
+        finally:
+            self.live.close()
+
+    def advance(self) -> None:
+        """Take the ticks that are due, and send the page what changed; on an error, pause and show its message."""
+        try:
+            ticks = self.live.advance()
+            self.show()
+            if ticks:
+                self.show_frame()
+        except Exception as error:  # such as of a picture of a body of the user's own
+            self.live.pause()
+            self.live.error = describe_error(error)
+
+    def show_world(self) -> None:
+        """Send the page the scene and the present moment."""
+        if self._page is not None:
+            scene = describe_scene(self.live.world, self._kit, [])
+            self._page.show(scene=_encode(SceneNewsData(scene=scene)))
+        self._picture_due_s = 0.0
+        self.show_frame()
+
+    def show_frame(self) -> None:
+        """Send the page the present moment."""
+        live, page = self.live, self._page
+        if page is None:
+            return
+        world = live.world
+        frame = frames.encode_frame(
+            world.view(),
+            tick=int(world.state.tick[0]),
+            agent=live.agent,
+            bits=frames.OPEN | frames.PAUSED * (not live.driving),
+            features=live.list_readings(self._features),
+            sonar=[float(live.percept[key][live.agent]) for key in self._beams],
+        )
+        page.show(frame=frame)
+        if isinstance(world, BodyWorld) and world.has_picture and self._wall() >= self._picture_due_s:
+            self._picture_due_s = self._wall() + PICTURE_S
+            picture = world.render()
+            if picture is not None:
+                page.show(picture=frames.encode_picture(picture))
+
+    def show(self) -> None:
+        """Send the page the state of the drive, if it changed."""
+        live, page = self.live, self._page
+        if page is None:
+            return
+        layout = live.layout
+        shown = DriveNewsData(
+            driving=live.driving,
+            waiting=live.waiting,
+            current=live.is_current,
+            version=live.version,
+            ticks=0 if live.driving else live.ticks,
+            turns=layout.right is not None,
+            drives=layout.up is not None,
+            held=[each.name for each in layout.held],
+            features=self._described,
+            folder=self._folder,
+            error=live.error,
+        )
+        if shown != self._shown:
+            self._shown = shown
+            page.show(news=_encode(shown))

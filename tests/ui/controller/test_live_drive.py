@@ -1,0 +1,266 @@
+"""Drives under way: a scripted stick drives simulated robots, labels appear, and an automaton is learned."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+from tests.ui.cli.commands import said
+
+from understudy.data.trace_drive import read_trace_drive
+from understudy.errors import SessionError
+from understudy.model.library import Library
+from understudy.runtime.program import link
+from understudy.runtime.run_loop import Run
+from understudy.segmentation.segment import UNEXPLAINED
+from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
+from understudy.ui.controller.live_drive import LiveDrive
+from understudy.ui.controller.stick import AT_REST, StickPosition
+
+AHEAD, RIGHT, LEFT = StickPosition(0, 1), StickPosition(1, 0), StickPosition(-1, 0)
+Driver = Callable[[LiveDrive], StickPosition]
+
+
+class Wall:
+    """A clock that a test moves."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+class Scripted:
+    """A drive in a world, which a script advances by pictures of 1/60 s."""
+
+    def __init__(self, folder: Path, *, world: str = "forage", features: str | None = None) -> None:
+        options = DrivingOptions(world, 3, folder / "library", None, None, None, features, 0, kept=True)
+        self.wall = Wall()
+        server, self.files = make_drive_server(options, wall=self.wall)
+        self.live = server.live
+
+    def drive(self, driver: Driver, seconds: float) -> None:
+        """Let a driver steer for some seconds, as a page does."""
+        for _ in range(round(seconds * 60)):
+            self.wall.now_s += 1 / 60
+            self.live.steer(driver(self.live))
+            self.live.advance()
+
+    def be_silent(self, seconds: float) -> None:
+        """Let time go on without a message of the page."""
+        for _ in range(round(seconds * 60)):
+            self.wall.now_s += 1 / 60
+            self.live.advance()
+
+    def pause(self) -> None:
+        """Pause, and wait until the labels are found."""
+        self.live.pause()
+        began = monotonic()
+        while not self.live.is_current:
+            self.live.advance()
+            sleep(0.005)
+            assert monotonic() - began < 60
+
+    @property
+    def spans(self) -> list[tuple[str, int, int]]:
+        found = self.live.find_review().segmentation
+        return [
+            (each.label, each.first, each.end)
+            for episode in found.drive.episodes
+            for each in found.list_spans(episode)
+        ]
+
+
+@pytest.fixture
+def scripted(tmp_path: Path) -> Scripted:
+    return Scripted(tmp_path)
+
+
+def hold(stick: StickPosition) -> Driver:
+    return lambda _: stick
+
+
+class FoodDriver:
+    """A driver who turns to the nearest food and goes there, a little to the left, which has to be corrected."""
+
+    turns = True
+
+    def __call__(self, live: LiveDrive) -> StickPosition:
+        angle = float(live.percept["bearing", "nearest_food"][0])
+        angle = (angle + pi) % (2 * pi) - pi
+        if float(live.percept["range", "nearest_food"][0]) < 0.4:
+            return AT_REST
+        self.turns = abs(angle) > (0.08 if self.turns else 0.25)
+        if self.turns:
+            return LEFT if angle > 0 else RIGHT
+        return StickPosition(-0.1, 0.95)
+
+
+def test_labels_of_what_the_stick_did(scripted: Scripted) -> None:
+    """At 10 Hz, seconds of 10 ticks each."""
+    scripted.live.drive()
+    for stick, seconds in ((AHEAD, 2), (RIGHT, 1), (AHEAD, 1.5), (LEFT, 1)):
+        scripted.drive(hold(stick), seconds)
+    scripted.pause()
+    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_right", "forward", "rotate_left"]
+    assert [first for _, first, _ in scripted.spans] == pytest.approx([0, 20, 30, 45], abs=1)
+
+
+def test_labels_appear_while_somebody_drives(scripted: Scripted) -> None:
+    scripted.live.drive()
+    began = monotonic()
+    while scripted.live.version < 3:
+        scripted.drive(hold(AHEAD), 0.5)
+        sleep(0.01)
+        assert monotonic() - began < 60
+    assert scripted.live.driving
+    assert [label for label, _, _ in scripted.spans] == ["forward"]
+    with pytest.raises(SessionError, match="pause it"):
+        scripted.live.check_change()
+
+
+def test_the_world_waits_for_the_stick(scripted: Scripted) -> None:
+    live = scripted.live
+    live.drive()
+    scripted.drive(hold(StickPosition(0.05, 0.05)), 2)  # within the dead zone
+    assert (live.waiting, live.ticks, live.world.time_s) == (True, 0, 0.0)
+    scripted.drive(hold(AHEAD), 1)
+    assert not live.waiting
+    assert live.ticks in (10, 11)
+
+
+def test_at_rest_when_nothing_is_heard(tmp_path: Path) -> None:
+    """The last message counts for 0.3 s: three ticks, or four of which one begins at once; patrol has a stop."""
+    scripted = Scripted(tmp_path, world="patrol")
+    scripted.live.drive()
+    scripted.live.steer(AHEAD)
+    scripted.be_silent(2)
+    scripted.pause()
+    drive = scripted.live.find_review().segmentation.drive
+    moved = int((drive.commands[:, 0] != 0).sum())
+    assert moved in (3, 4)
+    assert drive.ticks >= 19
+    assert not drive.commands[moved:].any()
+    assert [label for label, _, _ in scripted.spans] == ["forwards", "stop"]
+
+
+def test_the_world_waits_at_rest_where_no_behavior_rests(scripted: Scripted) -> None:
+    """Foragers have no stop: what nothing could explain is not driven."""
+    live = scripted.live
+    live.drive()
+    scripted.drive(hold(AHEAD), 1)
+    before = live.ticks
+    scripted.drive(hold(AT_REST), 3)
+    assert (live.waiting, live.ticks) == (True, before)
+    scripted.drive(hold(RIGHT), 1)
+    scripted.pause()
+    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_right"]
+    drive = live.find_review().segmentation.drive
+    assert drive.commands.any(axis=1).all()
+    assert np.diff(drive.times) == pytest.approx(0.1)
+
+
+def test_what_was_set_by_hand_stays_when_the_drive_goes_on(scripted: Scripted) -> None:
+    live = scripted.live
+    live.drive()
+    scripted.drive(hold(AHEAD), 2)
+    scripted.pause()
+    review = live.find_review()
+    review.set_label(5, 8, "load_food")
+    review.set_label(8, 12, UNEXPLAINED)
+    live.drive()
+    scripted.drive(hold(RIGHT), 2)
+    scripted.pause()
+    assert live.find_review() is review
+    assert scripted.spans == [
+        ("forward", 0, 5), ("load_food", 5, 8), (UNEXPLAINED, 8, 12), ("forward", 12, 20),
+        ("rotate_right", 20, live.ticks),
+    ]  # fmt: skip
+    assert np.flatnonzero(review.by_hand).tolist() == [*range(5, 12)]
+    assert not review.can_undo
+
+
+def test_another_world_is_another_episode(scripted: Scripted) -> None:
+    live = scripted.live
+    live.begin_world(4)  # nothing was driven in the first one
+    live.drive()
+    scripted.drive(hold(AHEAD), 1)
+    with pytest.raises(SessionError, match="pause first"):
+        live.begin_world(5)
+    scripted.pause()
+    first = live.ticks
+    live.begin_world(5)
+    live.drive()
+    scripted.drive(hold(LEFT), 1)
+    scripted.pause()
+    episodes = live.find_review().segmentation.drive.episodes
+    assert [(each.source, each.first, each.end) for each in episodes] == [
+        ("seed 4", 0, first), ("seed 5", first, live.ticks),
+    ]  # fmt: skip
+    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_left"]
+    assert len(live.list_places()) == live.ticks
+
+
+def test_what_is_kept_is_what_was_driven(scripted: Scripted, tmp_path: Path) -> None:
+    """Each world has a trace of its own, from which `understudy learn` learns the same."""
+    for seed in (3, 4):
+        if seed != 3:
+            scripted.live.begin_world(seed)
+        scripted.live.drive()
+        scripted.drive(FoodDriver(), 12)
+        scripted.pause()
+    drive = scripted.live.find_review().segmentation.drive
+    paths = scripted.files.paths
+    assert {*(tmp_path / "recordings").iterdir()} == {*paths}
+    assert len(paths) == len(drive.episodes) == 2
+    for path, episode in zip(paths, drive.episodes, strict=True):
+        kept = read_trace_drive(path)
+        ticks = episode.ticks
+        assert f"seed {kept.header.seed}" == episode.source
+        np.testing.assert_allclose(kept.drive.times, drive.times[ticks], atol=1e-6)
+        np.testing.assert_array_equal(kept.drive.commands, drive.commands[ticks])
+        for key, column in drive.values.items():
+            np.testing.assert_array_equal(kept.drive.values[key], column[ticks])
+        np.testing.assert_allclose(kept.places, scripted.live.list_places()[ticks], atol=1e-6)
+        assert [each.name for each in kept.drive.channels] == [each.name for each in drive.channels]
+        assert {each.name: (each.kind, each.unit) for each in kept.drive.readings} == {
+            each.name: (each.kind, each.unit) for each in drive.readings
+        }
+    found = said("learn", "--recording", paths[0], "--features", "angle_to(nearest_food)")
+    assert {"forward"} < {each["label"] for each in found["drive"]["spans"]}
+    assert json.loads(paths[0].read_text().splitlines()[0])["run"]["scenario"] == "forage"
+
+
+def test_what_was_driven_is_learned(tmp_path: Path) -> None:
+    """Driven to the food in four worlds, the automaton finds it in others, too."""
+    scripted = Scripted(tmp_path, features="distance_to(nearest_food),angle_to(nearest_food)")
+    live = scripted.live
+    for seed in range(4):
+        live.begin_world(seed)
+        live.drive()
+        scripted.drive(FoodDriver(), 25)
+        scripted.pause()
+    learned = live.find_review().learn()
+    assert learned.agreement > 0.9
+    near = 0
+    for seed in range(100, 110):
+        live.world.reset([seed])
+        library: Library = learned.made.library.with_automaton(learned.taught)
+        near += go_by_itself(live, library)
+    assert near >= 8
+
+
+def go_by_itself(live: LiveDrive, library: Library) -> bool:
+    """Run the learned automaton for 40 s; whether it comes to the food."""
+    run = Run.from_program(live.world, link(library, "driven"))
+    for _ in range(400):
+        run.tick()
+        if float(live.world.sense([("range", "nearest_food")])["range", "nearest_food"][0]) < 0.6:
+            return True
+    return False
