@@ -237,8 +237,12 @@ export type News = Hello | SceneNews | SessionNews | TeamNews;
 export type ReviewRequest =
   /** Set the label of the ticks from `first` to before `end` by hand. */
   | { do: "label"; first: Index; end: Index; label: NameField }
-  /** Take the last change of a label back. */
+  /** Take the last change back. */
   | { do: "undo" }
+  /** Add a behavior with a constant command, by channel, and find the labels again. */
+  | { do: "define"; name: NameField; command: Readonly<Record<NameField, number>> }
+  /** Give a state of its own to where a state follows certain others. */
+  | { do: "split"; state: NameField; entered_from: NameListField }
   /** Learn an automaton from the labels, and run it over the recording. */
   | { do: "learn" }
   /** Save what was learned in the library under a name. */
@@ -288,6 +292,7 @@ export interface Review {
   episodes: readonly Episode[];
   spans: readonly LabelSpan[];
   questions: readonly LabelQuestion[];
+  proposals: readonly BehaviorProposal[];
   /** Sentences about all that was left out when the recording was read. */
   omissions: readonly string[];
   learned: LearnedDrive | null;
@@ -531,6 +536,16 @@ export interface LabelQuestion {
   chances: readonly number[];
 }
 
+/** Commands that nothing explains, but that recur: by channel, in words, for how long, and their longest span. */
+export interface BehaviorProposal {
+  command: Readonly<Record<string, number>>;
+  description: string;
+  seconds: number;
+  spans: number;
+  first: number;
+  end: number;
+}
+
 /** The automaton learned from the labels, and its agreement with them. */
 export interface LearnedDrive {
   agreement: number;
@@ -541,6 +556,7 @@ export interface LearnedDrive {
   quarantined: number;
   /** The driver's reaction time in a sentence. */
   reaction: string;
+  splits: readonly SplitProposal[];
 }
 
 /** A reading or a command over the ticks, thinned; null where it is absent. */
@@ -827,6 +843,13 @@ export interface Way {
   to: string;
   /** The conditions in words, one line for each alternative. */
   when: readonly string[];
+}
+
+/** A state that is better split in two, after which others it is to be a state of its own, and the evidence. */
+export interface SplitProposal {
+  state: string;
+  entered_from: readonly string[];
+  evidence: string;
 }
 
 /**

@@ -16,6 +16,7 @@ function review(learned: LearnedDrive | null = null): Review {
     episodes: [{ source: "drive.csv", first: 0, end: 40, from_s: 3 }],
     spans: [span(0, 10, 0), span(10, 20, 1), span(20, 30, 2), span(30, 40, 0)],
     questions: [],
+    proposals: [],
     omissions: [],
     learned,
     can_undo: false,
@@ -32,6 +33,7 @@ function learned(...spans: [number, number, number][]): LearnedDrive {
     examples: 0,
     quarantined: 0,
     reaction: "",
+    splits: [],
   };
 }
 

@@ -137,10 +137,25 @@ def test_reviewed_learned_and_saved(page: Page, tmp_path: Path, snap: Snap) -> N
     page.mouse.move(*place(page, 60))
     snap(page, "recording-zoomed")
 
-    pane.get_by_label("Name").fill("to_and_fro")
+    pane.get_by_label("Name", exact=True).fill("to_and_fro")
     pane.get_by_role("button", name="Save").click()
     expect(pane.get_by_role("status")).to_contain_text("to_and_fro.json")
     assert (tmp_path / "library" / "to_and_fro.json").is_file()
+
+
+def test_what_nothing_explains_gets_a_name(page: Page, snap: Snap) -> None:
+    """The stick at 0.15 for 2 s is no behavior that the map has: it is proposed, named, and then a label."""
+    pane = page.get_by_role("complementary")
+    expect(pane.get_by_role("heading", name="Not explained")).to_be_visible()
+    expect(pane.get_by_text("drive 0.15")).to_be_visible()
+    snap(page, "recording-proposal")
+    pane.get_by_role("button", name="0:20.0 to 0:2").click()
+    pane.get_by_label("Name of the behavior").fill("creep")
+    pane.get_by_role("button", name="Add").click()
+    expect(strip(page).locator(".span[data-label='creep']")).to_have_count(1)
+    expect(pane.get_by_role("heading", name="Not explained")).to_have_count(0)
+    page.get_by_role("button", name="Undo").click()
+    expect(pane.get_by_text("drive 0.15")).to_be_visible()
 
 
 def test_with_the_keyboard_alone(page: Page) -> None:

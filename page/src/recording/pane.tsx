@@ -1,7 +1,7 @@
 /** Beside the timeline: what is selected, what is in doubt, and what was learned. */
 
 import { useState } from "preact/hooks";
-import type { LearnedDrive, Review } from "../protocol";
+import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, counted, plain } from "../words";
 import type { Recording } from "./recording";
 import { swatch } from "./scale";
@@ -16,6 +16,7 @@ export function ReviewPane({ recording, review }: PaneProps) {
     <aside class="review-pane">
       <Selected recording={recording} review={review} />
       <Questions recording={recording} review={review} />
+      <Proposals recording={recording} review={review} />
       <Learned recording={recording} review={review} />
       {review.omissions.length > 0 && (
         <section>
@@ -120,6 +121,83 @@ function Questions({ recording, review }: PaneProps) {
   );
 }
 
+/** Commands that nothing explains, but that recur: each can become a behavior. */
+function Proposals({ recording, review }: PaneProps) {
+  if (review.proposals.length === 0) return null;
+  return (
+    <section>
+      <h3>Not explained</h3>
+      <ul class="questions proposals">
+        {review.proposals.map((proposal) => (
+          <Proposal key={proposal.description} recording={recording} proposal={proposal} />
+        ))}
+      </ul>
+      <p class="tiny soft">A behavior with these commands explains them once it has a name.</p>
+    </section>
+  );
+}
+
+function Proposal({ recording, proposal }: { recording: Recording; proposal: BehaviorProposal }) {
+  const [name, setName] = useState("");
+  return (
+    <li>
+      <b>{plain(proposal.description)}</b>
+      <p class="tiny soft">
+        {proposal.seconds.toFixed(1)} s in {counted(proposal.spans, "span")}, the longest{" "}
+        <button
+          type="button"
+          class="link"
+          onClick={() => recording.select({ first: proposal.first, end: proposal.end })}
+        >
+          {recording.period(proposal)}
+        </button>
+      </p>
+      <form
+        class="save"
+        onSubmit={(event) => {
+          event.preventDefault();
+          void recording.ask({ do: "define", name, command: proposal.command });
+        }}
+      >
+        <label>
+          Name of the behavior
+          <input
+            value={name}
+            onInput={(event) => setName(event.currentTarget.value.trim())}
+            required
+            maxLength={150}
+          />
+        </label>
+        <button type="submit" disabled={recording.busy !== null || name === ""}>
+          Add
+        </button>
+      </form>
+    </li>
+  );
+}
+
+/** States that end in ways which no feature tells apart, but the state before does. */
+function Splits({ recording, learned }: { recording: Recording; learned: LearnedDrive }) {
+  return (
+    <>
+      {learned.splits.map((split) => (
+        <div key={split.state} class="split">
+          <p>{plain(split.evidence.charAt(0).toUpperCase() + split.evidence.slice(1))}.</p>
+          <button
+            type="button"
+            disabled={recording.busy !== null}
+            onClick={() =>
+              void recording.ask({ do: "split", state: split.state, entered_from: split.entered_from })
+            }
+          >
+            Split {plain(split.state)} in two
+          </button>
+        </div>
+      ))}
+    </>
+  );
+}
+
 function Learned({ recording, review }: PaneProps) {
   const { learned } = review;
   return (
@@ -137,6 +215,7 @@ function Learned({ recording, review }: PaneProps) {
       ) : (
         <>
           <Result learned={learned} />
+          <Splits recording={recording} learned={learned} />
           <Save recording={recording} review={review} />
         </>
       )}

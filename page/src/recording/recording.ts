@@ -19,7 +19,7 @@ export class Recording {
   selected: Ticks | null = null;
   /** The tick under the pointer. */
   pointed: number | null = null;
-  busy: "learn" | "save" | "label" | "drive" | null = null;
+  busy: "learn" | "save" | "label" | "define" | "split" | "drive" | null = null;
   error = "";
 
   async open(): Promise<void> {

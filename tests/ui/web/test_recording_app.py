@@ -7,10 +7,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from starlette.testclient import TestClient
+from tests.segmentation.drives import follow
+from tests.segmentation.drives import make_drive as make_stick_drive
 from tests.segmentation.test_drive import MAP, make_drive, write
+from tests.segmentation.test_split_states import drive_along_walls
 
+from understudy.model.library import Library
+from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
+from understudy.segmentation.segment import segment
 from understudy.storage.library_folder import open_each_automaton
 from understudy.ui.cli.commands.learn_from_drive import DriveOptions, segment_drive
 from understudy.ui.controller.recording_review import RecordingReview
@@ -98,11 +105,79 @@ def test_a_wrong_label_spoils_the_agreement(client: TestClient) -> None:
     assert wrong < right
 
 
+def make_arcs(folder: Path) -> RecordingReview:
+    """The review of two drives forward, in an arc, which nothing explains, and back, with a name for nothing yet."""
+    spans = [((0.8, 0.0), 40), ((0.3, 0.6), 30), ((-0.5, 0.0), 40)] * 4
+    drive = make_stick_drive(
+        follow([aim for aim, ticks in spans for _ in range(ticks)]),
+        {("x", None): np.zeros(440)},
+        lengths=(220, 220),
+    )
+    library = Library(make_drive_kit(drive, {"forward": {"drive": 0.8}, "back": {"drive": -0.5}}))
+    found = segment(drive, make_candidates(library, drive))
+    return RecordingReview(found, library, features=None, folder=folder / "library", name="driven")
+
+
+def test_a_proposed_behavior_is_added_and_undone(tmp_path: Path) -> None:
+    review = make_arcs(tmp_path)
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
+        before = ask(client, do="label", first=100, end=105, label="forward")
+        (proposal,) = before["proposals"]
+        assert proposal["command"] == pytest.approx({"drive": 0.3, "turn": 0.6}, abs=0.02)
+        assert (proposal["spans"], proposal["description"].startswith("drive 0.3")) == (4, True)
+        after = ask(client, do="define", name="arc", command=proposal["command"])
+        assert after["labels"] == ["forward", "back", "arc", "unexplained"]
+        assert after["proposals"] == []
+        assert sum(name == "arc" for name, *_ in list_spans(after)) == 4
+        assert ("forward", 100, 105, True) in list_spans(after), "what was set by hand stays"
+        learned = ask(client, do="learn")["learned"]
+        assert {each["name"] for each in learned["states"]} == {"start", "forward", "back", "arc"}
+        again = ask(client, do="undo")
+        assert (again["spans"], again["labels"]) == (before["spans"], before["labels"])
+        for name, command, said in (
+            ("forward", {"drive": 1.0}, "there is a behavior of that name already"),
+            ("two words", {"drive": 1.0}, "choose a name of letters"),
+            ("up", {"lift": 1.0}, "no command channel 'lift'"),
+        ):
+            answer = client.post("/review", json={"do": "define", "name": name, "command": command})
+            assert (answer.status_code, said in answer.json()["error"]) == (400, True), answer.text
+
+
+def test_a_state_is_split_and_stays_so_while_the_drive_goes_on(tmp_path: Path) -> None:
+    review = make_arcs(tmp_path)
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
+        changed = ask(client, do="split", state="forward", entered_from=["start"])
+        assert changed["labels"] == ["forward", "back", "forward_2", "unexplained"]
+        firsts = [name for name, first, _, _ in list_spans(changed) if first in (0, 220)]
+        assert firsts == ["forward_2", "forward_2"]
+        ask(client, do="define", name="arc", command={"drive": 0.3, "turn": 0.6})
+        found = client.get("/review").json()
+        assert found["labels"] == ["forward", "back", "arc", "forward_2", "unexplained"]
+        assert [name for name, first, _, _ in list_spans(found) if first in (0, 220)] == firsts
+        drive = review.segmentation.drive
+        review.extend(segment(drive, [*review.segmentation.candidates[:2], *review.defined]))
+        assert client.get("/review").json()["labels"] == found["labels"]
+        assert not review.can_undo
+
+
+def test_a_split_is_proposed_with_what_was_learned(tmp_path: Path) -> None:
+    found, made = drive_along_walls(1)
+    review = RecordingReview(found, made.library, features=None, folder=tmp_path / "library", name="walls")
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
+        (split,) = ask(client, do="learn")["learned"]["splits"]
+        assert split["state"] == "back"
+        assert "no feature tells why" in split["evidence"]
+        ask(client, do="split", state=split["state"], entered_from=split["entered_from"])
+        assert ask(client, do="learn")["learned"]["splits"] == []
+
+
 REFUSED = [  # request, status, what is said
     ({"do": "label", "first": 5, "end": 5, "label": "back"}, 400, "no part of an episode"),
     ({"do": "label", "first": 5, "end": 9, "label": "up"}, 400, "has no behavior 'up'"),
     ({"do": "save", "name": "x"}, 400, "learn first"),
     ({"do": "undo"}, 400, "nothing to undo"),
+    ({"do": "split", "state": "back", "entered_from": ["back"]}, 400, "never entered from back"),
+    ({"do": "split", "state": "up", "entered_from": []}, 400, "no state 'up'"),
     ({"do": "dance"}, 400, "dance"),
     ({"do": "label", "first": -1, "end": 9, "label": "up"}, 400, ">= 0"),
 ]

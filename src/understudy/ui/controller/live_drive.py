@@ -254,8 +254,12 @@ class LiveDrive:
         if self._running is None and self._segmented < self.ticks and now >= self._due_s:
             drive = self._recorder.make_drive()
             self._segmented, self._began_s = drive.ticks, now
+            defined = () if self.review is None else self.review.defined
             self._running = self._executor.submit(
-                segment, drive, self._explanation.candidates, features=self._explanation.features
+                segment,
+                drive,
+                [*self._explanation.candidates, *defined],
+                features=self._explanation.features,
             )
 
     def _take(self, found: Segmentation) -> None:

@@ -23,7 +23,14 @@ from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
 from understudy.ui.web.app import HEADERS, NOT_BUILT, STATIC
-from understudy.ui.web.messages.drive_review import AnyReviewRequest, LearnFromLabels, SaveLearned, SetLabel
+from understudy.ui.web.messages.drive_review import (
+    AnyReviewRequest,
+    DefineBehavior,
+    LearnFromLabels,
+    SaveLearned,
+    SetLabel,
+    SplitLabel,
+)
 from understudy.ui.web.views.drive_review import describe_review, describe_series
 
 REVIEW_PATH, SERIES_PATH = "/review", "/series"
@@ -171,6 +178,10 @@ def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:
     match request:
         case SetLabel(first=first, end=end, label=label):
             review.set_label(first, end, label)
+        case DefineBehavior(name=name, command=command):
+            review.define_behavior(name, command)
+        case SplitLabel(state=state, entered_from=entered_from):
+            review.split_state(state, entered_from)
         case LearnFromLabels():
             review.learn()
         case SaveLearned(name=name):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
-from understudy.ui.web.messages.base import Index, NameField
+from understudy.ui.web.messages.base import Index, NameField, NameListField
 
 
 class ReviewRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
@@ -22,7 +22,21 @@ class SetLabel(ReviewRequest, frozen=True, kw_only=True, tag="label"):
 
 
 class UndoLabel(ReviewRequest, frozen=True, kw_only=True, tag="undo"):
-    """Take the last change of a label back."""
+    """Take the last change back."""
+
+
+class DefineBehavior(ReviewRequest, frozen=True, kw_only=True, tag="define"):
+    """Add a behavior with a constant command, by channel, and find the labels again."""
+
+    name: NameField
+    command: Annotated[dict[NameField, Annotated[float, Meta(ge=-1e9, le=1e9)]], Meta(max_length=100)]
+
+
+class SplitLabel(ReviewRequest, frozen=True, kw_only=True, tag="split"):
+    """Give a state of its own to where a state follows certain others."""
+
+    state: NameField
+    entered_from: NameListField
 
 
 class LearnFromLabels(ReviewRequest, frozen=True, kw_only=True, tag="learn"):
@@ -35,5 +49,7 @@ class SaveLearned(ReviewRequest, frozen=True, kw_only=True, tag="save"):
     name: NameField
 
 
-AnyReviewRequest: TypeAlias = SetLabel | UndoLabel | LearnFromLabels | SaveLearned
-REVIEW_REQUESTS = (SetLabel, UndoLabel, LearnFromLabels, SaveLearned)
+AnyReviewRequest: TypeAlias = (
+    SetLabel | UndoLabel | DefineBehavior | SplitLabel | LearnFromLabels | SaveLearned
+)
+REVIEW_REQUESTS = (SetLabel, UndoLabel, DefineBehavior, SplitLabel, LearnFromLabels, SaveLearned)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.model.kinds import Continuous, Kind
 from understudy.segmentation.lesson_from_drive import DOUBT
+from understudy.segmentation.propose_behaviors import describe_command
 from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
@@ -58,6 +59,25 @@ class LabelQuestionData(Data, frozen=True, kw_only=True):
     chances: list[float]
 
 
+class BehaviorProposalData(Data, frozen=True, kw_only=True):
+    """Commands that nothing explains, but that recur: by channel, in words, for how long, and their longest span."""
+
+    command: dict[str, float]
+    description: str
+    seconds: float
+    spans: int
+    first: int
+    end: int
+
+
+class SplitProposalData(Data, frozen=True, kw_only=True):
+    """A state that is better split in two, after which others it is to be a state of its own, and the evidence."""
+
+    state: str
+    entered_from: list[str]
+    evidence: str
+
+
 class SeriesData(FeatureData, frozen=True, kw_only=True):
     """A reading or a command over the ticks, thinned; null where it is absent."""
 
@@ -77,6 +97,7 @@ class LearnedDriveData(Data, frozen=True, kw_only=True):
     quarantined: int
     reaction: str
     """The driver's reaction time in a sentence."""
+    splits: list[SplitProposalData]
 
 
 class ReviewData(Data, frozen=True, kw_only=True):
@@ -89,6 +110,7 @@ class ReviewData(Data, frozen=True, kw_only=True):
     episodes: list[EpisodeData]
     spans: list[LabelSpanData]
     questions: list[LabelQuestionData]
+    proposals: list[BehaviorProposalData]
     omissions: list[str]
     """Sentences about all that was left out when the recording was read."""
     learned: LearnedDriveData | None
@@ -129,6 +151,17 @@ def describe_review(review: RecordingReview) -> ReviewData:
                 chances=[round(chance, 3) for chance in each.chances],
             )
             for each in list_label_questions(found)
+        ],
+        proposals=[
+            BehaviorProposalData(
+                command=dict(each.command),
+                description=describe_command(drive.channels, each.command),
+                seconds=round(each.seconds, 2),
+                spans=len(each.spans),
+                first=each.spans[0].first,
+                end=each.spans[0].end,
+            )
+            for each in review.list_proposals()
         ],
         omissions=list(drive.omissions),
         learned=None if review.learned is None else _describe_learned(review, review.learned),
@@ -174,6 +207,10 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
         examples=len(lesson.examples),
         quarantined=sum(bool(each.quarantined) for each in lesson.examples),
         reaction="" if reaction is None else f"Reaction time {reaction.reaction_s:g} s. {reaction.evidence}",
+        splits=[
+            SplitProposalData(state=each.state, entered_from=list(each.entered_from), evidence=str(each))
+            for each in learned.splits
+        ],
     )
 
 
