@@ -176,9 +176,7 @@ def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleD
 
 
 def _source_doc(source: ExampleSource) -> SourceDoc:
-    return SourceDoc(
-        file=source.file, time_s=source.time_s, driver=source.driver, certainty=source.certainty
-    )
+    return SourceDoc(file=source.file, time_s=source.time_s, driver=source.driver, certainty=source.certainty)
 
 
 def _values(example: Example, features: Sequence[BoundFeature]) -> list[DocValue]:
