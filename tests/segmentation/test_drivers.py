@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from itertools import pairwise
+from math import comb
 from pathlib import Path
 
 import pytest
@@ -12,9 +13,16 @@ from tests.segmentation.driven import MAP, Driver, make_lesson, read
 from typer.testing import CliRunner
 
 from understudy import (
+    START,
+    Automaton,
+    BoundFeature,
+    Continuous,
     DriveLesson,
+    Example,
     ExampleKind,
+    Feature,
     Lesson,
+    State,
     TrainedAutomaton,
     find_driver_contradictions,
     learn,
@@ -151,6 +159,66 @@ def test_a_trusted_driver_settles_them(torn: DriveLesson, trusted: str, turn: fl
     assert out
     assert all(each.source is not None and each.source.driver != trusted for each in out)
     assert all(each.quarantined.startswith(f"contradicts {trusted} ") for each in out)
+
+
+def show_by_hand(stays: int, switches: int, *, apart_s: float) -> Lesson:
+    """A lesson in which Anna stays between 1 and 2 m, and Ben goes back there; both know 3 m and 1 m.
+
+    Anna's stays are `apart_s` before her switch.
+    """
+    distance = BoundFeature(Feature("range", Continuous(), reading="range"))
+    states = (START, State("forward", "forward"), State("back", "back"))
+    rows = [
+        ("anna", 3.0, "forward", ExampleKind.DEFAULT, 0.0),
+        ("ben", 3.0, "forward", ExampleKind.DEFAULT, 0.0),
+    ]
+    rows += [
+        ("anna", 1.1 + 0.8 * at / stays, "forward", ExampleKind.WATCHED, 9.0 - apart_s) for at in range(stays)
+    ]
+    rows += [("anna", 1.0, "back", ExampleKind.DIRECTIVE, 9.0)]
+    rows += [("ben", 2.0, "back", ExampleKind.DIRECTIVE, 9.0) for _ in range(switches)]
+    return Lesson(
+        Automaton("driven", states=states, features=(distance,)),
+        tuple(
+            Example(
+                number,
+                "forward",
+                (at,),
+                following,
+                kind,
+                source=ExampleSource(f"{driver}.csv", time_s, driver),
+            )
+            for number, (driver, at, following, kind, time_s) in enumerate(rows, 1)
+        ),
+    )
+
+
+CHANCES = [  # Anna's stays, Ben's switches; how likely by chance, whether it is a contradiction
+    (8, 3, 1 / 165, True),
+    (8, 2, 1 / 45, True),
+    (8, 1, 1 / 9, False),
+    (20, 1, 1 / 21, True),
+    (19, 1, 1 / 20, False),
+    (3, 2, 1 / 10, False),
+    (3, 3, 1 / 20, False),
+    (4, 3, 1 / 35, True),
+]
+
+
+@pytest.mark.parametrize(("stays", "switches", "chance", "is_contradiction"), CHANCES)
+def test_what_chance_explains_is_no_contradiction(
+    stays: int, switches: int, chance: float, is_contradiction: bool
+) -> None:
+    """If it did not matter who drove, the switches would be Ben's in one of so many ways to choose them."""
+    assert chance == pytest.approx(1 / comb(stays + switches, switches))
+    assert is_contradiction == (chance < 0.05)
+    found = find_driver_contradictions(show_by_hand(stays, switches, apart_s=2.0))
+    assert [each.drivers for each in found] == [("anna", "ben")] * is_contradiction
+
+
+@pytest.mark.parametrize(("apart_s", "found"), [(0.39, 0), (0.41, 1)])
+def test_who_may_have_been_deciding_does_not_contradict(apart_s: float, found: int) -> None:
+    assert len(find_driver_contradictions(show_by_hand(8, 3, apart_s=apart_s))) == found
 
 
 def test_one_contradiction_alone_is_settled(torn: DriveLesson) -> None:
