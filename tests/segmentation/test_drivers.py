@@ -24,6 +24,7 @@ from understudy import (
     Lesson,
     State,
     TrainedAutomaton,
+    diff_automata,
     find_driver_contradictions,
     learn,
     learn_automaton,
@@ -32,6 +33,9 @@ from understudy import (
     segment,
     settle_driver_contradictions,
 )
+from understudy.analysis.explain_run import explain_query
+from understudy.analysis.explanation_text import describe_source, list_example_data
+from understudy.analysis.tracing import TransitionQuery
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.learning.explain import explain
 from understudy.model.example_source import ExampleSource
@@ -40,6 +44,7 @@ from understudy.segmentation.lesson_from_drive import to_lesson
 from understudy.segmentation.recorded_drive import refuse_other_robot
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.feature_values import compute_example_values
+from understudy.training.reaction_time import estimate_reaction_time
 from understudy.ui.cli.main import make_command_line
 
 ANNA = Driver(noise=0.03, gain=1.0, reaction_s=0.1, unsure=0.03, seed=1)
@@ -247,6 +252,31 @@ def test_sources_survive_a_library(torn: DriveLesson) -> None:
     assert {each.source.driver for each in why.examples if each.source} == {"anna", "ben"}
 
 
+def test_reasons_and_differences_point_into_recordings(torn: DriveLesson) -> None:
+    taught = TrainedAutomaton(learn_automaton(torn.lesson), torn.lesson)
+    forward, back = (taught.automaton.index(name) for name in ("forward", "back"))
+    query = TransitionQuery(0.0, forward, back, (0.5,))
+    reason = explain_query("driven", query, taught)
+    first = next(each for each in torn.lesson.examples if (each.state, each.next) == ("forward", "back"))
+    assert first.source is not None
+    said = f"{first.number} (directive, anna.csv at {first.source.time_s:.1f} s, driven by anna)"
+    assert describe_source(reason).startswith(f"shown by {said}, ")
+    assert list_example_data(reason)[0].source == first.source
+    fewer = replace(torn.lesson, examples=tuple(each for each in torn.lesson.examples if each != first))
+    lines = diff_automata(taught, TrainedAutomaton(learn_automaton(fewer), fewer))["examples"]
+    assert lines == [
+        f"- {first.number}  in forward go to back (directive): range(ball) {first.values[0]:.4g}"
+        f" - from anna.csv at {first.source.time_s:.1f} s, driven by anna"
+    ]
+
+
+def test_reaction_times_that_are_known_are_not_estimated_again(
+    anna: DriveLesson, agreed: DriveLesson
+) -> None:
+    assert estimate_reaction_time(anna.lesson, steady=frozenset()) is not None
+    assert estimate_reaction_time(agreed.lesson, steady=frozenset()) is None
+
+
 def test_sources_teach_nothing(anna: DriveLesson) -> None:
     other = replace(
         anna.lesson,
@@ -376,18 +406,39 @@ def test_the_command_prints_drivers_and_contradictions(recorded: Path) -> None:
     assert "ben is trusted: " in out
 
 
-def test_saved_examples_say_where_they_are_from(recorded: Path) -> None:
-    code, _, wrong = call(recorded, *THREE, "--library", str(recorded / "kept"), "--name", "driven")
+def test_recordings_of_one_driver_are_one_drive(recorded: Path) -> None:
+    both = ("--recording", "anna.csv", "--recording", "anna 2.csv", "--driver", "anna", "--driver", "anna")
+    code, out, wrong = call(recorded, *both, "--json")
     assert code == 0, wrong
+    told = json.loads(out)
+    assert {"drivers", "contradictions"}.isdisjoint(told)
+    assert {each["file"] for each in told["drive"]["spans"]} == {"anna.csv", "anna 2.csv"}
+
+
+def test_saved_examples_say_where_they_are_from(recorded: Path) -> None:
+    code, out, wrong = call(
+        recorded, *THREE, "--library", str(recorded / "kept"), "--name", "driven", "--json"
+    )
+    assert code == 0, wrong
+    told = json.loads(out)
     shown = CliRunner().invoke(
         make_command_line(), ["show", "driven", "--library", str(recorded / "kept"), "--json"]
     )
-    examples = json.loads(shown.stdout)["examples"]
+    described = json.loads(shown.stdout)
+    examples, times = described["examples"], described["options"]["reaction_times_of_drivers_s"]
+    assert times == sorted({each["reaction_s"] for each in told["drivers"].values()})
     assert {(each["source"]["driver"], each["source"]["file"]) for each in examples} == {
         ("anna", "anna.csv"),
         ("anna", "anna 2.csv"),
         ("ben", "ben.csv"),
     }
+    text = (
+        CliRunner()
+        .invoke(make_command_line(), ["show", "driven", "--library", str(recorded / "kept")])
+        .stdout
+    )
+    assert f"presses taken {times[0]:g} or {times[1]:g} s earlier" in " ".join(text.split())
+    assert "anna.csv at 0.0 s" in text
 
 
 BY_FILE = ("--recording", "anna.csv", "--recording", "ben.csv")
