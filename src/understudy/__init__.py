@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from understudy.model.binding import Target as Target
     from understudy.model.diff import AutomatonDiff as AutomatonDiff
     from understudy.model.diff import diff_automata as diff_automata
+    from understudy.model.example_source import ExampleSource as ExampleSource
     from understudy.model.features import BoundFeature as BoundFeature
     from understudy.model.features import CounterFeature as CounterFeature
     from understudy.model.features import Feature as Feature
@@ -81,6 +82,14 @@ if TYPE_CHECKING:
     from understudy.segmentation.drive_kit import make_candidates as make_candidates
     from understudy.segmentation.drive_kit import make_drive_kit as make_drive_kit
     from understudy.segmentation.drive_table import read_recorded_drive as read_recorded_drive
+    from understudy.segmentation.driver_contradictions import DriverContradiction as DriverContradiction
+    from understudy.segmentation.driver_contradictions import (
+        find_driver_contradictions as find_driver_contradictions,
+    )
+    from understudy.segmentation.driver_contradictions import (
+        settle_driver_contradictions as settle_driver_contradictions,
+    )
+    from understudy.segmentation.driver_lessons import merge_driver_lessons as merge_driver_lessons
     from understudy.segmentation.lesson_from_drive import DriveLesson as DriveLesson
     from understudy.segmentation.lesson_from_drive import to_lesson as to_lesson
     from understudy.segmentation.mapping_file import RecordingMap as RecordingMap
@@ -147,6 +156,7 @@ _MODULES = {
     "Target": "model.binding",
     "AutomatonDiff": "model.diff",
     "diff_automata": "model.diff",
+    "ExampleSource": "model.example_source",
     "BoundFeature": "model.features",
     "CounterFeature": "model.features",
     "Feature": "model.features",
@@ -183,6 +193,10 @@ _MODULES = {
     "make_candidates": "segmentation.drive_kit",
     "make_drive_kit": "segmentation.drive_kit",
     "read_recorded_drive": "segmentation.drive_table",
+    "DriverContradiction": "segmentation.driver_contradictions",
+    "find_driver_contradictions": "segmentation.driver_contradictions",
+    "settle_driver_contradictions": "segmentation.driver_contradictions",
+    "merge_driver_lessons": "segmentation.driver_lessons",
     "DriveLesson": "segmentation.lesson_from_drive",
     "to_lesson": "segmentation.lesson_from_drive",
     "RecordingMap": "segmentation.mapping_file",

@@ -26,10 +26,12 @@ from understudy.storage.schema import (
     ReadingDoc,
     RecordDoc,
     ScikitDoc,
+    SourceDoc,
     StateDoc,
     StayDoc,
     TreesDoc,
     WatchedDoc,
+    WatchedSourceDoc,
 )
 
 PAGE = ROOT / "docs" / "reference" / "library-format.md"
@@ -89,7 +91,7 @@ PARTS: Parts = {
         {
             "options": "how the lesson is learned",
             "examples": "the examples made by presses, in the order of their numbers",
-            "watched": "the watched examples, in groups with the same `binding` and the same keys of `own`",
+            "watched": "the watched examples, in groups with the same `binding`, keys of `own` and recording",
             "record": "all readings around the presses, from which features added later get their values",
             "outcomes": "properties that start at a stored moment, which `understudy test` checks",
         },
@@ -134,6 +136,17 @@ PARTS: Parts = {
             "own": _OWN,
             "binding": "what each parameter of the automaton stood for",
             "quarantined": "why the example does not teach for now; empty if it does",
+            "reaction_s": "reaction time of who pressed, s, 0 to 1; that of the options if left out",
+            "source": "the place in a recording that it was made from; none for presses in a session",
+        },
+    ),
+    SourceDoc: (
+        "Source",
+        {
+            "file": "name of the recording's file",
+            "time_s": "time in the recording, s",
+            "driver": "name of the person who drove; empty if it was not said",
+            "certainty": "how certain the label of the recording is there, 0 to 1",
         },
     ),
     WatchedDoc: (
@@ -150,6 +163,16 @@ PARTS: Parts = {
             "own": "one column for each of the automaton's own features, null where absent",
             "binding": "what each parameter of the automaton stood for, in all rows",
             "quarantined": _COLUMN,
+            "source": "the places in one recording that they were made from; none for a session's",
+        },
+    ),
+    WatchedSourceDoc: (
+        "Source of watched examples",
+        {
+            "file": "name of the recording's file",
+            "time_s": "the column of times in the recording, s",
+            "driver": "name of the person who drove; empty if it was not said",
+            "certainty": "the column of certainties, 0 to 1; an empty list stands for 1 in every row",
         },
     ),
     RecordDoc: (

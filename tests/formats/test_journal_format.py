@@ -21,6 +21,8 @@ TAGS = [
     "Ticks", "Turned", "Went",
 ]  # fmt: skip
 """Sorts of entries: part of the format, whatever their classes are called."""
+LATER = ("reaction_s", "source")
+"""Keys of examples that 0.1.0 did not write; they are null unless an example was made from a recording."""
 
 
 def plain(path: Path) -> list[Any]:
@@ -33,7 +35,8 @@ def _unpacked(value: Any) -> Any:
         with suppress(zlib.error):
             return zlib.decompress(value)
     if isinstance(value, dict):
-        return {key: _unpacked(each) for key, each in value.items()}
+        kept = {key: each for key, each in value.items() if key not in LATER or each is not None}
+        return {key: _unpacked(each) for key, each in kept.items()}
     return [_unpacked(each) for each in value] if isinstance(value, list) else value
 
 

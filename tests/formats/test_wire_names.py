@@ -124,8 +124,8 @@ COMMANDS = {
     "--bind -b --kit --json",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
-    "learn": "[LESSON.csv] --predict --library -l --name -n --recording --presses --states --features --flags "
-    "--parameters --targets --reaction --agent -a --session --map "
+    "learn": "[LESSON.csv] --predict --library -l --name -n --recording --driver --trust --presses --states "
+    "--features --flags --parameters --targets --reaction --agent -a --session --map "
     "--behaviors --define --split --kit --json",
     "list": "--library -l --world -w --kit --json",
     "prepare": "[SCENARIO]... --json",

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
+from understudy.model.example_source import ExampleSource
 from understudy.model.features import (
     AnyFeature,
     BoundFeature,
@@ -157,22 +158,36 @@ def examples(draw: Any, automaton: Automaton, moments: int) -> tuple[Example, ..
     states = st.sampled_from(automaton.state_names)
     for number in sorted(draw(st.sets(st.integers(0, 2**40), max_size=6))):
         moment = draw(st.none() | st.integers(0, moments - 1)) if moments else None
+        kind = draw(st.sampled_from(list(ExampleKind)))
         made.append(
             Example(
                 number,
                 draw(states),
                 tuple(draw(values(bound.kind)) for bound in automaton.features),
                 draw(states),
-                draw(st.sampled_from(list(ExampleKind))),
+                kind,
                 draw(st.booleans()),
                 draw(st.booleans()),
                 moment,
                 0 if moment is None else draw(st.integers(0, moment)),
                 draw(st.dictionaries(names, numbers | st.just(nan), max_size=2)),
                 Binding(draw(st.dictionaries(names, names, max_size=2))),
+                reaction_s=None
+                if kind is ExampleKind.WATCHED
+                else draw(st.none() | st.floats(0.0, LONGEST_REACTION_S)),
+                source=draw(st.none() | sources),
             )
         )
     return tuple(made)
+
+
+sources = st.builds(
+    ExampleSource,
+    st.sampled_from(["a.csv", "b.csv"]),
+    st.floats(-1e6, 1e6),
+    st.sampled_from(["", "anna", "ben"]),
+    st.floats(0.0, 1.0),
+)
 
 
 @st.composite

@@ -51,7 +51,7 @@ def drive_along_walls(seed: int, *, by_chance: bool = False) -> tuple[Segmentati
 
 def test_the_state_that_needs_a_second_one_is_found() -> None:
     found, made = drive_along_walls(1)
-    (proposal,) = propose_splits(found, made)
+    (proposal,) = propose_splits(made.lesson)
     assert (proposal.state, proposal.entered_from) in [("back", ("left",)), ("back", ("forward",))]
     assert proposal.wrong_together >= 0.25 * proposal.stays
     assert proposal.wrong_apart <= 0.1 * proposal.stays
@@ -60,7 +60,7 @@ def test_the_state_that_needs_a_second_one_is_found() -> None:
     again = to_lesson(split, library=made.library, reaction_s=0.0)
     automaton = learn_automaton(again.lesson)
     assert [(state.name, state.behavior) for state in automaton.states][-1] == ("back_2", "back")
-    assert propose_splits(split, again) == (), "no further split is needed"
+    assert propose_splits(again.lesson) == (), "no further split is needed"
     before, after = (
         sum(state.nodes for state in learn_and_report(each.lesson).states.values()) for each in (made, again)
     )
@@ -69,8 +69,8 @@ def test_the_state_that_needs_a_second_one_is_found() -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_what_is_chance_is_not_split(seed: int) -> None:
-    found, made = drive_along_walls(seed, by_chance=True)
-    assert propose_splits(found, made) == ()
+    _found, made = drive_along_walls(seed, by_chance=True)
+    assert propose_splits(made.lesson) == ()
 
 
 def test_a_split_by_hand() -> None:

@@ -42,6 +42,9 @@ def test_round_trip(original: TrainedAutomaton) -> None:
     assert opened.rebuilt is None or (lesson.examples and not original.automaton.transitions)
     assert exact(opened.taught.automaton) == exact(original.automaton)
     assert exact(back.examples) == exact(lesson.examples)
+    assert [(each.source, each.reaction_s) for each in back.examples] == [
+        (each.source, each.reaction_s) for each in lesson.examples
+    ]
     assert (back.options, back.record.keys) == (lesson.options, lesson.record.keys)
     assert back.record.values.tobytes() == np.ascontiguousarray(lesson.record.values).tobytes()
     assert back.record.seconds.tobytes() == lesson.record.seconds.tobytes()

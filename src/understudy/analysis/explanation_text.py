@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from understudy.errors import join_names
 from understudy.learning.explain import Explanation
 from understudy.model.describe import convert_to_plain, format_values
+from understudy.model.example_source import ExampleSource
 from understudy.model.lesson import ExampleKind
 
 if TYPE_CHECKING:
@@ -93,7 +94,8 @@ def describe_values(reason: DecisionReason) -> str:
 def describe_source(reason: DecisionReason) -> str:
     """Describe the examples behind a decision.
 
-    The text is such as "shown by 3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more".
+    The text is such as "shown by 3 (directive at 12.3 s), 7 (correction at 40.1 s) and 5 more", or for examples made
+    from recordings "shown by 3 (directive, anna.csv at 12.3 s, driven by anna)".
     """
     if reason.taught.lesson is None:
         return "it was written by hand: no example is behind it"
@@ -114,6 +116,7 @@ def _describe_conditions(explanation: Explanation) -> str:
 def _describe_example(example: DecisionExampleData) -> str:
     corrects = example.correction and example.kind is not ExampleKind.DEFAULT
     when = "" if example.shown_s is None else f" at {example.shown_s:.1f} s"
+    when = when if example.source is None else f", {example.source}"
     return f"{example.number} ({'correction' if corrects else example.kind}{when})"
 
 
@@ -122,6 +125,7 @@ class DecisionExampleData:
     """An example behind a decision.
 
     `shown_s` is when it was recorded, in s since its session began; None if it was not recorded in a session.
+    `source` is the place in a recording that it was made from; None for any other example.
     """
 
     number: int
@@ -129,6 +133,7 @@ class DecisionExampleData:
     correction: bool
     next: str
     shown_s: float | None
+    source: ExampleSource | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +267,12 @@ def list_example_data(reason: DecisionReason) -> list[DecisionExampleData]:
     """List the examples behind a decision: directives and confirmations first, each group by number."""
     return [
         DecisionExampleData(
-            each.number, each.kind, each.correction, each.next, reason.moments.get(each.number)
+            each.number,
+            each.kind,
+            each.correction,
+            each.next,
+            reason.moments.get(each.number),
+            each.source,
         )
         for each in sorted(reason.explanation.examples, key=lambda each: (not each.is_shown, each.number))
     ]

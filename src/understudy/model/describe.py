@@ -79,6 +79,7 @@ def describe_options(lesson: Lesson) -> dict[str, Any]:
     chosen = lesson.options
     learner = getattr(chosen.learner, "classifier", "trees")
     pruning = getattr(chosen.learner, "pruning", 0.0)
+    own = sorted({each.reaction_s for each in lesson.examples if each.reaction_s is not None})
     return {
         "learner": learner,
         "reaction_s": chosen.reaction_s,
@@ -86,6 +87,7 @@ def describe_options(lesson: Lesson) -> dict[str, Any]:
         "unlearning": chosen.unlearning,
         "live": chosen.live,
         **({"pruning": pruning} if pruning else {}),
+        **({"reaction_times_of_drivers_s": own} if own else {}),
     }
 
 

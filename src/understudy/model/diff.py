@@ -126,7 +126,8 @@ def _example(example: Example, automaton: Automaton) -> str:
         written = "absent" if shown is None else f"{shown:.4g}" if isinstance(shown, float) else shown
         values.append(f"{bound} {written}")
     kept = f" - in quarantine: {example.quarantined}" if example.quarantined else ""
-    return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}{kept}"
+    source = "" if example.source is None else f" - from {example.source}"
+    return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}{source}{kept}"
 
 
 def _conditions(old: TrainedAutomaton, new: TrainedAutomaton) -> list[str]:

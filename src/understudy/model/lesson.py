@@ -17,6 +17,7 @@ from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
+from understudy.model.example_source import ExampleSource
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.property import Property
@@ -70,6 +71,10 @@ class Example:
         Targets to which the automaton's parameters were bound at that moment.
     quarantined
         Reason why the example is left out of learning. Empty: it is used.
+    reaction_s
+        Reaction time of the person who pressed, in s. None: that of the lesson.
+    source
+        Place in a recording that it was made from. None: a session recorded it, or a person typed it.
     """
 
     number: int
@@ -84,6 +89,8 @@ class Example:
     own: Mapping[str, float] = field(default_factory=dict)
     binding: Binding = NOTHING_BOUND
     quarantined: str = ""
+    reaction_s: float | None = None
+    source: ExampleSource | None = None
 
     def __repr__(self) -> str:
         said = "stay" if self.next == self.state else f"go to {self.next}"

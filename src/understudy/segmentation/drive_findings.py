@@ -111,7 +111,7 @@ def make_drive_findings(segmentation: Segmentation, made: DriveLesson | None) ->
             SplitRow(
                 each.state, each.entered_from, each.stays, each.wrong_together, each.wrong_apart, str(each)
             )
-            for each in propose_splits(segmentation, made)
+            for each in propose_splits(made.lesson)
         ],
         list(estimate_motion_latencies(drive)),
     )

@@ -7,7 +7,7 @@ section 3).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -16,6 +16,7 @@ import numpy as np
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, State
 from understudy.model.behaviors import Behavior
+from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
 from understudy.model.lesson import (
     LONGEST_REACTION_S,
@@ -50,18 +51,8 @@ SURE = 0.9
 
 
 @dataclass(frozen=True, slots=True)
-class ExampleSource:
-    """Where an example comes from: the file, the time in it (s), the tick of the drive, and how certain it is."""
-
-    file: str
-    time_s: float
-    tick: int
-    certainty: float
-
-
-@dataclass(frozen=True, slots=True)
 class DriveLesson:
-    """A lesson that was made of a drive.
+    """A lesson that was made of a drive, or of the drives of several drivers.
 
     Parameters
     ----------
@@ -69,22 +60,32 @@ class DriveLesson:
         The lesson. Examples that the drive leaves in doubt are in quarantine, with the reason.
     library
         The library in which its behaviors are found.
-    sources
-        Where each example comes from, by its number.
     reaction
-        The estimate of the driver's reaction time, which the lesson is set to. None: too few switches to tell.
+        The estimate of the driver's reaction time, which the lesson is set to. None: too few switches to tell, or there
+        are several drivers, each with a time of their own.
     """
 
     lesson: Lesson
     library: Library
-    sources: Mapping[int, ExampleSource] = field(default_factory=lambda: MappingProxyType({}))
     reaction: ReactionEstimate | None = None
+
+    @property
+    def sources(self) -> Mapping[int, ExampleSource]:
+        """The places in recordings that the examples were made from, by number of the example."""
+        found = {each.number: each.source for each in self.lesson.examples if each.source is not None}
+        return MappingProxyType(found)
+
+    @property
+    def drivers(self) -> tuple[str, ...]:
+        """The names of the drivers, in the order of their examples; an empty one for a driver without a name."""
+        return tuple(dict.fromkeys(each.driver for each in self.sources.values()))
 
 
 def to_lesson(
     segmentation: Segmentation,
     *,
     name: str = "driven",
+    driver: str = "",
     library: Library | None = None,
     features: Sequence[str | BoundFeature] | None = None,
     watched: bool = True,
@@ -99,6 +100,8 @@ def to_lesson(
         The drive with its labels.
     name
         Name of the automaton.
+    driver
+        Name of the person who drove, which each example notes.
     library
         The features and behaviors that the automaton uses. None: a feature for each reading, and the candidates.
     features
@@ -148,7 +151,7 @@ def to_lesson(
         ),
         live=False,
     )
-    lesson, sources = _teach(segmentation, library, empty)
+    lesson, ticks = _teach(segmentation, library, empty)
     estimate = None
     steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
     if reaction_s is None:
@@ -156,24 +159,26 @@ def to_lesson(
         if estimate is not None and estimate.reaction_s:
             # Once more, because a session discards as many watched ticks before a press as this time says.
             late = replace(empty.options, reaction_s=estimate.reaction_s)
-            lesson, sources = _teach(segmentation, library, replace(empty, options=late))
+            lesson, ticks = _teach(segmentation, library, replace(empty, options=late))
     if watched:
-        lesson = _add_last_stays(segmentation, lesson, sources, steady)
-    return DriveLesson(lesson, library, MappingProxyType(sources), estimate)
+        lesson = _add_last_stays(segmentation, lesson, ticks, steady)
+    examples = (
+        replace(each, source=None if each.source is None else replace(each.source, driver=driver))
+        for each in lesson.examples
+    )
+    return DriveLesson(replace(lesson, examples=tuple(examples)), library, estimate)
 
 
-def _teach(
-    segmentation: Segmentation, library: Library, lesson: Lesson
-) -> tuple[Lesson, dict[int, ExampleSource]]:
-    """Add the examples of all episodes to a lesson; return it, and where each example comes from."""
-    sources: dict[int, ExampleSource] = {}
+def _teach(segmentation: Segmentation, library: Library, lesson: Lesson) -> tuple[Lesson, dict[int, int]]:
+    """Add the examples of all episodes to a lesson; return it, and the tick of each example by its number."""
+    ticks: dict[int, int] = {}
     bare = remove_functions(library)
     for episode in segmentation.drive.episodes:
         for spans in _list_pieces(segmentation, episode):
             begins = spans[0].first == episode.first
             shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
-            lesson = _teach_piece(segmentation, bare, lesson, shown, sources, begins=begins)
-    return lesson, sources
+            lesson = _teach_piece(segmentation, bare, lesson, shown, ticks, begins=begins)
+    return lesson, ticks
 
 
 def _with_behaviors(library: Library, used: Sequence[Candidate]) -> Library:
@@ -246,11 +251,11 @@ def _teach_piece(
     library: Library,
     lesson: Lesson,
     spans: Sequence[Span],
-    sources: dict[int, ExampleSource],
+    ticks: dict[int, int],
     *,
     begins: bool,
 ) -> Lesson:
-    """Add the examples of spans in a row, which may begin an episode, to a lesson, and note where they come from."""
+    """Add the examples of spans in a row, which may begin an episode, to a lesson, and note their ticks."""
     drive = segmentation.drive
     episode = drive.find_episode(spans[0].first)
     first, end = spans[0].first, spans[-1].end
@@ -280,9 +285,15 @@ def _teach_piece(
         reason = ""
         if certainty < DOUBT and example.kind is ExampleKind.DIRECTIVE:
             reason = f"the recording leaves this switch in doubt (certainty {certainty:.2f})"
-        examples.append(replace(example, quarantined=reason))
-        sources[example.number] = ExampleSource(Path(episode.source).name, moment, tick, certainty)
+        ticks[example.number] = tick
+        source = _make_source(episode, moment, certainty)
+        examples.append(replace(example, quarantined=reason, source=source))
     return replace(taught, examples=tuple(examples))
+
+
+def _make_source(episode: DriveEpisode, time_s: float, certainty: float) -> ExampleSource:
+    """Make the source of an example; more than four digits of a certainty would only make files longer."""
+    return ExampleSource(Path(episode.source).name, time_s, certainty=round(certainty, 4))
 
 
 def _measure_certainty(
@@ -297,7 +308,7 @@ def _measure_certainty(
 
 
 def _add_last_stays(
-    segmentation: Segmentation, lesson: Lesson, sources: dict[int, ExampleSource], steady: frozenset[str]
+    segmentation: Segmentation, lesson: Lesson, ticks: Mapping[int, int], steady: frozenset[str]
 ) -> Lesson:
     """Add the last tick before each switch that is sure, as a watched example.
 
@@ -312,13 +323,10 @@ def _add_last_stays(
     for example in lesson.examples:
         if example.kind is not ExampleKind.DIRECTIVE or example.state == START.name or example.quarantined:
             continue
-        shifted, source = (
-            find_shifted_row(example, record, lesson.options.reaction_s),
-            sources[example.number],
-        )
+        shifted = find_shifted_row(example, record, lesson.options.reaction_s)
         moment = example.moment or 0
         for row in range(shifted - 1, moment - example.window - 1, -1):
-            tick = source.tick - (moment - row)
+            tick = ticks[example.number] - (moment - row)
             stayed_s = example.own.get("time_in_state", 0.0) - float(
                 record.seconds[moment] - record.seconds[row]
             )
@@ -327,13 +335,16 @@ def _add_last_stays(
             if segmentation.certainties[tick] < SURE:
                 continue
             number += 1
+            source = _make_source(
+                segmentation.drive.find_episode(tick),
+                float(record.seconds[row]),
+                float(segmentation.certainties[tick]),
+            )
             stay = replace(
                 example, number=number, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,
-                own={**example.own, "time_in_state": stayed_s},
+                own={**example.own, "time_in_state": stayed_s}, source=source,
             )  # fmt: skip
             added.append(replace(stay, values=compute_example_values(stay, lesson, record, steady=steady)))
-            certainty = float(segmentation.certainties[tick])
-            sources[number] = ExampleSource(source.file, float(record.seconds[row]), tick, certainty)
             break
     return replace(lesson, examples=(*lesson.examples, *added))
 

@@ -198,18 +198,8 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
         raise DefinitionError(what="recordings", problem="there are none", remedy="give at least one")
     first = drives[0]
     for other in drives[1:]:
-        for what, ours, theirs in (
-            ("readings", [*map(str, first.values)], [*map(str, other.values)]),
-            ("channels", [each.name for each in first.channels], [each.name for each in other.channels]),
-            ("ticks", [f"{first.tick_s:g} s"], [f"{other.tick_s:g} s"]),
-        ):
-            if ours != theirs:
-                raise DefinitionError(
-                    what=f"recording {other.episodes[0].source}",
-                    problem=f"its {what} are {join_names(theirs)}, but those of {first.episodes[0].source} are "
-                    f"{join_names(ours)}",
-                    remedy="segment recordings of different robots one by one",
-                )
+        refuse_other_robot(first, other)
+        _refuse_differences(first, other, "ticks", [f"{first.tick_s:g} s"], [f"{other.tick_s:g} s"])
     starts = np.cumsum([0, *(each.ticks for each in drives)])
     return replace(
         first,
@@ -223,3 +213,39 @@ def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
         ),
         omissions=tuple(each for drive in drives for each in drive.omissions),
     )
+
+
+def refuse_other_robot(first: RecordedDrive, other: RecordedDrive) -> None:
+    """Refuse a drive whose robot has other readings or channels than that of the first.
+
+    Parameters
+    ----------
+    first
+        The first drive.
+    other
+        The drive that is compared with it.
+
+    Raises
+    ------
+    DefinitionError
+        If they have different readings or channels.
+    """
+    _refuse_differences(first, other, "readings", *(_list_readings(each) for each in (first, other)))
+    names = [[channel.name for channel in each.channels] for each in (first, other)]
+    _refuse_differences(first, other, "channels", *names)
+
+
+def _list_readings(drive: RecordedDrive) -> list[str]:
+    return [quantity if target is None else f"{quantity}({target})" for quantity, target in drive.values]
+
+
+def _refuse_differences(
+    first: RecordedDrive, other: RecordedDrive, what: str, ours: Sequence[str], theirs: Sequence[str]
+) -> None:
+    if list(ours) != list(theirs):
+        raise DefinitionError(
+            what=f"recording {other.episodes[0].source}",
+            problem=f"its {what} are {join_names(theirs)}, but those of {first.episodes[0].source} are "
+            f"{join_names(ours)}",
+            remedy="learn from recordings of different robots one by one",
+        )

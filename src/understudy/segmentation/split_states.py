@@ -20,7 +20,7 @@ from understudy.model.automaton import START
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY
 from understudy.segmentation.candidates import SplitState, find_original
-from understudy.segmentation.lesson_from_drive import DriveLesson, name_state
+from understudy.segmentation.lesson_from_drive import name_state
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation
 
 FOLDS = 5
@@ -76,7 +76,7 @@ class _Stay:
     examples: tuple[Example, ...]
 
 
-def propose_splits(segmentation: Segmentation, made: DriveLesson) -> tuple[SplitProposal, ...]:
+def propose_splits(lesson: Lesson) -> tuple[SplitProposal, ...]:
     """Propose states to be split in two because they end in ways that only the state before tells.
 
     Each stay in a state is judged by trees that were learned from other stays, once with all of them, and once only
@@ -84,45 +84,45 @@ def propose_splits(segmentation: Segmentation, made: DriveLesson) -> tuple[Split
 
     Parameters
     ----------
-    segmentation
-        The labels of a drive.
-    made
-        The lesson that was made of it.
+    lesson
+        The lesson that was made of a drive.
 
     Returns
     -------
     tuple
         The proposals, at most one for each state, those that make the most stays right first.
     """
-    soon = TOLERANCE_S / segmentation.drive.tick_s
     found = []
-    for state in made.lesson.automaton.states[1:]:
-        stays = _list_stays(made, state.name, soon)
-        best = _find_best_split(made.lesson, state.name, stays)
+    for state in lesson.automaton.states[1:]:
+        best = _find_best_split(lesson, state.name, _list_stays(lesson, state.name))
         if best is not None:
             found.append(best)
     return tuple(sorted(found, key=lambda each: each.wrong_apart - each.wrong_together))
 
 
-def _list_stays(made: DriveLesson, state: str, soon: float) -> list[_Stay]:
+def _list_stays(lesson: Lesson, state: str) -> list[_Stay]:
     """List the stays in a state that lessons are sure of, without watched examples that are just before their end."""
-    lesson, tick_of = made.lesson, {number: source.tick for number, source in made.sources.items()}
-    examples = sorted(
-        (each for each in lesson.examples if not each.quarantined), key=lambda each: tick_of[each.number]
-    )
+    seconds = lesson.record.seconds
+    shown = [
+        (each, each.moment) for each in lesson.examples if each.moment is not None and not each.quarantined
+    ]
+    shown.sort(key=lambda pair: pair[1])
     found: list[_Stay] = []
-    former, inside = None, list[Example]()
-    for each in examples:
-        is_switch = each.kind is ExampleKind.DIRECTIVE and each.next != each.state
-        if former is not None and each.state == state:
+    former: str | None = None
+    inside: list[tuple[Example, int]] = []
+    for example, moment in shown:
+        is_switch = example.kind is ExampleKind.DIRECTIVE and example.next != example.state
+        if former is not None and example.state == state:
             if is_switch:
-                early = tick_of[each.number] - soon
-                kept = (one for one in inside if one.is_from_press or tick_of[one.number] < early)
-                found.append(_Stay(former, (*kept, each)))
+                early = seconds[moment] - TOLERANCE_S
+                kept = (each for each, row in inside if each.is_from_press or seconds[row] < early)
+                found.append(_Stay(former, (*kept, example)))
+            elif example.kind is ExampleKind.DEFAULT and inside:
+                former = None  # another stay, of which it is not known what was before
             else:
-                inside.append(each)
+                inside.append((example, moment))
         if is_switch:
-            former, inside = (each.state if each.next == state else None), []
+            former, inside = (example.state if example.next == state else None), []
     return found
 
 

@@ -10,6 +10,7 @@ from msgspec import UnsetType
 from understudy.errors import DefinitionError, join_names
 from understudy.model.automaton import Automaton, State
 from understudy.model.binding import Binding
+from understudy.model.example_source import ExampleSource
 from understudy.model.features import (
     AnyFeature,
     BoundFeature,
@@ -54,9 +55,11 @@ from understudy.storage.schema import (
     OptionsDoc,
     OutcomeDoc,
     RecordDoc,
+    SourceDoc,
     StayDoc,
     TreesDoc,
     WatchedDoc,
+    WatchedSourceDoc,
 )
 
 OWN: dict[str, type[OwnFeature]] = {
@@ -260,6 +263,8 @@ class _Examples:
             {name: _float(value) for name, value in doc.own.items()},
             Binding(doc.binding),
             doc.quarantined,
+            None if isinstance(doc.reaction_s, UnsetType) else doc.reaction_s,
+            _source(doc.source),
         )
 
     def decode_watched(self, doc: WatchedDoc, here: JsonSteps) -> list[Example]:
@@ -276,6 +281,7 @@ class _Examples:
             *((("values", index), column) for index, column in enumerate(doc.values)),
             *(((key,), getattr(doc, key)) for key in OPTIONAL if getattr(doc, key)),
             *((("own", name), column) for name, column in doc.own.items()),
+            *_list_source_columns(doc.source),
         ]
         for steps, column in columns:
             if len(column) != length:
@@ -300,6 +306,7 @@ class _Examples:
             self.check_moment(moment, window, here)
         corrections, edits = doc.correction or [False] * length, doc.edited or [False] * length
         quarantined = doc.quarantined or [""] * length
+        sources = _watched_sources(doc.source, length)
         return [
             Example(
                 doc.number[row],
@@ -314,6 +321,7 @@ class _Examples:
                 {name: _float(column[row]) for name, column in doc.own.items()},
                 Binding(doc.binding),
                 quarantined[row],
+                source=sources[row],
             )
             for row in range(length)
         ]
@@ -359,6 +367,30 @@ OPTIONAL = ("correction", "edited", "moment", "window", "quarantined")
 
 def _float(value: float | None) -> float:
     return nan if value is None else value
+
+
+def _source(doc: SourceDoc | UnsetType) -> ExampleSource | None:
+    if isinstance(doc, UnsetType):
+        return None
+    return ExampleSource(doc.file, doc.time_s, doc.driver, doc.certainty)
+
+
+def _list_source_columns(doc: WatchedSourceDoc | UnsetType) -> list[tuple[JsonSteps, Sequence[object]]]:
+    """List the columns of the sources of watched examples, each with its place in the document."""
+    if isinstance(doc, UnsetType):
+        return []
+    certainty: list[tuple[JsonSteps, Sequence[object]]] = [(("source", "certainty"), doc.certainty)]
+    return [(("source", "time_s"), doc.time_s), *(certainty if doc.certainty else [])]
+
+
+def _watched_sources(doc: WatchedSourceDoc | UnsetType, length: int) -> Sequence[ExampleSource | None]:
+    if isinstance(doc, UnsetType):
+        return [None] * length
+    certainties = doc.certainty or [1.0] * length
+    return [
+        ExampleSource(doc.file, time_s, doc.driver, certainty)
+        for time_s, certainty in zip(doc.time_s, certainties, strict=True)
+    ]
 
 
 def decode_trees(doc: BuiltDoc, automaton: Automaton, source: Source) -> Mapping[str, Tree]:

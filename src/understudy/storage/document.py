@@ -141,10 +141,13 @@ def _stale(document: Document, source: Source) -> str | None:
 
 
 def _hash(document: Document) -> str:
-    """Compute a hash of the trees and of everything they are learned from."""
+    """Compute a hash of the trees and of everything they are learned from; sources of examples teach nothing."""
     lesson, built = document.lesson, document.built
     parts: list[Any] = [_learner_version(lesson), document.automaton]
-    parts += [] if lesson is None else [lesson.options, lesson.examples, lesson.watched]
+    if lesson is not None:
+        shown = [msgspec.structs.replace(each, source=msgspec.UNSET) for each in lesson.examples]
+        watched = [msgspec.structs.replace(each, source=msgspec.UNSET) for each in lesson.watched]
+        parts += [lesson.options, shown, watched]
     parts += [] if built is None else [built.trees]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 from math import isnan
 from typing import Literal, TypeVar, cast
 
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.binding import format_bound_name
+from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, LearnerOptions, Lesson, ReadingLog, TreeOptions
@@ -38,10 +39,12 @@ from understudy.storage.schema import (
     ReadingDoc,
     RecordDoc,
     ScikitDoc,
+    SourceDoc,
     StateDoc,
     StayDoc,
     TreesDoc,
     WatchedDoc,
+    WatchedSourceDoc,
 )
 
 T = TypeVar("T")
@@ -167,7 +170,13 @@ def _example_doc(example: Example, features: Sequence[BoundFeature]) -> ExampleD
         own={name: encode_number(value) for name, value in example.own.items()},
         binding=dict(example.binding),
         quarantined=example.quarantined,
+        reaction_s=UNSET if example.reaction_s is None else example.reaction_s,
+        source=UNSET if example.source is None else _source_doc(example.source),
     )
+
+
+def _source_doc(source: ExampleSource) -> SourceDoc:
+    return SourceDoc(file=source.file, time_s=source.time_s, driver=source.driver, certainty=source.certainty)
 
 
 def _values(example: Example, features: Sequence[BoundFeature]) -> list[DocValue]:
@@ -193,7 +202,8 @@ def encode_number(value: float) -> float | None:
 def _watched_docs(examples: Iterable[Example], features: Sequence[BoundFeature]) -> list[WatchedDoc]:
     groups: dict[object, list[Example]] = {}
     for example in examples:
-        groups.setdefault((tuple(sorted(example.own)), example.binding), []).append(example)
+        recording = None if example.source is None else (example.source.driver, example.source.file)
+        groups.setdefault((tuple(sorted(example.own)), example.binding, recording), []).append(example)
     return [_watched_doc(group, features) for group in groups.values()]
 
 
@@ -211,6 +221,19 @@ def _watched_doc(group: Sequence[Example], features: Sequence[BoundFeature]) -> 
         own={name: [encode_number(example.own[name]) for example in group] for name in group[0].own},
         binding=dict(group[0].binding),
         quarantined=_unless_all([example.quarantined for example in group], ""),
+        source=_watched_source_doc([each.source for each in group if each.source is not None]),
+    )
+
+
+def _watched_source_doc(sources: Sequence[ExampleSource]) -> WatchedSourceDoc | UnsetType:
+    """Encode the sources of a group of watched examples, which are of one recording; UNSET if there are none."""
+    if not sources:
+        return UNSET
+    return WatchedSourceDoc(
+        file=sources[0].file,
+        time_s=[each.time_s for each in sources],
+        driver=sources[0].driver,
+        certainty=_unless_all([each.certainty for each in sources], 1.0),
     )
 
 

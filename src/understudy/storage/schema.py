@@ -83,6 +83,24 @@ class OptionsDoc(DocStruct, omit_defaults=False, kw_only=True):
     live: bool | UnsetType = UNSET
 
 
+class SourceDoc(DocStruct, kw_only=True):
+    """The place in a recording that an example was made from."""
+
+    file: str
+    time_s: float
+    driver: str = ""
+    certainty: float = 1.0
+
+
+class WatchedSourceDoc(DocStruct, kw_only=True):
+    """The places in one recording that watched examples were made from; times and certainties are columns."""
+
+    file: str
+    time_s: list[float]
+    driver: str = ""
+    certainty: list[float] = []
+
+
 class ExampleDoc(DocStruct, kw_only=True):
     """A press-made example; `own` holds the values of the automaton's own features, null if absent."""
 
@@ -98,10 +116,12 @@ class ExampleDoc(DocStruct, kw_only=True):
     own: dict[str, float | None] = {}
     binding: dict[str, str] = {}
     quarantined: str = ""
+    reaction_s: Annotated[float, Meta(ge=0, le=1)] | UnsetType = UNSET
+    source: SourceDoc | UnsetType = UNSET
 
 
 class WatchedDoc(DocStruct, kw_only=True):
-    """Watched examples with the same keys of `own` and the same `binding`, stored as columns."""
+    """Watched examples with the same keys of `own`, the same `binding` and the same recording, stored as columns."""
 
     number: list[DocCount]
     state: list[str]
@@ -114,6 +134,7 @@ class WatchedDoc(DocStruct, kw_only=True):
     own: dict[str, list[float | None]] = {}
     binding: dict[str, str] = {}
     quarantined: list[str] = []
+    source: WatchedSourceDoc | UnsetType = UNSET
 
 
 class ReadingDoc(DocStruct, kw_only=True):

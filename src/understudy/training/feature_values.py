@@ -106,8 +106,9 @@ def get_shifted_percept(
 
 
 def find_shifted_row(example: Example, record: ReadingLog, reaction_s: float) -> int:
-    """Find the row of the record nearest to `reaction_s` before the moment of a press."""
+    """Find the row of the record nearest to `reaction_s`, or its own reaction time, before the moment of a press."""
     row = example.moment or 0
+    reaction_s = reaction_s if example.reaction_s is None else example.reaction_s
     if not (example.is_from_press and reaction_s > 0 and example.window > 0):
         return row
     seconds = record.seconds[row - example.window : row + 1]

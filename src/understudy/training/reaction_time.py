@@ -107,6 +107,7 @@ def _groups(lesson: Lesson) -> Iterator[list[Example]]:
     alike: dict[tuple[str, str], list[Example]] = {}
     for example in lesson.examples:
         recorded = example.moment is not None and not example.edited and not example.quarantined
+        recorded = recorded and example.reaction_s is None  # otherwise the time of who pressed is known
         if example.kind is ExampleKind.DIRECTIVE and recorded and _reaches(example, lesson):
             alike.setdefault((example.state, example.next), []).append(example)
     return (group for group in alike.values() if len(group) >= FEWEST_ALIKE)

@@ -15,6 +15,7 @@ from understudy.model.describe import (
     describe_options,
     describe_transitions,
 )
+from understudy.model.example_source import ExampleSource
 from understudy.model.lesson import Example
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.document import Learn, LoadedDocument
@@ -231,6 +232,8 @@ class ExampleRow:
     edited: bool
     quarantined: str
     values: Mapping[str, float | str | None]
+    source: ExampleSource | None
+    """Place in a recording that it was made from; None for any other example."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,6 +324,7 @@ def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
         edited=example.edited,
         quarantined=example.quarantined,
         values={str(bound): convert_to_plain(value, bound) for bound, value in values},
+        source=example.source,
     )
 
 

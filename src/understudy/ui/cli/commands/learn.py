@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from understudy.model.library import Library, TrainedAutomaton
     from understudy.robots.recording.reader import RecordedPress
     from understudy.segmentation.segmentation_report import DriveReport
+    from understudy.ui.cli.commands.learn_from_drivers import DriversReport
 
 
 OF_RECORDINGS = (
     "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "map",
-    "behaviors", "define", "split",
+    "behaviors", "define", "split", "driver", "trust",
 )  # fmt: skip
 """Options that only apply to recordings."""
 
@@ -44,12 +45,29 @@ def learn_lesson(
     ] = None,
     name: Annotated[str | None, typer.Option("--name", "-n", help="Name of the automaton.")] = None,
     recording: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
             "--recording",
             metavar="FILE",
             help="Take examples from a recording instead of a table: MCAP of `understudy run` with presses, or a "
-            "drive without presses: CSV, JSON lines or Parquet, or with --map MCAP or a bag of ROS.",
+            "drive without presses: CSV, JSON lines or Parquet, or with --map MCAP or a bag of ROS. Several drives "
+            "make one lesson.",
+        ),
+    ] = None,
+    driver: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--driver",
+            metavar="NAME",
+            help="Name of the driver of each recording, in their order; those of their files if left out.",
+        ),
+    ] = None,
+    trust: Annotated[
+        str | None,
+        typer.Option(
+            "--trust",
+            metavar="NAME",
+            help="Driver who is right where drivers contradict each other: such examples of others are left out.",
         ),
     ] = None,
     presses: Annotated[
@@ -157,6 +175,10 @@ def learn_lesson(
     Without presses, the commands of a drive say which behavior the driver meant at each tick.
 
     [dim]understudy learn --recording drive.csv --map map.toml --behaviors forward,left,right[/]
+
+    Drives of several drivers make one lesson, which says who showed what, and where they contradict each other.
+
+    [dim]understudy learn --recording anna.csv --recording ben.csv --map map.toml --trust anna[/]
     """
     from understudy.errors import SettingError
     from understudy.learning.csv_table import read_lesson_table, read_query_rows
@@ -164,6 +186,11 @@ def learn_lesson(
     from understudy.learning.report import learn_and_report
     from understudy.model.library import TrainedAutomaton
     from understudy.ui.cli.commands.learn_from_drive import DriveOptions, learn_from_drive, print_drive_report
+    from understudy.ui.cli.commands.learn_from_drivers import (
+        group_recordings,
+        learn_from_drivers,
+        print_drivers_report,
+    )
     from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
@@ -172,18 +199,28 @@ def learn_lesson(
         )
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
     drive: DriveReport | None = None
-    if lesson is not None and recording is None:
+    joint: DriversReport | None = None
+    if lesson is not None and not recording:
         _only_table(context)
         shown = read_lesson_table(lesson, name=name)
-    elif recording is not None and lesson is None and _is_drive(recording, mapping, behaviors or define):
-        _refuse_presses(context, recording)
-        shown, drive = learn_from_drive(
-            recording,
-            DriveOptions(
-                name, library, mapping, behaviors, features, reaction, kit, agent, define or (), split or ()
-            ),
+    elif (
+        recording
+        and lesson is None
+        and any(_is_drive(each, mapping, behaviors or define) for each in recording)
+    ):
+        for each in recording:
+            _refuse_presses(context, each)
+        options = DriveOptions(
+            name, library, mapping, behaviors, features, reaction, kit, agent, define or (), split or ()
         )
-    elif recording is not None and lesson is None:
+        grouped = group_recordings(recording, driver or (), trust)
+        if len(grouped) == 1:
+            ((own, paths),) = grouped.items()
+            shown, drive = learn_from_drive(paths, options, driver=own)
+        else:
+            shown, joint = learn_from_drivers(grouped, options, trust)
+    elif recording and lesson is None:
+        _only_drives(context, recording)
         asked = LearnOptions(
             name,
             library,
@@ -198,7 +235,7 @@ def learn_lesson(
             session,
             kit,
         )
-        shown = learn_from_recording(recording, asked)
+        shown = learn_from_recording(recording[0], asked)
     else:
         problem = "is missing" if lesson is None else "is one too many beside a recording"
         remedy = "give either a table, or --recording FILE"
@@ -211,11 +248,16 @@ def learn_lesson(
     if not as_json:
         if drive is not None:
             print_drive_report(drive)
+        if joint is not None:
+            print_drivers_report(joint)
         _show(result, rows, following, saved)
         return
     told: dict[str, object] = {"states": result.states, "predictions": following or []}
     if drive is not None:
         told["drive"] = drive
+    if joint is not None:
+        told |= {"drivers": joint.drivers, "contradictions": joint.contradictions, "trusted": joint.trusted}
+        told["quarantined"] = joint.quarantined
     print_json(told if saved is None else {**told, "saved": str(saved)})
 
 
@@ -235,6 +277,20 @@ def _refuse_presses(context: typer.Context, recording: Path) -> None:
         if source is not None and source.name == "COMMANDLINE":
             problem = "is not used with a recording whose behaviors are found from its commands"
             remedy = "leave it out, or give neither --map nor --behaviors"
+            raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
+
+
+def _only_drives(context: typer.Context, recordings: Sequence[Path]) -> None:
+    """Refuse several recordings with presses, and options that apply only to drives."""
+    from understudy.errors import SettingError
+
+    if len(recordings) > 1:
+        problem, remedy = "is given several times", "give recordings with presses one by one"
+        raise SettingError(where="learn", setting="--recording", problem=problem, remedy=remedy)
+    for option in ("driver", "trust"):
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            problem, remedy = "is not used with a recording of presses", "leave it out, or give a drive"
             raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
 
 

@@ -35,6 +35,14 @@ class DriveOptions(NamedTuple):
     split: Sequence[str] = ()
 
 
+class OpenedDrives(NamedTuple):
+    """Drives of one driver joined to one, the library whose behaviors may explain it, and the places of the robot."""
+
+    drive: RecordedDrive
+    library: Library
+    places: NDArray[np.float64] | None
+
+
 class SegmentedDrive(NamedTuple):
     """A segmented drive, the library whose behaviors explain it, and the features that decisions depend on, if named.
 
@@ -47,15 +55,18 @@ class SegmentedDrive(NamedTuple):
     places: NDArray[np.float64] | None
 
 
-def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveReport]:
-    """Segment a drive, and return the lesson made of it with a report."""
+def learn_from_drive(
+    paths: Sequence[Path], asked: DriveOptions, *, driver: str = ""
+) -> tuple[Lesson, DriveReport]:
+    """Segment the drives of one driver, and return the lesson made of them with a report."""
     from understudy.segmentation.lesson_from_drive import to_lesson
     from understudy.segmentation.segmentation_report import make_drive_report
 
-    drive = segment_drive(path, asked)
+    drive = segment_opened_drives(paths[0], open_drives(paths, asked), asked)
     made = to_lesson(
         drive.found,
         name=asked.name or "driven",
+        driver=driver,
         library=drive.library,
         features=drive.features,
         reaction_s=asked.reaction_s,
@@ -65,15 +76,37 @@ def learn_from_drive(path: Path, asked: DriveOptions) -> tuple[Lesson, DriveRepo
 
 def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
     """Read a drive, find what may explain it, and segment it."""
-    from understudy.segmentation.drive_kit import make_candidates
+    return segment_opened_drives(path, open_drives([path], asked), asked)
+
+
+def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
+    """Read the drives of one driver, and find the library whose behaviors may explain them."""
+    import numpy as np
+
     from understudy.segmentation.mapping_file import load_recording_map
+    from understudy.segmentation.recorded_drive import join_drives
+
+    mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
+    opened = [OpenedDrives(*_open(path, asked, mapping)) for path in paths]
+    if len(opened) == 1:
+        return opened[0]
+    places = [each.places for each in opened if each.places is not None]
+    return OpenedDrives(
+        join_drives([each.drive for each in opened]),
+        opened[0].library,
+        np.concatenate(places) if len(places) == len(opened) else None,
+    )
+
+
+def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions) -> SegmentedDrive:
+    """Find what may explain drives, and segment them; `path` is the first file, for errors."""
+    from understudy.segmentation.drive_kit import make_candidates
     from understudy.segmentation.segment import segment
     from understudy.training.lesson_design import parse_feature
     from understudy.ui.cli.commands.drive_findings import apply_splits, define_behaviors
     from understudy.ui.cli.options import parse_names
 
-    mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
-    drive, library, places = _open(path, asked, mapping)
+    drive, library, places = opened
     library, defined = define_behaviors(library, drive, asked.define)
     named = parse_names(asked.behaviors)
     candidates = make_candidates(library, drive, None if named is None else [*named, *defined])

@@ -75,7 +75,8 @@ def _head(facts: AutomatonDescription, out: Console) -> None:
         lines.append("written by hand: it has no examples")
     else:
         learns = "decision trees" if chosen["learner"] == "trees" else f"{chosen['learner']} of scikit-learn"
-        late = f", presses taken {chosen['reaction_s']:g} s earlier" if chosen["reaction_s"] else ""
+        times = chosen.get("reaction_times_of_drivers_s") or [chosen["reaction_s"]]
+        late = f", presses taken {' or '.join(f'{each:g}' for each in times)} s earlier" if any(times) else ""
         silence = ", also from silence" if chosen["watched"] else ""
         unlearns = ", corrections quarantine bad examples" if chosen["unlearning"] else ""
         pruned = f", pruned by {chosen['pruning']:.3g}" if chosen.get("pruning") else ""
@@ -131,14 +132,17 @@ def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) ->
         return
     beside = f" [dim]beside {format_count(facts.watched, 'watched example')}[/]" if facts.watched else ""
     out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
-    made = make_table("#", "state", "next", "kind", *(f"#{feature.name}" for feature in facts.features))
+    recorded = ["from"] if any(row.source is not None for row in rows) else []
+    labels = (f"#{feature.name}" for feature in facts.features)
+    made = make_table("#", "state", "next", "kind", *recorded, *labels)
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
         kind = row.kind + "*" * row.correction + "†" * row.edited + "‡" * bool(row.quarantined)
         following = "[dim]stay[/]" if row.next == row.state else escape(row.next)
         values = zip(row.values.values(), facts.features, strict=True)
         told = (_value(value, feature.unit) for value, feature in values)
-        made.add_row(str(row.number), escape(row.state), following, kind, *told)
+        places = ["" if row.source is None else escape(str(row.source))] * len(recorded)
+        made.add_row(str(row.number), escape(row.state), following, kind, *places, *told)
     for column in made.columns[4:]:
         column.no_wrap, column.overflow = False, "fold"
     out.print(made)

@@ -1,0 +1,171 @@
+"""Part of `understudy learn`: recordings of several drivers, merged into one lesson, and their contradictions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from understudy.ui.cli.commands.learn_from_drive import (
+    DriveOptions,
+    open_drives,
+    print_drive_report,
+    segment_opened_drives,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from understudy.model.lesson import Lesson
+    from understudy.segmentation.driver_contradictions import DriverContradiction
+    from understudy.segmentation.segmentation_report import DriveReport
+
+
+@dataclass(frozen=True, slots=True)
+class ContradictionRow:
+    """A contradiction between two drivers: a sentence, what each does in a state, and the numbers of their examples.
+
+    `settled` is True if one of the two was trusted, so that the examples of the other are in quarantine.
+    """
+
+    sentence: str
+    state: str
+    drivers: Sequence[str]
+    nexts: Sequence[str]
+    examples: Sequence[Sequence[int]]
+    settled: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DriversReport:
+    """What the drives of several drivers were found to be.
+
+    `drivers` has a report for each driver by name, `contradictions` what they disagree on, and `quarantined` the number
+    of examples of others left out because they contradict the driver who is trusted.
+    """
+
+    drivers: Mapping[str, DriveReport]
+    contradictions: Sequence[ContradictionRow]
+    trusted: str | None
+    quarantined: int
+
+
+def group_recordings(
+    recordings: Sequence[Path], drivers: Sequence[str], trust: str | None
+) -> dict[str, list[Path]]:
+    """Group recordings by driver; a single recording without a driver's name has an empty one.
+
+    SettingError if names do not fit the recordings, or the trusted driver is none of several.
+    """
+    from understudy.errors import SettingError, UnknownName
+
+    def refuse(problem: str, remedy: str) -> SettingError:
+        return SettingError(where="learn", setting="--driver", problem=problem, remedy=remedy)
+
+    names = [each.strip() for each in drivers]
+    if names and len(names) != len(recordings):
+        problem = f"is given {len(names)} times for {len(recordings)} recordings"
+        raise refuse(problem, "give the name of each recording's driver, in the order of the recordings")
+    if "" in names:
+        raise refuse("is an empty name", "give the name of who drove")
+    if not names:
+        names = [each.stem for each in recordings] if len(recordings) > 1 else [""]
+        twice = [each for each in names if names.count(each) > 1]
+        if twice:
+            problem = f"is missing, and two recordings are called {twice[0]!r}"
+            raise refuse(
+                problem, "give the name of each recording's driver; those of one driver have the same"
+            )
+    grouped: dict[str, list[Path]] = {}
+    for name, path in zip(names, recordings, strict=True):
+        grouped.setdefault(name, []).append(path)
+    if trust is not None and len(grouped) == 1:
+        problem, remedy = "is not used with one driver", "leave it out, or give recordings of several"
+        raise SettingError(where="learn", setting="--trust", problem=problem, remedy=remedy)
+    if trust is not None and trust not in grouped:
+        raise UnknownName(what="driver", name=trust, where="the set of recordings", known=list(grouped))
+    return grouped
+
+
+def learn_from_drivers(
+    recordings: Mapping[str, Sequence[Path]], asked: DriveOptions, trust: str | None
+) -> tuple[Lesson, DriversReport]:
+    """Segment the drives of each driver apart, and return the lesson merged of all with a report."""
+    from understudy.segmentation.driver_contradictions import (
+        find_driver_contradictions,
+        settle_driver_contradictions,
+    )
+    from understudy.segmentation.driver_lessons import merge_driver_lessons
+    from understudy.segmentation.lesson_from_drive import to_lesson
+    from understudy.segmentation.recorded_drive import refuse_other_robot
+    from understudy.segmentation.segmentation_report import make_drive_report
+
+    opened = {name: open_drives(paths, asked) for name, paths in recordings.items()}
+    first = next(iter(opened.values()))
+    for each in opened.values():
+        refuse_other_robot(first.drive, each.drive)
+    made, reports = [], {}
+    for name, drives in opened.items():
+        found = segment_opened_drives(recordings[name][0], drives, asked)
+        own = to_lesson(
+            found.found,
+            name=asked.name or "driven",
+            driver=name,
+            library=found.library,
+            features=found.features,
+            reaction_s=asked.reaction_s,
+        )
+        made.append(own)
+        reports[name] = make_drive_report(found.found, own)
+    merged = merge_driver_lessons(made).lesson
+    contradictions = find_driver_contradictions(merged)
+    settled = merged if trust is None else settle_driver_contradictions(merged, trust)
+    quarantined = sum(bool(each.quarantined) for each in settled.examples)
+    quarantined -= sum(bool(each.quarantined) for each in merged.examples)
+    rows = [_describe(each, trust) for each in contradictions]
+    return settled, DriversReport(reports, rows, trust, quarantined)
+
+
+def _describe(contradiction: DriverContradiction, trust: str | None) -> ContradictionRow:
+    return ContradictionRow(
+        str(contradiction),
+        contradiction.state,
+        contradiction.drivers,
+        contradiction.nexts,
+        contradiction.numbers,
+        trust in contradiction.drivers,
+    )
+
+
+def print_drivers_report(report: DriversReport) -> None:
+    """Print the drives of each driver, and where drivers contradict each other."""
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import make_console
+
+    out = make_console()
+    for name, each in report.drivers.items():
+        out.print(f"\n[bold]{escape(name)}[/]")
+        print_drive_report(each)
+    out.print()
+    _print_contradictions(report, out)
+
+
+def _print_contradictions(report: DriversReport, out: Console) -> None:
+    from rich.markup import escape
+
+    from understudy.ui.cli.output import format_count
+
+    if not report.contradictions:
+        out.print("The drivers do not contradict each other.")
+        return
+    out.print(f"[yellow]{format_count(len(report.contradictions), 'contradiction')} between drivers[/]")
+    for each in report.contradictions:
+        settled = " [dim]settled[/]" if each.settled else ""
+        out.print(f"  {escape(each.sentence)}{settled}", soft_wrap=True)
+    if report.trusted is not None:
+        left_out = format_count(report.quarantined, "example")
+        out.print(f"{escape(report.trusted)} is trusted: {left_out} of others left out", soft_wrap=True)
+    else:
+        out.print("[dim]--trust NAME leaves out the examples that contradict one of them[/]")
