@@ -49,16 +49,6 @@ def lean(page: Page, right: float, up: float) -> None:
     )
 
 
-def drive(page: Page, *moves: tuple[float, float, float]) -> None:
-    """Hold the stick with the mouse, lean it so far for so many seconds each, and let go."""
-    lean(page, 0, 0)
-    page.mouse.down()
-    for right, up, seconds in moves:
-        lean(page, right, up)
-        page.wait_for_timeout(1000 * seconds)
-    page.mouse.up()
-
-
 def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Snap) -> None:
     expect(page.get_by_text("Drive the robot, and it learns from how you drive.")).to_be_visible()
     snap(page, "driving-opened")
@@ -86,3 +76,93 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     expect(pane.get_by_role("status")).to_contain_text("as_driven.json")
     assert (tmp_path / "library" / "as_driven.json").is_file()
     assert len([*(tmp_path / "recordings").glob("forage-*.jsonl")]) == 1
+
+
+def test_driven_with_the_keyboard(page: Page) -> None:
+    page.keyboard.press("Space")
+    expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
+    page.keyboard.down("ArrowUp")
+    page.wait_for_timeout(1500)
+    page.keyboard.down("ArrowRight")  # both: ahead and to the right
+    page.keyboard.up("ArrowUp")
+    page.wait_for_timeout(1200)
+    page.keyboard.up("ArrowRight")
+    page.keyboard.down("a")
+    expect(page.get_by_role("button", name="load food").first).to_have_attribute("aria-pressed", "true")
+    page.wait_for_timeout(1000)
+    page.keyboard.press("Space")
+    page.keyboard.up("a")
+    expect(page.get_by_role("button", name="Drive")).to_be_visible()
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    told = [each for each in labels(page) if each != "unexplained"]
+    assert told == ["forward", "rotate_right", "load_food"], told
+    page.keyboard.press("ArrowRight")  # a key of the review again
+    expect(page.get_by_text("What was it?")).to_be_visible()
+
+
+PAD = """
+window.pad = {axes: [0, 0], buttons: Array.from({length: 17}, () => ({pressed: false}))};
+navigator.getGamepads = () => [window.pad, null, null, null];
+"""
+
+
+def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
+    """Start begins and pauses, the left stick drives, and X, the second button, unloads."""
+    page.evaluate(PAD)
+
+    def push(button: int) -> None:
+        page.evaluate(f"window.pad.buttons[{button}].pressed = true")
+        page.wait_for_timeout(200)
+        page.evaluate(f"window.pad.buttons[{button}].pressed = false")
+
+    expect(page.get_by_text("or the left stick of the gamepad after a press of Start")).to_be_visible()
+    push(9)
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    page.evaluate("window.pad.axes = [0.02, -0.9]")
+    page.wait_for_timeout(1500)
+    page.evaluate("window.pad.axes = [-0.95, 0.05]")
+    page.wait_for_timeout(1200)
+    page.evaluate("window.pad.axes = [0.03, 0.03]; window.pad.buttons[2].pressed = true")
+    page.wait_for_timeout(1000)
+    push(9)
+    page.evaluate("window.pad.buttons[2].pressed = false")
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    told = [each for each in labels(page) if each != "unexplained"]
+    assert told == ["forward", "rotate_left", "unload_food"], told
+
+    page.get_by_role("button", name="New world").click()
+    expect(page.get_by_text("seed 4")).to_be_visible()
+    push(9)
+    page.evaluate("window.pad.axes = [0, -1]")
+    page.wait_for_timeout(1500)
+    push(9)
+    expect(page.locator(".strip .gap")).to_have_count(1)  # another episode of the same drive
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    assert [each for each in labels(page) if each != "unexplained"] == [*told, "forward"]
+    snap(page, "driving-two-worlds")
+
+
+def test_the_robot_rests_when_the_page_is_left(page: Page) -> None:
+    """Keys that are held when the window loses the focus count as let go of."""
+    page.keyboard.press("Space")
+    page.keyboard.down("ArrowUp")
+    expect(page.get_by_role("group", name="Labels over time").locator(".span")).not_to_have_count(0)
+    page.evaluate("dispatchEvent(new Event('blur'))")
+    expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible(timeout=2000)
+
+
+def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
+    """The world and the stick are on the first screen."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    box = stick(page).bounding_box()
+    assert box is not None
+    assert box["y"] + box["height"] < 844
+    assert abs(box["width"] - box["height"]) < 1
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    lean(page, 0, 0)
+    page.mouse.down()
+    lean(page, 0, 0.9)
+    expect(page.get_by_role("group", name="Labels over time").locator(".span")).not_to_have_count(0)
+    snap(page, "driving-narrow")
+    page.mouse.up()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390

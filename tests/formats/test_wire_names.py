@@ -62,20 +62,21 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes",
-    "choose", "confirm", "delete", "delete_property", "discard", "duplicate", "edit", "evaluate", "go_back",
-    "go_to_mark", "hand_over", "here", "label", "learn", "leave_failure", "mend", "move_object", "move_obstacle",
-    "new", "next_situation", "open", "open_failure", "open_library", "open_world", "others", "pause", "pick_color",
-    "place", "press", "promise", "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove",
-    "remove_object", "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
-    "save_property", "save_world", "set_up", "simplify", "skip", "speed", "stand_by", "stand_for", "step", "stop",
-    "stop_robot", "take", "test", "test_properties", "turn", "undo", "use_reaction", "versions", "visit", "watch",
-    "why", "withdraw",
+    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
+    "changes", "choose", "confirm", "define", "delete", "delete_property", "discard", "drive", "duplicate",
+    "edit", "evaluate", "go_back", "go_to_mark", "hand_over", "here", "label", "learn", "leave_failure",
+    "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation", "open", "open_failure",
+    "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place", "press", "promise",
+    "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object",
+    "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "save_property", "save_world", "set_up", "simplify", "skip", "speed", "split", "stand_by", "stand_for",
+    "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "turn", "undo", "use_reaction",
+    "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
     "do": MESSAGES,
-    "is": ["desk", "hello", "scene", "team"],
+    "is": ["desk", "drive", "hello", "scene", "team"],
     "kind": [
         "bumper", "camera", "cargo", "claimed", "holding", "lidar", "locator", "pose", "random", "since",
         "sonar", "stuck",
@@ -143,7 +144,7 @@ COMMANDS = {
     "show": "NAME --library -l --world -w --kit --all --json",
     "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
     "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --failures --robot "
-    "--team --no-record --recording --map --name -n --behaviors --features --agent -a --json",
+    "--team --no-record --recording --map --name -n --behaviors --features --agent -a --drive --json",
     "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
     "--reaction --seed --failures --robot --no-record --kit --json",
     "test": "[LIBRARY] --library -l --world -w --failures --jobs -j --kit --json",

@@ -39,6 +39,7 @@ export class Driving implements WorldSource {
   private fetching = false;
   private fetched = 0;
   private started = false;
+  private begins = false;
 
   open(): void {
     const here = new URL("drive", document.baseURI);
@@ -61,15 +62,23 @@ export class Driving implements WorldSource {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
   }
 
+  /** Whether keys are the stick's: from the moment at which somebody wants to drive. */
+  get steers(): boolean {
+    return this.driving || this.begins;
+  }
+
   /** Drive, or pause. */
   turn(): void {
-    if (this.recording.busy !== null && this.recording.busy !== "drive") return;
-    this.send({ do: this.driving ? "pause_drive" : "drive" });
+    if (this.driving) this.send({ do: "pause_drive" });
+    else this.begin();
   }
 
   /** Begin to drive if nobody does; the world waits for the stick. */
   begin(): void {
-    if (!this.driving && this.recording.busy === null) this.send({ do: "drive" });
+    if (this.driving || this.lost !== "" || (this.recording.busy !== null && this.recording.busy !== "drive"))
+      return;
+    this.begins = true;
+    this.send({ do: "drive" });
   }
 
   /** The stick moved, or may have. */
@@ -133,6 +142,7 @@ export class Driving implements WorldSource {
     const { recording } = this;
     const was = this.driving;
     this.told = news;
+    if (news.driving || news.error !== "") this.begins = false;
     this.lost = "";
     this.desk = { mode: "training", features: news.features, doing: [] };
     const closed = news.driving || !news.current;
@@ -174,6 +184,7 @@ export class Driving implements WorldSource {
 
   private leave(event: CloseEvent): void {
     this.socket = null;
+    this.begins = false;
     this.release();
     if (this.told !== null) this.told = { ...this.told, driving: false, waiting: false };
     if (event.code === TAKEN)

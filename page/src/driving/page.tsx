@@ -16,7 +16,7 @@ export function DrivingPage({ driving }: { driving: Driving }) {
   useNews(recording.news);
   useEffect(() => driving.listen(), [driving]);
   useEffect(() => steer(driving), [driving]);
-  useEffect(() => listen(recording, () => driving.driving), [driving]);
+  useEffect(() => listen(recording, () => driving.steers), [driving]);
   if (told === null || scene === null) return <p class="wait">{driving.lost || "Opening the world …"}</p>;
   const { review, series } = recording;
   const error = driving.lost || told.error || recording.error;
@@ -119,7 +119,7 @@ function steer(driving: Driving): () => void {
     if (event.key === " ") {
       if (event.target instanceof HTMLButtonElement) return; // which it presses
       if (!event.repeat) driving.turn();
-    } else if (!driving.driving || !driving.stick.press(event.key)) return;
+    } else if (!driving.steers || !driving.stick.press(event.key)) return;
     else if (!event.repeat) driving.steer();
     event.preventDefault();
   };

@@ -18,7 +18,7 @@ const MOST_ZOOM = 40;
 /** The width of a letter of a label, about, px. */
 const LETTER = 7.4;
 /** What is shown while somebody drives, s. */
-const LIVE_S = 30;
+const LIVE_S = 20;
 
 interface TimelineProps {
   recording: Recording;

@@ -10,6 +10,7 @@ from time import monotonic, sleep
 
 import numpy as np
 import pytest
+from tests.own_worlds import NAME
 from tests.ui.cli.commands import said
 
 from understudy.data.trace_drive import read_trace_drive
@@ -22,7 +23,8 @@ from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_s
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.stick import AT_REST, StickPosition
 
-AHEAD, RIGHT, LEFT = StickPosition(0, 1), StickPosition(1, 0), StickPosition(-1, 0)
+AHEAD, BACK = StickPosition(0, 1), StickPosition(0, -1)
+RIGHT, LEFT = StickPosition(1, 0), StickPosition(-1, 0)
 Driver = Callable[[LiveDrive], StickPosition]
 
 
@@ -205,6 +207,34 @@ def test_another_world_is_another_episode(scripted: Scripted) -> None:
     ]  # fmt: skip
     assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_left"]
     assert len(live.list_places()) == live.ticks
+
+
+def test_a_body_of_ones_own(tmp_path: Path) -> None:
+    """A cart at 3 m of a slope of 10 m: it is driven back and ahead, until its episode is over."""
+    scripted = Scripted(tmp_path, world=f"{NAME}:make_slope")
+    live = scripted.live
+    assert live.layout.right is None
+    live.drive()
+    scripted.drive(hold(BACK), 1.9)
+    scripted.drive(hold(AHEAD), 12)
+    assert not live.driving
+    assert "the episode is over" in live.error
+    scripted.pause()
+    assert [label for label, _, _ in scripted.spans] == ["back", "ahead"]
+    assert np.isnan(live.list_places()).all()
+    with pytest.raises(SessionError, match="begin a new world"):
+        live.drive()
+    live.begin_world(5)
+    live.drive()
+    assert live.error == ""
+    scripted.drive(hold(AHEAD), 1.9)
+    scripted.drive(hold(BACK), 2)
+    scripted.pause()
+    assert [label for label, _, _ in scripted.spans] == ["back", "ahead", "ahead", "back"]
+    assert scripted.files.paths[0].name.startswith("tests.own_worlds-make_slope-")
+    first, second = (read_trace_drive(path).drive for path in scripted.files.paths)
+    assert first.ticks + second.ticks == live.ticks
+    assert second.values["x", None][0] == 5.0
 
 
 def test_what_is_kept_is_what_was_driven(scripted: Scripted, tmp_path: Path) -> None:

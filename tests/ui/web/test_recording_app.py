@@ -155,7 +155,7 @@ def test_a_state_is_split_and_stays_so_while_the_drive_goes_on(tmp_path: Path) -
         assert found["labels"] == ["forward", "back", "arc", "forward_2", "unexplained"]
         assert [name for name, first, _, _ in list_spans(found) if first in (0, 220)] == firsts
         drive = review.segmentation.drive
-        review.extend(segment(drive, [*review.segmentation.candidates[:2], *review.added_behaviors]))
+        review.extend(segment(drive, [*review.segmentation.candidates[:2], *review.new_candidates]))
         assert client.get("/review").json()["labels"] == found["labels"]
         assert not review.can_undo
 

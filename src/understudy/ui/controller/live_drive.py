@@ -254,7 +254,7 @@ class LiveDrive:
         if self._running is None and self._segmented < self.ticks and now >= self._due_s:
             drive = self._recorder.make_drive()
             self._segmented, self._began_s = drive.ticks, now
-            defined = () if self.review is None else self.review.added_behaviors
+            defined = () if self.review is None else self.review.new_candidates
             self._running = self._executor.submit(
                 segment,
                 drive,

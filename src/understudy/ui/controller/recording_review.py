@@ -104,7 +104,7 @@ class RecordingReview:
         return self._labels.by_hand
 
     @property
-    def added_behaviors(self) -> tuple[Candidate, ...]:
+    def new_candidates(self) -> tuple[Candidate, ...]:
         """The behaviors that were added to the candidates, because nothing explained some commands."""
         return self._labels.defined
 
@@ -144,7 +144,7 @@ class RecordingReview:
         originals = [each for each in self.segmentation.candidates if not isinstance(each, SplitState)]
         sensed = [each for each in self._features or () if not each.is_own]
         found = self._restore(segment(drive, [*originals, added], features=sensed))
-        self._change(found._replace(defined=(*self.added_behaviors, added)))
+        self._change(found._replace(defined=(*self.new_candidates, added)))
 
     def split_state(self, state: str, entered_from: Sequence[str]) -> None:
         """Give a state of its own to where a state was entered from certain others; see `split_state`."""

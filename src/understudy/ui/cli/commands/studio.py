@@ -18,7 +18,7 @@ from understudy.ui.cli.options import (
     SameWorld,
     ScenarioName,
 )
-from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption, connect_twin
+from understudy.ui.cli.robot_options import RobotFileOption, TeamFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
 
 if TYPE_CHECKING:
@@ -45,7 +45,9 @@ def start_studio(
     failures: FailuresOption = FAILURES,
     robot: RobotFileOption = None,
     team: TeamFileOption = None,
-    no_record: NoRecording = False,
+    no_record: Annotated[
+        bool, typer.Option("--no-record", help="Do not record the messages of real robots, nor drives.")
+    ] = False,
     recording: Annotated[
         Path | None,
         typer.Option("--recording", metavar="FILE", help="Recording without presses, to review its labels."),
@@ -126,6 +128,9 @@ def start_studio(
         if real(robot, team, world=scenario or world) is not None:
             problem, remedy = "is given for real robots", "name a simulated world"
             raise SettingError(where="studio", setting="--drive", problem=problem, remedy=remedy)
+        if mapping is not None:
+            problem, remedy = "is given without a recording", "leave it out"
+            raise SettingError(where="studio", setting="--map", problem=problem, remedy=remedy)
         named = choose_scenario_name(scenario, world)
         driven = DrivingOptions(
             named, seed, library, kit, name, behaviors, features, agent, kept=not no_record

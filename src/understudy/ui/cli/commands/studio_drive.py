@@ -102,7 +102,11 @@ class DriveFiles:
 
     def _choose_path(self) -> Path:
         """Choose a file that is not there yet, called after the world and the time."""
-        stem = f"{Path(self._options.world).stem.replace(':', '-')}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
+        from understudy.sim.catalog import is_function
+
+        world = self._options.world
+        name = world.replace(":", "-") if is_function(world) else Path(world).stem
+        stem = f"{name}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
         again = (self.folder / f"{stem}{'' if number == 1 else f'-{number}'}.jsonl" for number in count(1))
         return next(place for place in again if not place.exists() and place not in self.paths)
 

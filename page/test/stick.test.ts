@@ -1,0 +1,84 @@
+import { expect, test } from "vitest";
+import { padded, pulled, steered, Stick } from "../src/driving/stick";
+import type { Arrow } from "../src/protocol";
+
+function pad(pressed: number[], axes: number[] = [0, 0]): Pick<Gamepad, "axes" | "buttons"> {
+  const buttons = Array.from({ length: 17 }, (_, index) => {
+    const down = pressed.includes(index);
+    return { pressed: down, touched: down, value: down ? 1 : 0 };
+  });
+  return { axes, buttons };
+}
+
+// how far the pointer is from the middle of a stick with a radius of 50 px, and how far that leans
+const PULLS: [number, number, number, number][] = [
+  [0, 0, 0, 0],
+  [25, 0, 0.5, 0],
+  [0, -50, 0, 1], // up on the screen is ahead
+  [0, 20, 0, -0.4],
+  [300, -400, 0.6, 0.8], // beyond the rim
+];
+
+test.each(PULLS)("a pointer at %d, %d leans %d to the right and %d up", (dx, dy, right, up) => {
+  expect(pulled(dx, dy, 50)).toEqual({ right, up });
+});
+
+const KEYS: [Arrow[], number, number][] = [
+  [[], 0, 0],
+  [["up"], 0, 1],
+  [["left"], -1, 0],
+  [["left", "right"], 0, 0],
+  [["up", "down", "right"], 1, 0],
+];
+
+test.each(KEYS)("arrows %s", (ways, right, up) => {
+  expect(steered(ways)).toEqual({ right, up });
+});
+
+test("two arrows share the way", () => {
+  const { right, up } = steered(["up", "right"]);
+  expect(Math.hypot(right, up)).toBeCloseTo(1);
+  expect(right).toBeCloseTo(up);
+});
+
+test("a gamepad's stick has a dead zone, and its directional pad comes first", () => {
+  expect(padded(pad([], [0.08, 0.08])).lean).toEqual({ right: 0, up: 0 });
+  expect(padded(pad([], [0.5, -0.25])).lean).toEqual({ right: 0.5, up: 0.25 });
+  expect(padded(pad([12], [0.5, 0])).lean).toEqual({ right: 0, up: 1 });
+  const { right, up } = padded(pad([], [1, 1])).lean;
+  expect(Math.hypot(right, up)).toBeCloseTo(1);
+});
+
+test("a gamepad's buttons hold behaviors, and Start pauses", () => {
+  expect(padded(pad([0, 2]))).toMatchObject({ held: [0, 1], start: false });
+  expect(padded(pad([9]))).toMatchObject({ held: [], start: true });
+});
+
+test("the pointer comes before the gamepad, and that before the keys", () => {
+  const stick = new Stick();
+  expect(stick.press("ArrowUp")).toBe(true);
+  expect(stick.press("x")).toBe(false);
+  expect(stick.lean).toEqual({ right: 0, up: 1 });
+  stick.pad = padded(pad([], [-0.5, 0]));
+  expect(stick.lean).toEqual({ right: -0.5, up: 0 });
+  stick.pulled = { right: 0.2, up: 0 };
+  expect(stick.lean).toEqual({ right: 0.2, up: 0 });
+  stick.pulled = null;
+  stick.pad = padded(pad([]));
+  expect(stick.lean).toEqual({ right: 0, up: 1 });
+  stick.lift("ArrowUp");
+  expect(stick.lean).toEqual({ right: 0, up: 0 });
+});
+
+test("what is held comes from keys, buttons on the page and the gamepad, and is there", () => {
+  const stick = new Stick();
+  stick.press("S");
+  stick.pushed.add(0);
+  stick.pad = padded(pad([1]));
+  expect(stick.held(3)).toEqual([0, 1, 2]);
+  expect(stick.held(2)).toEqual([0, 1]);
+  stick.lift("s");
+  expect(stick.held(3)).toEqual([0, 2]);
+  stick.release();
+  expect(stick.held(3)).toEqual([]);
+});

@@ -1,0 +1,197 @@
+"""Driving as a page does: messages of the stick, frames and news that come back, and the review of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Any
+
+import msgspec
+import pytest
+from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.websockets import WebSocketDisconnect
+
+from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
+from understudy.ui.web.drive_app import make_drive_app
+from understudy.ui.web.drive_server import TAKEN, DriveServer
+from understudy.ui.web.frames import HEADER, ROBOT
+
+HERE = "http://127.0.0.1"
+LONGEST_S = 20.0
+
+
+def make_server(folder: Path, world: str = "forage") -> DriveServer:
+    options = DrivingOptions(world, 3, folder / "library", None, None, None, None, 0, kept=False)
+    return make_drive_server(options)[0]
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> DriveServer:
+    return make_server(tmp_path)
+
+
+@pytest.fixture
+def client(server: DriveServer) -> Iterator[TestClient]:
+    with TestClient(make_drive_app(server), base_url=HERE) as client:
+        yield client
+
+
+class Driver:
+    """A page: what it heard last of each sort."""
+
+    def __init__(self, socket: WebSocketTestSession) -> None:
+        self._socket = socket
+        self.news: dict[str, Any] = {}
+        self.scene: dict[str, Any] = {}
+        self.frame = b""
+
+    def send(self, **request: Any) -> None:
+        self._socket.send_json(request)
+
+    def hear(self) -> None:
+        """Take the next message."""
+        message = self._socket.receive()
+        if message["type"] == "websocket.close":
+            raise WebSocketDisconnect(message["code"])
+        if message.get("bytes") is not None:
+            self.frame = message["bytes"]
+            return
+        said = msgspec.json.decode(message["text"])
+        if said["is"] == "scene":
+            self.scene = said["scene"]
+        else:
+            self.news = said
+
+    def hear_until(self, **state: Any) -> None:
+        """Take messages until the news say this."""
+        began = monotonic()
+        while any(self.news.get(name) != value for name, value in state.items()):
+            self.hear()
+            assert monotonic() - began < LONGEST_S, self.news
+
+    def read_place(self) -> tuple[float, float]:
+        robots = memoryview(self.frame)[HEADER.itemsize : HEADER.itemsize + ROBOT.itemsize]
+        x, y = robots[:8].cast("f")
+        return x, y
+
+
+@contextmanager
+def visit(client: TestClient) -> Iterator[Driver]:
+    with client.websocket_connect("ws://127.0.0.1/drive") as socket:
+        driver = Driver(socket)
+        driver.hear_until(ticks=0)
+        while not driver.frame:
+            driver.hear()
+        yield driver
+
+
+def steer(client: TestClient, driver: Driver, seconds: float, **stick: Any) -> None:
+    """Hold the stick for some time."""
+    end = monotonic() + seconds
+    while monotonic() < end:
+        driver.send(do="steer", **stick)
+        sleep(0.05)
+
+
+def list_labels(client: TestClient) -> list[str]:
+    review = client.get("/review").json()
+    return [review["labels"][each["label"]] for each in review["spans"]]
+
+
+def test_what_a_page_hears_first(client: TestClient) -> None:
+    with visit(client) as driver:
+        assert (driver.scene["scenario"], driver.scene["seed"]) == ("forage", 3)
+        assert driver.news["held"] == ["load_food", "unload_food"]
+        assert (driver.news["turns"], driver.news["drives"], driver.news["driving"]) == (True, True, False)
+        assert "distance_to(station)" in {each["label"] for each in driver.news["features"]}
+    answer = client.get("/review")
+    assert (answer.status_code, "nothing was driven yet" in answer.json()["error"]) == (400, True)
+    assert client.get("/series").status_code == 400
+    assert "Understudy: driving" in client.get("/").text
+
+
+def test_driven_reviewed_and_learned(client: TestClient) -> None:
+    with visit(client) as driver:
+        before = driver.read_place()
+        driver.send(do="drive")
+        driver.hear_until(driving=True, waiting=True)
+        steer(client, driver, 1.5, up=1.0)
+        driver.hear_until(waiting=False)
+        refused = client.post("/review", json={"do": "learn"})
+        assert (refused.status_code, "pause it" in refused.json()["error"]) == (400, True)
+        steer(client, driver, 1.0, right=-1.0)
+        driver.send(do="pause_drive")
+        driver.hear_until(driving=False, current=True)
+        assert driver.read_place() != before
+        assert list_labels(client) == ["forward", "rotate_left"]
+        series = client.get("/series").json()
+        assert len(series["path"]) == driver.news["ticks"] == len(series["series"][0]["ticks"])
+        learned = client.post("/review", json={"do": "learn"}).json()["learned"]
+        assert {(each["from"], each["to"]) for each in learned["edges"]} >= {("forward", "rotate_left")}
+
+
+def test_a_page_that_leaves_pauses(client: TestClient, server: DriveServer) -> None:
+    with visit(client) as driver:
+        driver.send(do="drive")
+        steer(client, driver, 0.5, up=1.0)
+    began = monotonic()
+    while server.live.driving:
+        sleep(0.01)
+        assert monotonic() - began < LONGEST_S
+    assert server.live.stick.is_resting
+    assert server.live.ticks > 0
+
+
+def test_one_page_drives(client: TestClient) -> None:
+    with visit(client) as first, visit(client) as second:
+        second.send(do="drive")
+        second.hear_until(driving=True)
+        with pytest.raises(WebSocketDisconnect) as closed:
+            first.hear_until(driving=True)
+        assert closed.value.code == TAKEN
+
+
+REFUSED = [  # message, what is said
+    ({"do": "steer", "up": 1.5}, "<= 1"),
+    ({"do": "dance"}, "dance"),
+    ({"do": "drive", "fast": True}, "fast"),
+    ({"do": "new_world", "seed": -1}, ">= 0"),
+]
+
+
+@pytest.mark.parametrize(("message", "said"), REFUSED)
+def test_refused(client: TestClient, message: dict[str, Any], said: str) -> None:
+    with visit(client) as driver:
+        driver.send(**message)
+        while not driver.news["error"]:
+            driver.hear()
+        assert said in driver.news["error"]
+
+
+def test_another_world(client: TestClient) -> None:
+    with visit(client) as driver:
+        driver.send(do="new_world")
+        while driver.scene["seed"] != 4:
+            driver.hear()
+        driver.send(do="new_world", seed=9)
+        while driver.scene["seed"] != 9:
+            driver.hear()
+        driver.send(do="drive")
+        driver.send(do="new_world")
+        driver.hear_until(driving=True)
+        while not driver.news["error"]:
+            driver.hear()
+        assert "pause first" in driver.news["error"]
+
+
+def test_who_may_drive(tmp_path: Path) -> None:
+    app = make_drive_app(make_server(tmp_path), token="secret", hosts=None)
+    with TestClient(app, base_url=HERE) as client:
+        for path, status in (("/review", 403), ("/series", 403), ("/review?token=secret", 400)):
+            assert client.get(path).status_code == status
+        with client.websocket_connect("ws://127.0.0.1/drive") as socket, pytest.raises(WebSocketDisconnect):
+            socket.receive_text()
+        with client.websocket_connect("ws://127.0.0.1/drive?token=secret") as socket:
+            assert socket.receive()["type"] == "websocket.send"
