@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +65,12 @@ class Driver:
         """Write the table, and return its path."""
         path.write_text("\n".join(self.drive(seconds)) + "\n")
         return path
+
+
+ANNA = Driver(noise=0.03, gain=1.0, reaction_s=0.1, unsure=0.03, seed=1)
+BEN = Driver(noise=0.12, gain=0.4, reaction_s=0.35, unsure=0.03, seed=2)
+FAR = replace(BEN, near=2.0)
+"""Ben, who goes back much earlier than Anna does."""
 
 
 def read(path: Path) -> tuple[RecordedDrive, Library]:

@@ -413,7 +413,7 @@ class Lesson:
         """Make a data frame of the examples, one row each, the table that `understudy learn` reads from CSV.
 
         The frame has the states, the kind and the feature values of each example. It does not have corrections,
-        quarantine, the record of readings, the options, or what the states run.
+        quarantine, sources, the record of readings, the options, or what the states run.
 
         Parameters
         ----------
