@@ -8,6 +8,8 @@ import { disc, spot, type Picture } from "../world/picture";
 import { Stage } from "../world/stage";
 import type { Driving } from "./driving";
 
+/** A robot that moves less while it has one label stands, m. */
+const STANDS_M = 0.05;
 const MARGINS = { top: 14, bottom: 14, sides: 14 };
 
 export function DrivenWorld({ driving }: { driving: Driving }) {
@@ -44,8 +46,15 @@ function drawWay(picture: Picture, { recording }: Driving): void {
   pen.lineJoin = "round";
   for (const { points, label, first } of pieces(review, ticks, path)) {
     if (first < begins) continue;
-    const none = label === review.labels.length - 1;
-    trace(picture, points, none ? palette.wall : swatch(label, review.labels.length), 4);
+    const color = label === review.labels.length - 1 ? palette.wall : swatch(label, review.labels.length);
+    trace(picture, points, color, 4);
+    const [from, to] = [points[0], points.at(-1)];
+    if (from === undefined || to === undefined || Math.hypot(to[0] - from[0], to[1] - from[1]) > STANDS_M)
+      continue;
+    pen.beginPath(); // what it did on the spot, such as turning
+    disc(pen, ...spot(picture, ...from), 5);
+    pen.fillStyle = color;
+    pen.fill();
   }
   if (selected !== null && selected.first >= begins) {
     const inside = path.filter((_, index) => {
