@@ -9,7 +9,13 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_review import tab
+from tests.falsification.team_kept import keep_team
+from tests.falsification.test_falsify_team import PROPERTY
+from tests.falsification.test_team_failure import teach_lead
+from tests.ui.cli.commands import run
 from tests.ui.web.test_failing_worlds import make_failures
+
+from understudy.properties.property_file import HEAD
 
 Snap = Callable[[Page, str], None]
 
@@ -54,5 +60,30 @@ def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: 
         page.get_by_role("button", name="Save", exact=True).click()
         expect(page.get_by_text("goto is saved")).to_be_visible()
         snap(page, "failures-saved")
+    finally:
+        studio.stop()
+
+
+def test_a_failure_of_a_team_opens_its_coordinator(tmp_path: Path, chromium: Browser, snap: Snap) -> None:
+    """A patrol that is sent home fails where it must not come near it: its coordinator is opened before that."""
+    library = keep_team(tmp_path, teach_lead())
+    (library / "properties.toml").write_text(HEAD + PROPERTY)
+    options = ("--property", "keeps_away", "--worlds", 6, "--limit", 60, "-o", tmp_path / "failures")
+    assert run("falsify", library, "lead", *options).exit_code == 1
+    studio = Studio(library, "patrol", "--failures", str(tmp_path / "failures"))
+    studio.start()
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(studio.address)
+        tab(page, "Coach")
+        part(page).get_by_role("button", name="Open failing world lead-1").click()
+        expect(page.get_by_text("Paused in ")).to_be_visible(timeout=20_000)
+        expect(page.get_by_role("heading", name="lead").or_(page.get_by_text("lead").first)).to_be_visible()
+        snap(page, "failures-of-a-team")
+        page.keyboard.press("Space")  # the team goes on, led by what was learned
+        page.wait_for_timeout(500)
+        expect(page.get_by_text("Paused in ")).to_have_count(0)
+        part(page).get_by_role("button", name="back to patrol").click()
+        expect(part(page).get_by_role("button", name="back to patrol")).to_have_count(0)
     finally:
         studio.stop()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 OF_RECORDINGS = (
-    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "map",
+    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "mapping",
     "behaviors", "define", "split", "driver", "trust",
 )  # fmt: skip
 """Options that only apply to recordings."""
@@ -302,7 +302,12 @@ def _only_table(context: typer.Context) -> None:
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
             problem, remedy = "is not used with a table", "leave it out, or give --recording"
-            raise SettingError(where="learn", setting=f"--{option}", problem=problem, remedy=remedy)
+            raise SettingError(
+                where="learn",
+                setting=f"--{'map' if option == 'mapping' else option}",
+                problem=problem,
+                remedy=remedy,
+            )
 
 
 def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
