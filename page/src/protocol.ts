@@ -1187,6 +1187,8 @@ export interface Example {
   contradicts: boolean;
   /** Why the example is in quarantine; empty if it is not. */
   quarantined: string;
+  /** The place in a recording that it was made from, and who drove; empty for any other example. */
+  source: string;
 }
 
 /** A learned switch between states, with the examples that taught it. */

@@ -113,7 +113,7 @@ def test_saved_examples_say_where_they_are_from(recorded: Path) -> None:
 
 BY_FILE = ("--recording", "anna.csv", "--recording", "ben.csv")
 REFUSED = [
-    ((*BY_FILE, "--driver", "anna"), "--driver is given 1 times for 2 recordings"),
+    ((*BY_FILE, "--driver", "anna"), "--driver is given once for 2 recordings"),
     ((*BY_FILE, "--driver", "anna", "--driver", " "), "--driver is an empty name"),
     (("--recording", "ben.csv", "--recording", "ben.csv"), "two recordings are called 'ben'"),
     (("--recording", "ben.csv", "--trust", "ben"), "--trust is not used with one driver"),

@@ -68,7 +68,11 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
           values
         </button>
       )}
-      {example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>}
+      {example.source !== "" ? (
+        <span class="tiny">from {example.source}</span>
+      ) : (
+        example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>
+      )}
       {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (

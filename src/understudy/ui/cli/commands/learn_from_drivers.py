@@ -59,13 +59,15 @@ def group_recordings(
     SettingError if names do not fit the recordings, or the trusted driver is none of several.
     """
     from understudy.errors import SettingError, UnknownName
+    from understudy.ui.cli.output import format_count
 
     def refuse(problem: str, remedy: str) -> SettingError:
         return SettingError(where="learn", setting="--driver", problem=problem, remedy=remedy)
 
     names = [each.strip() for each in drivers]
     if names and len(names) != len(recordings):
-        problem = f"is given {len(names)} times for {len(recordings)} recordings"
+        times = "once" if len(names) == 1 else f"{len(names)} times"
+        problem = f"is given {times} for {format_count(len(recordings), 'recording')}"
         raise refuse(problem, "give the name of each recording's driver, in the order of the recordings")
     if "" in names:
         raise refuse("is an empty name", "give the name of who drove")
@@ -107,7 +109,9 @@ def learn_from_drivers(
         refuse_other_robot(first.drive, each.drive)
     made, reports = [], {}
     for name, drives in opened.items():
-        found = segment_opened_drives(recordings[name][0], drives, asked)
+        # One library for all, so that features and behaviors are the same objects in all lessons.
+        alike = drives._replace(library=first.library)
+        found = segment_opened_drives(recordings[name][0], alike, asked)
         own = to_lesson(
             found.found,
             name=asked.name or "driven",

@@ -156,6 +156,8 @@ class ExampleData(Data, frozen=True, kw_only=True):
     contradicts: bool
     quarantined: str
     """Why the example is in quarantine; empty if it is not."""
+    source: str
+    """The place in a recording that it was made from, and who drove; empty for any other example."""
 
 
 class SuspectData(Data, frozen=True, kw_only=True):
@@ -410,6 +412,7 @@ def _examples(lesson: Lesson) -> list[ExampleData]:
             time_s=_time(lesson, example),
             contradicts=example.number in against,
             quarantined=example.quarantined,
+            source="" if example.source is None else str(example.source),
         )
         for example in lesson.examples
     ]
