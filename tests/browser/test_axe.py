@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import DISTANCE, Teacher
 
@@ -126,6 +126,31 @@ def test_nothing_is_in_the_way_of_anybody(
     nests(teacher)
     look("nested")
     assert not {name: each for name, each in wrong.items() if each}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_driving_is_in_nobodys_way(
+    chromium: Browser, tmp_path: Path, axe: str, scheme: Literal["light", "dark"]
+) -> None:
+    studio = Studio(tmp_path / "library", "forage", "--drive")
+    studio.start()
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
+        page.goto(studio.address)
+        page.locator(".stick").wait_for()
+        wrong = {"opened": findings(page, axe)}
+        page.keyboard.press("Space")
+        page.keyboard.down("ArrowUp")
+        expect(page.locator(".strip .span")).not_to_have_count(0)
+        wrong["driving"] = findings(page, axe)
+        page.keyboard.press("Space")
+        page.get_by_role("button", name="Learn from these labels").click()
+        expect(page.get_by_text("of all ticks")).to_be_visible()
+        wrong["learned"] = findings(page, axe)
+        assert not {name: each for name, each in wrong.items() if each}
+        page.close()
+    finally:
+        studio.stop()
 
 
 def nests(teacher: Teacher) -> None:

@@ -124,7 +124,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
           </>
         )}
       </div>
-      <div class="lanes">
+      <div class="lanes" tabIndex={0} role="group" aria-label="Labels, commands and readings">
         <div class="lane-names" style={{ width: px(NAMES) }}>
           <div style={{ height: px(AXIS) }} />
           <div style={{ height: px(LABELS) }}>labels</div>

@@ -127,6 +127,22 @@ def test_labels_appear_while_somebody_drives(scripted: Scripted) -> None:
         scripted.live.check_change()
 
 
+def test_when_the_driver_switches_is_learned_at_a_pause(tmp_path: Path) -> None:
+    """The features tell nothing while somebody drives, when labels are to come quickly."""
+    scripted = Scripted(tmp_path, features="angle_to(nearest_food)")
+    live = scripted.live
+    live.drive()
+    began = monotonic()
+    while live.version < 2:
+        scripted.drive(FoodDriver(), 0.5)
+        sleep(0.01)
+        assert monotonic() - began < 60
+    assert live.find_review().segmentation.switches is None
+    assert not live.is_current
+    scripted.pause()
+    assert live.find_review().segmentation.switches is not None
+
+
 def test_the_world_waits_for_the_stick(scripted: Scripted) -> None:
     live = scripted.live
     live.drive()

@@ -101,6 +101,7 @@ class LiveDrive:
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="segment")
         self._running: Future[Segmentation] | None = None
         self._segmented, self._kept, self._began_s, self._due_s = 0, 0, 0.0, 0.0
+        self._refined = True
         self.percept: Percept = world.sense(self._recorder.keys)
         """The present readings of all robots."""
 
@@ -112,7 +113,7 @@ class LiveDrive:
     @property
     def is_current(self) -> bool:
         """Whether the review has all ticks that were driven."""
-        return self._running is None and self._segmented == self.ticks
+        return self._running is None and self._segmented == self.ticks and self._refined
 
     @property
     def stick(self) -> StickPosition:
@@ -251,16 +252,16 @@ class LiveDrive:
             except Exception as error:  # a candidate of the user's own may do anything
                 self.error = describe_error(error)
                 self.pause()
-        if self._running is None and self._segmented < self.ticks and now >= self._due_s:
+        unfinished = self._segmented < self.ticks or not (self._refined or self.driving)
+        if self._running is None and unfinished and now >= self._due_s:
             drive = self._recorder.make_drive()
+            # When the driver switches is learned at a pause only: meanwhile labels are to come quickly.
+            features = () if self.driving else self._explanation.features
+            self._refined = not self.driving or not self._explanation.features
             self._segmented, self._began_s = drive.ticks, now
             defined = () if self.review is None else self.review.new_candidates
-            self._running = self._executor.submit(
-                segment,
-                drive,
-                [*self._explanation.candidates, *defined],
-                features=self._explanation.features,
-            )
+            candidates = [*self._explanation.candidates, *defined]
+            self._running = self._executor.submit(segment, drive, candidates, features=features)
 
     def _take(self, found: Segmentation) -> None:
         with self.lock:

@@ -124,13 +124,12 @@ def start_studio(
         options = DriveOptions(name, library, mapping, behaviors, features, None, kit, agent)
         _review_recording(recording, options, listen(host, port, token), quiet=no_browser, as_json=as_json)
         return
+    if mapping is not None:
+        raise _without_recording("--map", "give --recording FILE")
     if drive:
         if real(robot, team, world=scenario or world) is not None:
             problem, remedy = "is given for real robots", "name a simulated world"
             raise SettingError(where="studio", setting="--drive", problem=problem, remedy=remedy)
-        if mapping is not None:
-            problem, remedy = "is given without a recording", "leave it out"
-            raise SettingError(where="studio", setting="--map", problem=problem, remedy=remedy)
         named = choose_scenario_name(scenario, world)
         driven = DrivingOptions(
             named, seed, library, kit, name, behaviors, features, agent, kept=not no_record
@@ -142,18 +141,9 @@ def start_studio(
             as_json=as_json,
         )
         return
-    for option, value in (
-        ("--map", mapping),
-        ("--name", name),
-        ("--behaviors", behaviors),
-        ("--features", features),
-    ):
+    for option, value in (("--name", name), ("--behaviors", behaviors), ("--features", features)):
         if value is not None:
-            problem, remedy = (
-                "is given without a recording",
-                "give --recording FILE or --drive, or leave it out",
-            )
-            raise SettingError(where="studio", setting=option, problem=problem, remedy=remedy)
+            raise _without_recording(option, "give --recording FILE or --drive")
     with ExitStack() as leaving:
         watch = None
         if real(robot, team, world=scenario or world) is None:
@@ -187,6 +177,11 @@ def start_studio(
                 _open(address.link)
 
         serve(StudioServer(session_host, watch=watch), address, ready=ready)
+
+
+def _without_recording(option: str, remedy: str) -> SettingError:
+    problem = "is given without a recording"
+    return SettingError(where="studio", setting=option, problem=problem, remedy=f"{remedy}, or leave it out")
 
 
 def _review_recording(
