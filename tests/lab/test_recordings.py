@@ -1,19 +1,31 @@
-"""One hand of the experiment on recordings beside what was published, its driver by hand, and its goals."""
+"""One hand of the experiment on recordings beside what was published, and its drivers by hand."""
 
 import numpy as np
 import pytest
 
+from understudy.model.features import Percept
+from understudy.model.library import Library
+from understudy.segmentation.drive_kit import make_candidates
+from understudy.segmentation.segment import segment
+from understudy_lab.recordings import driven_servoing as servoing
+from understudy_lab.recordings import driven_walls as walls
 from understudy_lab.recordings import study
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
+from understudy_lab.recordings.driven_lesson import score_labels
 from understudy_lab.recordings.stick_driver import Stick, StickSettings
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
+from understudy_lab.tasks.soccer import SIZE, X, kit
+
+STEADY = StickSettings(gain=0.8, noise=0.02, dead_ticks=0, overshoot=0.0, slowest=0.7)
 
 
-def test_the_first_is_as_published() -> None:
+@pytest.mark.parametrize("behavior", study.BEHAVIORS)
+def test_the_first_is_as_published(behavior: str) -> None:
     known = load_published("recordings")
     assert known is not None
-    row = row_of(study.EXPERIMENT, {"seed": study.SEEDS[0]})
+    seed = study.SEEDS[0] + study.BEHAVIORS[behavior].first_seed
+    row = row_of(study.EXPERIMENT, {"behavior": behavior, "seed": seed})
     assert differences([row], known, study.EXPERIMENT) == []
 
 
@@ -34,6 +46,66 @@ def test_the_driver(before: int, distance: float, bearing: float, after: int) ->
     intent = np.array([before])
     intend(intent, np.array([distance]), np.array([bearing]))
     assert intent.tolist() == [after]
+
+
+ALONG_WALLS = [  # meant before, distance ahead, distance beside, meant after
+    (walls.FORWARD, 2.0, 2.0, walls.FORWARD),  # no wall is near
+    (walls.FORWARD, 2.0, 0.5, walls.FORWARD),
+    (walls.FORWARD, 2.0, 0.6, walls.NEARER),
+    (walls.FORWARD, 0.4, 0.6, walls.AWAY),
+    (walls.AWAY, 0.7, 0.6, walls.AWAY),
+    (walls.AWAY, 0.9, 0.6, walls.FORWARD),
+    (walls.NEARER, 2.0, 0.5, walls.NEARER),
+    (walls.NEARER, 2.0, 0.4, walls.FORWARD),
+]
+
+
+@pytest.mark.parametrize(("before", "ahead", "beside", "after"), ALONG_WALLS)
+def test_the_driver_along_walls(before: int, ahead: float, beside: float, after: int) -> None:
+    assert walls.choose_move(before, ahead, beside) == after
+
+
+TO_THE_BALL = [  # meant before, x of the ball in px, turn that finds it out of sight, meant after
+    (servoing.WALK, 80.0, servoing.RIGHT, servoing.WALK),
+    (servoing.WALK, 40.0, servoing.RIGHT, servoing.WALK),
+    (servoing.WALK, 20.0, servoing.RIGHT, servoing.LEFT),
+    (servoing.WALK, 140.0, servoing.LEFT, servoing.RIGHT),
+    (servoing.LEFT, 40.0, servoing.LEFT, servoing.LEFT),
+    (servoing.LEFT, 60.0, servoing.LEFT, servoing.WALK),
+    (servoing.WALK, np.nan, servoing.RIGHT, servoing.RIGHT),
+]
+
+
+@pytest.mark.parametrize(("before", "x", "lost", "after"), TO_THE_BALL)
+def test_the_driver_to_the_ball(before: int, x: float, lost: int, after: int) -> None:
+    assert servoing.choose_turn(before, x, lost) == after
+
+
+def test_the_driver_to_the_ball_keeps_to_a_decision() -> None:
+    """The ball jumps from the middle to an edge and back: the driver turns, and walks again after half a second."""
+    driver = servoing.ServoDriver(1, "left", 0.1)
+    meant = []
+    for x in (80.0, *[10.0] * 2, *[80.0] * 8):
+        percept: Percept = {X: np.array([x]), SIZE: np.array([100.0])}
+        meant.append(int(driver.decide(percept).meant[0]))
+    assert meant == [servoing.WALK, *[servoing.LEFT] * 6, *[servoing.WALK] * 4]
+
+
+def test_a_drive_along_walls_is_labelled_right() -> None:
+    drive = walls.drive_along_walls(STEADY, range(2), "left")
+    library = Library(walls.find_wall_task(0).kit)
+    candidates = make_candidates(library, drive.recording, walls.list_moves("left"))
+    found = score_labels(segment(drive.recording, candidates), drive.meant, STEADY)
+    assert found.ticks >= 0.97
+    assert found.switches >= 0.95
+
+
+def test_a_drive_to_the_ball_is_labelled_right() -> None:
+    drive = servoing.drive_to_ball(STEADY, range(2), "left")
+    candidates = make_candidates(Library(kit), drive.recording, servoing.MOVES)
+    found = score_labels(segment(drive.recording, candidates), drive.meant, STEADY)
+    assert found.ticks >= 0.97
+    assert found.switches >= 0.95
 
 
 def test_the_hand_is_late_and_overshoots() -> None:

@@ -12,6 +12,7 @@ from understudy.segmentation.candidates import Candidate, CommandModel
 from understudy.segmentation.driver_model import DriverModel, estimate_gain, estimate_noise, guess_driver
 from understudy.segmentation.lattice import Lattice, find_states
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.segmentation.speed_share import estimate_shares, make_full_shares, scale_aims
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -81,10 +82,13 @@ def stack_predictions(drive: RecordedDrive, candidates: Sequence[Candidate]) -> 
     )
 
 
-def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel) -> Floats:
+def measure_residuals(
+    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
+) -> Floats:
     """Return the difference of the commands from those expected in each state, shape [X, T, C].
 
-    A driver with a dead time answers to a tick so many ticks later; answers after the end of an episode are NaN.
+    Aims are scaled by the shares [T, C] of full speed. A driver with a dead time answers to a tick so many ticks later;
+    answers after the end of an episode are NaN.
     """
     last, commands = drive.list_last_commands(), drive.commands
     if driver.dead_ticks and not stack.follows_last.all():
@@ -98,7 +102,8 @@ def measure_residuals(drive: RecordedDrive, stack: PredictionStack, driver: Driv
         if stack.follows_last[state]:
             residuals[state] = commands - aims
         else:
-            residuals[state] = answer - driver.expect_commands(aims, last_answer)
+            scaled = scale_aims(drive, aims, shares)
+            residuals[state] = answer - driver.expect_commands(scaled, last_answer)
     return residuals
 
 
@@ -134,9 +139,11 @@ def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
     return fit
 
 
-def measure_drive_fit(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel) -> Floats:
+def measure_drive_fit(
+    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
+) -> Floats:
     """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
-    fit = measure_fit(driver, measure_residuals(drive, stack, driver))
+    fit = measure_fit(driver, measure_residuals(drive, stack, driver, shares))
     if driver.dead_ticks and not stack.follows_last.all():
         for each in drive.episodes:
             fit[max(each.first, each.end - driver.dead_ticks) : each.end] = 0.0
@@ -203,10 +210,14 @@ def make_lattices(
 
 @dataclass(frozen=True, slots=True)
 class DriverFit:
-    """Candidates with their constants, the driver, the states that follow, and their likelihood less the prices."""
+    """Candidates with their constants, the driver, the states that follow, and their likelihood less the prices.
+
+    `shares` [T, C] are those of full speed.
+    """
 
     candidates: tuple[Candidate, ...]
     driver: DriverModel
+    shares: Floats
     states: Ints
     likelihood: float
 
@@ -234,10 +245,10 @@ def fit_driver(
     """
     found = tuple(candidates)
     stack = stack_predictions(drive, found)
-    driver = guess_driver(drive.commands, stack.commands)
+    driver, shares = guess_driver(drive.commands, stack.commands), make_full_shares(drive)
     fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
-        residuals = measure_residuals(drive, stack, driver)
+        residuals = measure_residuals(drive, stack, driver, shares)
         fit = measure_fit(driver, residuals)
         states = np.concatenate([find_states(each) for each in make_lattices(drive, stack, fit, rules)])
         settled = np.array_equal(states, former)
@@ -248,25 +259,42 @@ def fit_driver(
             labels = stack.labels[states]
             found = find_constants(drive, found, labels, driver, width * NARROWER**turn)
             stack = stack_predictions(drive, found)
-        driver = _estimate_driver(drive, stack, driver, states)
+        else:  # constants that are looked for already say how fast
+            shares = find_shares(drive, stack, driver, states)
+        driver = _estimate_driver(drive, stack, driver, states, shares)
     likelihood = float(fit[np.arange(drive.ticks), states].sum())
     labels = stack.labels[states]
     switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
-    return DriverFit(found, driver, states, likelihood - rules.price * switches)
+    return DriverFit(found, driver, shares, states, likelihood - rules.price * switches)
+
+
+def find_shares(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints) -> Floats:
+    """Estimate the shares [T, C] of full speed from ticks whose states are known."""
+    aimed, aims, answers = _list_answers(drive, stack, driver, states)
+    return estimate_shares(drive, driver, aimed, aims, answers) if len(aimed) else make_full_shares(drive)
+
+
+def _list_answers(
+    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints
+) -> tuple[Ints, Floats, tuple[Floats, Floats]]:
+    """List the ticks with known aims, these aims, and the commands before the driver's answers and the answers."""
+    explained = np.flatnonzero(states < len(stack.commands))
+    aimed = explained[~stack.follows_last[states[explained]]]
+    last = shift_ticks(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
+    answer = shift_ticks(drive.commands, driver.dead_ticks, drive.episodes)
+    return aimed, stack.commands[states[aimed], aimed], (last[aimed], answer[aimed])
 
 
 def _estimate_driver(
-    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints
+    drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints, shares: Floats
 ) -> DriverModel:
     """Estimate gain and noise from ticks whose states are known."""
-    explained = np.flatnonzero(states < len(stack.commands))
-    aimed = explained[~stack.follows_last[states[explained]]]
+    aimed, aims, (last, answer) = _list_answers(drive, stack, driver, states)
     if len(aimed):
-        last = shift_ticks(drive.list_last_commands(), driver.dead_ticks, drive.episodes)
-        answer = shift_ticks(drive.commands, driver.dead_ticks, drive.episodes)
-        aims = stack.commands[states[aimed], aimed]
-        driver = replace(driver, gain=estimate_gain(driver, aims, last[aimed], answer[aimed]))
-    residuals = measure_residuals(drive, stack, driver)[states[explained], explained]
+        scaled = scale_aims(drive, aims, shares[aimed])
+        driver = replace(driver, gain=estimate_gain(driver, scaled, last, answer))
+    explained = np.flatnonzero(states < len(stack.commands))
+    residuals = measure_residuals(drive, stack, driver, shares)[states[explained], explained]
     return replace(driver, noise=estimate_noise(driver, residuals))
 
 

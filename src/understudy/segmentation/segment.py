@@ -13,8 +13,10 @@ from understudy.errors import DefinitionError
 from understudy.model.features import BoundFeature
 from understudy.segmentation.alternation import (
     DriverFit,
+    PredictionStack,
     SwitchRules,
     choose_labels,
+    find_shares,
     fit_driver,
     make_lattices,
     measure_drive_fit,
@@ -25,6 +27,7 @@ from understudy.segmentation.driver_model import DriverModel
 from understudy.segmentation.lattice import find_states
 from understudy.segmentation.posterior import compute_posteriors
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive, join_drives, sample_drive
+from understudy.segmentation.speed_share import make_full_shares, widen_noise
 from understudy.segmentation.switch_model import SwitchModel, learn_switches
 
 Floats = NDArray[np.float64]
@@ -36,6 +39,8 @@ PRICE = 6.0
 SHORTEST_S = 0.25
 MOST_TICKS = 8000
 """The number of ticks, spread over the drive, from which the driver is estimated."""
+SHARE_ROUNDS, SAME_SHARE = 4, 0.01
+"""How often labels and speeds of the episodes are found in turn, and the change of a share that ends it."""
 STARTS = 16
 """The number of starts from which unknown constants are looked for; the likeliest outcome counts."""
 
@@ -175,19 +180,20 @@ def segment(
     driver, switches = fitted.driver, None
     if features:
         stack = stack_predictions(sample, fitted.candidates)
-        fit = measure_drive_fit(sample, stack, driver)
+        fit = measure_drive_fit(sample, stack, driver, fitted.shares)
         switches = learn_switches(sample, choose_labels(fit, stack), features)
     return label_drive(drive, fitted.candidates, driver, switches=switches, options=chosen)
 
 
+def list_unknown(candidates: Sequence[Candidate]) -> dict[str, tuple[float, float]]:
+    """List the ranges of the constants of candidates that are to be found."""
+    models = [each for each in candidates if isinstance(each, CommandModel)]
+    return {name: span for each in models for name, span in each.unknown.items()}
+
+
 def _fit(drive: RecordedDrive, candidates: Sequence[Candidate], rules: SwitchRules) -> DriverFit:
     """Estimate the driver and unknown constants, from several starts if there are any."""
-    ranges = {
-        name: span
-        for each in candidates
-        if isinstance(each, CommandModel)
-        for name, span in each.unknown.items()
-    }
+    ranges = list_unknown(candidates)
     if not ranges:
         return fit_driver(drive, candidates, rules)
     random, outcomes = np.random.default_rng(0), []
@@ -231,8 +237,11 @@ def label_drive(
     chosen = options or SegmentOptions()
     rules = SwitchRules(chosen.price, max(1, round(chosen.shortest_s / drive.tick_s)))
     stack = stack_predictions(drive, candidates)
-    fit = measure_drive_fit(drive, stack, driver)
     chances = None if switches is None else switches.predict(drive)
+    shares = make_full_shares(drive)
+    if not list_unknown(candidates) and not stack.follows_last.all():
+        shares = _find_speeds(drive, stack, driver, rules, chances)
+    fit = measure_drive_fit(drive, stack, driver, shares)
     lattices = make_lattices(drive, stack, fit, rules, chances)
     states = np.concatenate([find_states(each) for each in lattices])
     labels = stack.labels[states]
@@ -240,3 +249,23 @@ def label_drive(
     likelihood = float(fit[np.arange(drive.ticks), states].sum()) - chosen.price * switched
     posteriors = np.concatenate([compute_posteriors(each) for each in lattices])
     return Segmentation(drive, tuple(candidates), labels, posteriors, driver, likelihood, switches)
+
+
+def _find_speeds(
+    drive: RecordedDrive,
+    stack: PredictionStack,
+    driver: DriverModel,
+    rules: SwitchRules,
+    chances: Floats | None,
+) -> Floats:
+    """Find the shares [T, C] of full speed and the labels in turn, at first with much noise."""
+    shares, judged = make_full_shares(drive), widen_noise(driver)
+    for _ in range(SHARE_ROUNDS):
+        fit = measure_drive_fit(drive, stack, judged, shares)
+        lattices = make_lattices(drive, stack, fit, rules, chances)
+        states = np.concatenate([find_states(each) for each in lattices])
+        former, shares = shares, find_shares(drive, stack, driver, states)
+        if judged is driver and np.allclose(former, shares, atol=SAME_SHARE):
+            break
+        judged = driver
+    return shares

@@ -1,0 +1,104 @@
+"""Lessons from simulated drives, and how well their labels fit what the driver meant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.learning.fit import learn_automaton
+from understudy.model.lesson import TreeOptions
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.segmentation.drive_kit import list_drive_features, make_candidates
+from understudy.segmentation.lesson_from_drive import to_lesson
+from understudy.segmentation.recorded_drive import RecordedDrive
+from understudy.segmentation.segment import Segmentation, segment
+from understudy_lab.recordings.drive_recording import MeantDrive
+from understudy_lab.recordings.stick_driver import StickSettings
+
+LEARNER = TreeOptions(pruning=3.0)
+NEAR_S = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class LabelScores:
+    """How well the labels of a drive are right, as shares from 0 to 1.
+
+    `ticks` compares labels with what the driver means, `answered` with what the hand answers to, which is later by the
+    dead time. `switches` counts those within 0.3 s of where the driver decides.
+    """
+
+    ticks: float
+    answered: float
+    switches: float
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenLesson:
+    """How well a drive was understood, and the library that it teaches."""
+
+    scores: LabelScores
+    library: Library
+
+
+def learn_from_drive(
+    drive: MeantDrive,
+    hand: StickSettings,
+    library: Library,
+    name: str,
+    behaviors: Sequence[str],
+    *,
+    learner: TreeOptions = LEARNER,
+) -> DrivenLesson:
+    """Segment a drive with behaviors as candidates, and learn an automaton from the labels.
+
+    Parameters
+    ----------
+    drive
+        The recording, and what the driver meant, as an index of the behaviors.
+    hand
+        The driver's hand, whose dead time the scores allow for.
+    library
+        The behaviors, to which the automaton is added.
+    name
+        Name of the automaton.
+    behaviors
+        The candidates, such as "forward".
+    learner
+        How trees are learned.
+
+    Returns
+    -------
+    DrivenLesson
+        The scores of the labels, and the automaton.
+    """
+    recording = drive.recording
+    features = list_drive_features(library, recording)
+    found = segment(recording, make_candidates(library, recording, behaviors), features=features)
+    made = to_lesson(found, name=name, library=library, features=features, learner=learner)
+    learned = made.library.with_automaton(TrainedAutomaton(learn_automaton(made.lesson), made.lesson))
+    return DrivenLesson(score_labels(found, drive.meant, hand), learned)
+
+
+def score_labels(found: Segmentation, meant: NDArray[np.int64], hand: StickSettings) -> LabelScores:
+    """Compare the labels of a drive with what its driver meant."""
+    recording = found.drive
+    late = np.arange(recording.ticks)
+    for episode in recording.episodes:
+        late[episode.ticks] = np.maximum(late[episode.ticks] - hand.dead_ticks, episode.first)
+    right, answered = ((found.labels == each).mean() for each in (meant, meant[late]))
+    return LabelScores(float(right), float(answered), share_switches(found.labels, meant, recording))
+
+
+def share_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording: RecordedDrive) -> float:
+    """Return the share of true switches with one to the same label within 0.3 s."""
+    hits = []
+    for episode in recording.episodes:
+        truth, ours = meant[episode.ticks], labels[episode.ticks]
+        found = np.flatnonzero(np.diff(ours)) + 1
+        for tick in (np.flatnonzero(np.diff(truth)) + 1).tolist():
+            near = found[np.abs(found - tick) * recording.tick_s <= NEAR_S + 1e-9]
+            hits.append(bool((ours[near] == truth[tick]).any()))
+    return float(np.mean(hits))
