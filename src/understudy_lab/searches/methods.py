@@ -22,7 +22,7 @@ from understudy.falsification.trial import Measure
 RANDOM, CMA_ES, CROSS_ENTROPY = "random", "cma_es", "cross_entropy"
 AT_ONCE = 100
 """The number of fresh worlds that run side by side."""
-POPULATION, ELITE = 40, 8
+POPULATION, ELITE = 40, 4
 """The number of worlds in a generation of the cross-entropy method, and of those from which it learns."""
 SMOOTHING = 0.7
 """The weight of the new mean and spread against the former ones (de Boer et al. 2005)."""

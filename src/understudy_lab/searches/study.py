@@ -126,8 +126,15 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         tables=(
             ResultTable(
                 f"Robots: slow ones fail after a time limit, circling ones have arrived at a distance; failures in "
-                f"{MEASURED} other worlds (exact 95 % interval)",
-                ("robot", "fails if", "#limit or distance", "#taught distance", "#failures, %"),
+                f"the worlds by which these were chosen, and in {MEASURED} others (exact 95 % interval)",
+                (
+                    "robot",
+                    "rule",
+                    "#limit or distance",
+                    "#taught distance",
+                    "#failures when chosen, %",
+                    "#failures, %",
+                ),
                 [_describe_robot(row) for row in rows],
             ),
             ResultTable(
@@ -135,7 +142,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                 f"{MOST_RUNS} runs",
                 (
                     "robot",
-                    "fails if",
+                    "rule",
                     *(f"#{name}" for name in NAMES.values()),
                     "#random / CMA-ES",
                     "#random / cross-entropy",
@@ -144,7 +151,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             ),
             ResultTable(
                 "All searches by rule: medians of runs (quartiles), and how many found no failing world",
-                ("fails if", "method", "#runs", "#found none"),
+                ("rule", "method", "#runs", "#found none"),
                 [
                     (RULES[rule], NAMES[name], _format_quartiles(runs), f"{runs.count(None)} of {len(runs)}")
                     for rule, each in pooled.items()
@@ -202,13 +209,14 @@ def _format_quartiles(runs: Sequence[int | None]) -> str:
 def _describe_robot(row: Row) -> tuple[str, ...]:
     rule, failed = row["task"]["rule"], row["failed"]
     low, high = exact_interval_of_share(failed, MEASURED)
-    setting = f"{row['setting']:.1f} s" if rule == SLOW else f"{100 * row['setting']:.2f} cm"
-    taught = ", ".join(f"{100 * each:.1f} cm" for each in row["taught"]) or "none"
+    setting = f"{row['setting']:.1f} s" if rule == SLOW else f"{1_000 * row['setting']:.2f} mm"
+    taught = ", ".join(f"{1_000 * each:.0f} mm" for each in row["taught"]) or "none"
     return (
         str(row["task"]["seed"]),
         RULES[rule],
         setting,
         taught if rule == CIRCLING else "",
+        f"{100 * row['chosen by'] / CALIBRATION_WORLDS[rule]:.3f}",
         f"{100 * failed / MEASURED:.3f} ({100 * low:.3f}–{100 * high:.3f})",
     )
 
@@ -254,14 +262,14 @@ def _draw_rule(panel: Axes, rows: Sequence[Row]) -> None:
             found = capped <= MOST_RUNS
             panel.plot(x[found], capped[found], "o", color=color, markersize=3, alpha=0.6, markeredgewidth=0)
             panel.plot(
-                x[~found], np.full((~found).sum(), 1_250), "^", color=color, markersize=3, fillstyle="none"
+                x[~found], np.full((~found).sum(), 1_700), "^", color=color, markersize=3, fillstyle="none"
             )
             median = _cap_number(find_quartiles(row["runs"][name])[1])
             label = NAMES[name] if at == 0 else ""
             panel.hlines(median, x[0] - 0.02, x[-1] + 0.02, color=color, linewidth=2.5, label=label)
     panel.set_yscale("log")
-    panel.set_ylim(0.7, 1_600)
-    panel.set_yticks([1, 10, 100, 1_000, 1_250], ["1", "10", "100", "1000", "none"])
+    panel.set_ylim(0.5, 2_400)
+    panel.set_yticks([1, 10, 100, 1_000, 1_700], ["1", "10", "100", "1000", "none"])
     panel.set_yticks([], minor=True)
     panel.set_xticks(range(len(rows)), [str(row["task"]["seed"]) for row in rows])
 
