@@ -38,12 +38,12 @@ def _again(kind: type[UnderstudyError], args: tuple[Any, ...], fields: dict[str,
     return error
 
 
-def join_names(names: Iterable[str]) -> str:
-    """Join names for a sentence: "a, b and c", or "none"."""
+def join_names(names: Iterable[str], *, word: str = "and") -> str:
+    """Join names for a sentence: "a, b and c", or "none"; `word` comes before the last."""
     names = list(names)
     if not names:
         return "none"
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"
 
 
 def suggest_known_name(name: object, known: Iterable[str]) -> str:

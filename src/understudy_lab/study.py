@@ -111,6 +111,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",
         "recordings": "Can a robot be taught by recordings of a stick, without any press?",
         "counterexamples": "Do lessons in worlds in which a robot fails help more than lessons at random places?",
+        "searches": "How much sooner than chance does a directed search find worlds in which a robot seldom fails?",
         "small": "How small are the lessons from which robots learn?",
     }
 )

@@ -66,9 +66,9 @@ def test_units(number: float, unit: str, to: str, found: float) -> None:
 
 
 MISFITS = [  # unit as written, unit of the reading, what is said
-    ("", "m", "'3' has no unit, but x is in m; write it in m, cm and mm"),
+    ("", "m", "'3' has no unit, but x is in m; write it in m, cm or mm"),
     ("", "units", "'3' has no unit, but x is in units; write 3 units"),
-    ("s", "m", "'3 s' does not fit: x is in m; write it in m, cm and mm"),
+    ("s", "m", "'3 s' does not fit: x is in m; write it in m, cm or mm"),
     ("m", "", "'3 m' has a unit, but x has none; write 3"),
 ]
 

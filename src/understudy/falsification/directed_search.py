@@ -100,7 +100,7 @@ def search_directed(
             while found.runs < begun + RUNS_PER_START and not strategy.stop():
                 vectors = strategy.ask()
                 some = vectors if most_runs is None else vectors[: most_runs - found.runs]
-                robustness = _run_vectors(measure, space, some, rng, found)
+                robustness = run_vectors(measure, space, some, rng, found)
                 progress(found)
                 if is_over():
                     return found
@@ -124,14 +124,33 @@ def _start_strategy(first: Column, rng: np.random.Generator) -> Any:
         return cma.CMAEvolutionStrategy(first, FIRST_SPREAD, settings)
 
 
-def _run_vectors(
+def run_vectors(
     measure: Measure,
     space: SearchSpace,
     vectors: Sequence[Column],
     rng: np.random.Generator,
     found: DirectedSearch,
 ) -> list[float]:
-    """Run the worlds of some vectors; return their robustness, 1 if things found no place."""
+    """Run the worlds of some vectors, and add the runs and the failing worlds to the results of a search.
+
+    Parameters
+    ----------
+    measure
+        Runs the behavior.
+    space
+        The worlds.
+    vectors
+        The vectors [d], in [0, 1).
+    rng
+        Draws the seeds, which decide about what the vectors do not vary.
+    found
+        The results of the search so far, which are changed.
+
+    Returns
+    -------
+    list[float]
+        The robustness in the world of each vector; 1 where things found no place.
+    """
     trials, rows = list[Trial](), list[int]()
     for row, vector in enumerate(vectors):
         with suppress(SettingError):

@@ -28,7 +28,7 @@ def choose_backend(backend: str | None) -> str:
             raise SettingError(where="frames", setting="a data frame", problem=problem, remedy=remedy)
         return found
     if backend not in BACKENDS:
-        remedy = f"give {join_names(BACKENDS[:-1]).replace(' and ', ', ')} or {BACKENDS[-1]}"
+        remedy = f"give {join_names(BACKENDS, word='or')}"
         raise SettingError(
             where="frames", setting=f"backend {backend!r}", problem="is unknown", remedy=remedy
         )

@@ -44,15 +44,14 @@ def convert_threshold(number: float, unit: str, *, of: str, to: str) -> float:
     if unit in known:
         return number * known[unit]
     written = f"{number:g}{'' if unit == '°' else ' '}{unit}" if unit else f"{number:g}"
+    in_one_of = f"write it in {join_names(known, word='or')}"
     if not to:
         problem, remedy = f"{written!r} has a unit, but {of} has none", f"write {number:g}"
     elif not unit:
-        problem, remedy = (
-            f"{written!r} has no unit, but {of} is in {to}",
-            f"write {_join(number, to)}" if len(known) == 1 else f"write it in {join_names(known)}",
-        )
+        problem = f"{written!r} has no unit, but {of} is in {to}"
+        remedy = f"write {_join(number, to)}" if len(known) == 1 else in_one_of
     else:
-        problem, remedy = f"{written!r} does not fit: {of} is in {to}", f"write it in {join_names(known)}"
+        problem, remedy = f"{written!r} does not fit: {of} is in {to}", in_one_of
     raise SettingError(where="condition", setting="threshold", problem=problem, remedy=remedy)
 
 
