@@ -270,10 +270,8 @@ export interface DriveNews {
   version: number;
   /** The number of ticks, up to the last pause. */
   ticks: number;
-  /** Whether the stick moves to the right and to the left. */
-  turns: boolean;
-  /** Whether the stick moves up and down. */
-  drives: boolean;
+  /** The ways in which the stick commands anything. */
+  ways: readonly Arrow[];
   /** The names of the behaviors that are carried out while their buttons are held. */
   held: readonly string[];
   /** The features whose values frames have. */
@@ -498,6 +496,8 @@ export type Lean = number;
 
 /** The indices of the behaviors whose buttons are held. At most 100 items. */
 export type HeldIndices = readonly Index[];
+
+export type Arrow = "down" | "left" | "right" | "up";
 
 /** A feature with its unit and the kind of its values. */
 export interface Feature {
@@ -1240,8 +1240,6 @@ export interface EvaluationResult {
 }
 
 export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";
-
-export type Arrow = "down" | "left" | "right" | "up";
 
 /** An unseen world in which the evaluated automaton did not succeed. */
 export interface FailedWorld {

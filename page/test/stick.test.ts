@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { padded, pulled, steered, Stick } from "../src/driving/stick";
+import { padded, pulled, steered, Stick, within } from "../src/driving/stick";
 import type { Arrow } from "../src/protocol";
 
 function pad(pressed: number[], axes: number[] = [0, 0]): Pick<Gamepad, "axes" | "buttons"> {
@@ -81,4 +81,11 @@ test("what is held comes from keys, buttons on the page and the gamepad, and is 
   expect(stick.held(3)).toEqual([0, 2]);
   stick.release();
   expect(stick.held(3)).toEqual([]);
+});
+
+test("a stick does not lean where nothing is commanded", () => {
+  const ways: Arrow[] = ["up", "left", "right"];
+  expect(within({ right: -0.5, up: 0.5 }, ways)).toEqual({ right: -0.5, up: 0.5 });
+  expect(within({ right: 0.5, up: -0.5 }, ways)).toEqual({ right: 0.5, up: 0 });
+  expect(within({ right: 0.5, up: -0.5 }, [])).toEqual({ right: 0, up: 0 });
 });

@@ -61,7 +61,7 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     expect(span.first).to_have_attribute("data-label", "rotate_left", timeout=10_000)  # while it is held
     page.wait_for_timeout(1250)
     lean(page, 0, 0.9)
-    page.wait_for_timeout(6200)
+    page.wait_for_timeout(6500)
     page.keyboard.down("a")
     lean(page, 0, 0)
     page.wait_for_timeout(3000)
@@ -70,6 +70,7 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     page.wait_for_timeout(1100)
     lean(page, 0, 0.9)
     page.wait_for_timeout(2800)
+    expect(span.last).to_have_attribute("data-label", "forward")
     snap(page, "driving-under-way")
     page.mouse.up()
     page.get_by_role("button", name="Pause").click()

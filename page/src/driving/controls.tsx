@@ -5,7 +5,10 @@ import { useNews } from "../news";
 import { swatch } from "../recording/scale";
 import { className, hasKeys, plain } from "../words";
 import type { Driving } from "./driving";
-import { HOLDS, pulled } from "./stick";
+import type { Arrow } from "../protocol";
+import { HOLDS, pulled, within } from "./stick";
+
+const SIGNS: Readonly<Record<Arrow, string>> = { up: "▲", down: "▼", left: "◀", right: "▶" };
 
 /** How far the knob goes from the middle, as a share of the size of the stick. */
 const REACH = 0.3;
@@ -49,13 +52,13 @@ export function Controls({ driving }: { driving: Driving }) {
 function StickPad({ driving }: { driving: Driving }) {
   const pad = useRef<HTMLDivElement>(null);
   const { lean } = driving.stick;
+  const ways = driving.told?.ways ?? [];
   const pull = (event: PointerEvent): void => {
     const box = pad.current?.getBoundingClientRect();
     if (box === undefined) return;
     const [x, y] = [event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2];
     const { right, up } = pulled(x, y, box.width * REACH);
-    const { turns = true, drives = true } = driving.told ?? {};
-    driving.stick.pulled = { right: turns ? right : 0, up: drives ? up : 0 };
+    driving.stick.pulled = within({ right, up }, ways);
     driving.steer();
   };
   const release = (): void => {
@@ -78,10 +81,11 @@ function StickPad({ driving }: { driving: Driving }) {
       onPointerMove={(event) => driving.stick.pulled !== null && pull(event)}
       onLostPointerCapture={release}
     >
-      <span class="way up">▲</span>
-      <span class="way down">▼</span>
-      <span class="way left">◀</span>
-      <span class="way right">▶</span>
+      {ways.map((way) => (
+        <span key={way} class={className("way", way)}>
+          {SIGNS[way]}
+        </span>
+      ))}
       <span
         class="knob"
         style={{ left: `${50 + 100 * REACH * lean.right}%`, top: `${50 - 100 * REACH * lean.up}%` }}

@@ -31,6 +31,13 @@ export function pulled(dx: number, dy: number, radius: number): Lean {
   return { right: dx / far, up: flipped(dy / far) };
 }
 
+/** The lean without the ways that command nothing. */
+export function within({ right, up }: Lean, ways: readonly Arrow[]): Lean {
+  const may = (lean: number, high: Arrow, low: Arrow): number =>
+    (lean > 0 && !ways.includes(high)) || (lean < 0 && !ways.includes(low)) ? 0 : lean;
+  return { right: may(right, "right", "left"), up: may(up, "up", "down") };
+}
+
 /** The lean of arrows that are held; those of two axes share it. */
 export function steered(ways: Iterable<Arrow>): Lean {
   const held = new Set(ways);

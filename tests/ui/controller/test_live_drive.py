@@ -176,6 +176,8 @@ def test_the_world_waits_at_rest_where_no_behavior_rests(scripted: Scripted) -> 
     before = live.ticks
     scripted.drive(hold(AT_REST), 3)
     assert (live.waiting, live.ticks) == (True, before)
+    scripted.drive(hold(BACK), 1)  # nor do they drive back
+    assert (live.waiting, live.ticks) == (True, before)
     scripted.drive(hold(RIGHT), 1)
     scripted.pause()
     assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_right"]

@@ -30,13 +30,13 @@ def lay_out() -> StickLayout:
 
 COMMANDS = [  # right, up, held, drive, turn, load, unload
     (0.0, 1.0, (), 0.5, 0, 0, 0),  # as far as the fastest behavior
-    (0.0, -1.0, (), -0.5, 0, 0, 0),
-    (1.0, 0.0, (), 0, -1, 0, 0),  # right is a turn to the right
+    (0.0, -1.0, (), -0.25, 0, 0, 0),
+    (1.0, 0.0, (), 0, 0, 0, 0),  # no behavior turns right, so nothing could explain that
     (-1.0, 0.0, (), 0, 1, 0, 0),
     (0.0, 0.56, (), 0.25, 0, 0, 0),  # half of the way beyond the dead zone of 0.12
     (0.08, 0.08, (), 0, 0, 0, 0),  # within the dead zone
     (0.12, 0.0, (), 0, 0, 0, 0),
-    (0.6, 0.8, (), 0.4, -0.6, 0, 0),  # on the rim
+    (-0.6, 0.8, (), 0.4, 0.6, 0, 0),  # on the rim
     (0.0, 0.0, (0,), 0, 0, 1, 0),
     (0.0, 0.0, (1,), 0, 0, 0, 1),
     (0.0, 1.0, (0, 7), 0.5, 0, 1, 0),  # there is no behavior 7
@@ -49,6 +49,11 @@ def test_commands(
 ) -> None:
     found = lay_out().make_command(StickPosition(right, up, frozenset(held)))
     assert found == pytest.approx([drive, turn, load, unload])
+
+
+def test_ways_of_the_stick() -> None:
+    assert lay_out().list_ways() == ["up", "down", "left"]
+    assert lay_out_stick((Channel("force"),), {}).list_ways() == ["right", "left"]
 
 
 def test_buttons_are_the_behaviors_that_leave_the_stick_alone() -> None:

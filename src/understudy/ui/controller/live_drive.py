@@ -184,14 +184,14 @@ class LiveDrive:
     def advance(self) -> int:
         """Take the ticks that are due, and segmentations that ended; return the number of ticks."""
         taken = 0
-        if self.waiting and not self.stick.is_resting:
+        if self.waiting and not self._waits():
             self.waiting = False
             self._pace.resume()
             self._tick()
             taken = 1
         elif self.driving and not self.waiting:
             for _ in self._pace.ticks():
-                if self.stick.is_resting and not self._can_rest:
+                if not self._can_rest and self._waits():
                     self.waiting = True
                     self._pace.stop()
                     break
@@ -201,6 +201,13 @@ class LiveDrive:
                     break
         self._advance_segmentation()
         return taken
+
+    def _waits(self) -> bool:
+        """Return whether the stick is at rest, or leans where it commands nothing that a behavior could explain."""
+        stick = self.stick
+        if stick.is_resting or self._can_rest:
+            return stick.is_resting
+        return self.layout.make_command(stick) == self.layout.make_command(AT_REST)
 
     def close(self) -> None:
         """Pause, and wait for a segmentation that is running."""

@@ -9,6 +9,7 @@ from math import hypot, isfinite
 from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior
 from understudy.runtime.body import ISSUED, SKILL, Channel
+from understudy.ui.controller.key_bindings import Arrow
 
 DEAD_ZONE = 0.12
 """How far a stick leans at most, as a share of the whole way, that counts as at rest."""
@@ -68,6 +69,18 @@ class StickLayout:
     up: StickAxis | None
     held: tuple[HeldBehavior, ...]
 
+    def list_ways(self) -> list[Arrow]:
+        """List the ways in which the stick commands anything."""
+        axes: list[tuple[StickAxis | None, Arrow, Arrow]] = [
+            (self.up, "up", "down"),
+            (self.right, "right", "left"),
+        ]
+        ways: list[Arrow] = []
+        for axis, high, low in axes:
+            if axis is not None:
+                ways += [high] * (axis.high != axis.rest) + [low] * (axis.low != axis.rest)
+        return ways
+
     def make_command(self, stick: StickPosition) -> list[float]:
         """Return the command of each channel; within the dead zone the stick is at rest, and from there it grows."""
         commands = {each.name: each.rest for each in self.channels}
@@ -112,14 +125,16 @@ def lay_out_stick(channels: Sequence[Channel], behaviors: Mapping[str, Behavior]
 
 
 def _make_axis(channel: Channel, behaviors: Mapping[str, Behavior]) -> StickAxis:
-    """Make an axis that reaches the limits of its channel, or else as far as behaviors do, 1 at least."""
-    known = [float(each.command[channel.name]) for each in behaviors.values() if channel.name in each.command]
-    farthest = max([abs(value - channel.rest) for value in known], default=0.0) or 1.0
+    """Make an axis that reaches the limits of its channel, or else as far as behaviors do; by 1 if none commands it."""
+    values = [
+        float(each.command[channel.name]) for each in behaviors.values() if channel.name in each.command
+    ]
+    reached = [channel.rest, *(values or (channel.rest - 1, channel.rest + 1))]
     return StickAxis(
         channel.name,
-        channel.least if isfinite(channel.least) else channel.rest - farthest,
+        channel.least if isfinite(channel.least) else min(reached),
         channel.rest,
-        channel.most if isfinite(channel.most) else channel.rest + farthest,
+        channel.most if isfinite(channel.most) else max(reached),
         channel.whole,
     )
 

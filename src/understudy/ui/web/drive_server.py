@@ -16,6 +16,7 @@ from understudy.model.library import Kit
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.sensing.sensor_table import list_range_scans
 from understudy.ui.controller.clock import WallClock
+from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import StickPosition
@@ -44,10 +45,8 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     """Grows whenever the review changes."""
     ticks: int
     """The number of ticks, up to the last pause."""
-    turns: bool
-    """Whether the stick moves to the right and to the left."""
-    drives: bool
-    """Whether the stick moves up and down."""
+    ways: list[Arrow]
+    """The ways in which the stick commands anything."""
     held: list[str]
     """The names of the behaviors that are carried out while their buttons are held."""
     features: list[FeatureData]
@@ -207,8 +206,7 @@ class DriveServer:
             current=live.is_current,
             version=live.version,
             ticks=0 if live.driving else live.ticks,
-            turns=layout.right is not None,
-            drives=layout.up is not None,
+            ways=layout.list_ways(),
             held=[each.name for each in layout.held],
             features=self._described,
             folder=self._folder,
