@@ -131,11 +131,13 @@ def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -
     return found
 
 
-def measure_fit(driver: DriverModel, residuals: Floats) -> Floats:
+def measure_fit(drive: RecordedDrive, driver: DriverModel, residuals: Floats) -> Floats:
     """Return the fit [T, X + 1] of each tick in each state, the last of which stands for no candidate."""
     states, ticks, _ = residuals.shape
-    fit = np.full((ticks, states + 1), driver.baseline_fit)
+    fit = np.empty((ticks, states + 1))
     fit[:, :states] = driver.measure_fit(residuals).T
+    rest = np.array([channel.rest for channel in drive.channels])
+    fit[:, states] = driver.measure_unexplained_fit(drive.commands - rest)
     return fit
 
 
@@ -143,7 +145,7 @@ def measure_drive_fit(
     drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
 ) -> Floats:
     """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
-    fit = measure_fit(driver, measure_residuals(drive, stack, driver, shares))
+    fit = measure_fit(drive, driver, measure_residuals(drive, stack, driver, shares))
     if driver.dead_ticks and not stack.follows_last.all():
         for each in drive.episodes:
             fit[max(each.first, each.end - driver.dead_ticks) : each.end] = 0.0
@@ -249,7 +251,7 @@ def fit_driver(
     fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
         residuals = measure_residuals(drive, stack, driver, shares)
-        fit = measure_fit(driver, residuals)
+        fit = measure_fit(drive, driver, residuals)
         states = np.concatenate([find_states(each) for each in make_lattices(drive, stack, fit, rules)])
         settled = np.array_equal(states, former)
         if settled and width * NARROWER**turn < 1e-3:

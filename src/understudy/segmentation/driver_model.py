@@ -64,10 +64,15 @@ class DriverModel:
         fit: Floats = np.logaddexp(near, anywhere).sum(axis=-1)
         return fit
 
-    @property
-    def baseline_fit(self) -> float:
-        """The logarithm of the likelihood of a command that may lie anywhere."""
-        return float(-np.log(self.extent).sum())
+    def measure_unexplained_fit(self, away: Floats) -> Floats:
+        """Return the logarithm of the likelihood [T] of commands that nothing explains, by how far from rest they are.
+
+        Each channel rests or lies anywhere, both as likely. Else candidates that leave other channels at rest, as most
+        commands do, would explain a channel that they say nothing right about.
+        """
+        near = np.exp(-0.5 * np.square(away / self.noise)) / (self.noise * np.sqrt(2 * np.pi))
+        fit: Floats = np.log(0.5 * near + 0.5 / self.extent).sum(axis=-1)
+        return fit
 
     def weigh(self, residuals: Floats) -> Floats:
         """Return how probable it is that each residual [..., C] is noise rather than an outlier."""
