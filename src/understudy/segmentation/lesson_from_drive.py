@@ -175,7 +175,8 @@ def _teach(segmentation: Segmentation, library: Library, lesson: Lesson) -> tupl
     bare = remove_functions(library)
     for episode in segmentation.drive.episodes:
         for spans in _list_pieces(segmentation, episode):
-            begins = spans[0].first == episode.first
+            # Before the first span there may be a short rest that nothing explains.
+            begins = _is_short_rest(segmentation, episode.first, spans[0].first)
             shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
             lesson = _teach_piece(segmentation, bare, lesson, shown, ticks, begins=begins)
     return lesson, ticks
@@ -239,10 +240,15 @@ def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[
 
 def _is_before_motion(segmentation: Segmentation, spans: Sequence[Span]) -> bool:
     """Return whether the first of several spans is a short rest, in which the driver had not begun."""
-    drive, ticks = segmentation.drive, slice(spans[0].first, spans[0].end)
-    if len(spans) < 2 or (spans[0].end - spans[0].first) * drive.tick_s > LONGEST_REACTION_S:
+    return len(spans) > 1 and _is_short_rest(segmentation, spans[0].first, spans[0].end)
+
+
+def _is_short_rest(segmentation: Segmentation, first: int, end: int) -> bool:
+    """Return whether the driver gave no command from one tick to another, no longer than a late reaction takes."""
+    drive = segmentation.drive
+    if (end - first) * drive.tick_s > LONGEST_REACTION_S:
         return False
-    away = drive.commands[ticks] - [each.rest for each in drive.channels]
+    away = drive.commands[first:end] - [each.rest for each in drive.channels]
     return bool((np.abs(away) <= 4 * segmentation.driver.noise).all())
 
 

@@ -143,6 +143,27 @@ def test_when_the_driver_switches_is_learned_at_a_pause(tmp_path: Path) -> None:
     assert live.find_review().segmentation.switches is not None
 
 
+def test_behaviors_are_proposed_at_a_pause_only(scripted: Scripted) -> None:
+    """An arc is no behavior of the forager: half the turn and half the speed are unexplained, and proposed."""
+    live = scripted.live
+    live.drive()
+    began = monotonic()
+    while live.review is None:
+        scripted.drive(hold(StickPosition(0.5, 0.5)), 1)
+        sleep(0.01)
+        assert monotonic() - began < 60
+    assert live.find_review().list_proposals() == ()
+    scripted.drive(hold(StickPosition(0.5, 0.5)), 2)
+    scripted.pause()
+    (proposal,) = live.find_review().list_proposals()
+    assert set(proposal.command) == {"drive", "turn"}
+    live.find_review().define_behavior("arc", proposal.command)
+    live.drive()
+    scripted.drive(hold(AHEAD), 2)
+    scripted.pause()
+    assert [label for label, _, _ in scripted.spans] == ["arc", "forward"]
+
+
 def test_the_world_waits_for_the_stick(scripted: Scripted) -> None:
     live = scripted.live
     live.drive()

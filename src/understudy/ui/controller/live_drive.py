@@ -166,6 +166,9 @@ class LiveDrive:
         self._stick = AT_REST
         self._pace.stop()
         self._due_s = 0.0
+        if self.review is not None:
+            self.review.is_growing = False
+            self.version += 1
         if self._keep is not None and self.ticks > self._kept:
             self._kept = self.ticks
             try:
@@ -276,6 +279,7 @@ class LiveDrive:
                 self.review = self._make_review(found)
             else:
                 self.review.extend(found)
+            self.review.is_growing = self.driving
 
 
 def _rests(candidate: Candidate, layout: StickLayout) -> bool:

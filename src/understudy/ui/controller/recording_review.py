@@ -88,6 +88,8 @@ class RecordingReview:
         """The automaton learned from the present labels; None until then."""
         self.saved: Path | None = None
         """The file of the learned automaton; None until it is saved."""
+        self.is_growing = False
+        """True while somebody drives; then no behaviors are proposed, which takes time in long drives."""
         self._library, self._features, self._folder = library, features, folder
         self._labels = _Labels(segmentation, np.zeros(segmentation.drive.ticks, np.bool_))
         self._before: list[_Labels] = []
@@ -122,6 +124,8 @@ class RecordingReview:
 
     def list_proposals(self) -> tuple[BehaviorProposal, ...]:
         """List the proposed behaviors for commands that nothing explains; they are found once for the same labels."""
+        if self.is_growing:
+            return ()
         if self._proposed is None or self._proposed[0] is not self.segmentation:
             self._proposed = self.segmentation, propose_behaviors(self.segmentation)
         return self._proposed[1]
