@@ -24,7 +24,7 @@ NEAR_S = 0.3
 
 @dataclass(frozen=True, slots=True)
 class LabelScores:
-    """How well the labels of a drive are right, as shares from 0 to 1.
+    """The scores of the labels of a drive, as shares from 0 to 1.
 
     `ticks` compares labels with what the driver means, `answered` with what the hand answers to, which is later by the
     dead time. `switches` counts those within 0.3 s of where the driver decides.
@@ -37,7 +37,7 @@ class LabelScores:
 
 @dataclass(frozen=True, slots=True)
 class DrivenLesson:
-    """How well a drive was understood, and the library that it teaches."""
+    """The scores of the labels of a drive, and the library that it teaches."""
 
     scores: LabelScores
     library: Library
