@@ -128,9 +128,11 @@ class Recording:
 
 def has_own_header(path: Path | str) -> bool | None:
     """Return whether an MCAP file has the header of a recording of ours; None if it is no MCAP file."""
-    from mcap.reader import make_reader
-    from mcap.records import Metadata
-
+    try:
+        from mcap.reader import make_reader
+        from mcap.records import Metadata
+    except ImportError:
+        raise ExtraMissing(what="a recording", extra="ros2") from None
     with suppress(Exception), Path(path).open("rb") as file:  # whatever a reader does with damaged bytes
         summary = make_reader(file).get_summary()
         if summary is not None:
