@@ -9,7 +9,7 @@ import type { Desk } from "../world/picture";
 import type { WorldSource } from "../world/stage";
 import { padded, Stick } from "./stick";
 
-/** How often the stick is told of while somebody drives, ms: the server takes longer silence for letting go. */
+/** Interval, ms, at which the position of the stick is sent while driving; after a longer silence the server takes it as at rest. */
 const EVERY_MS = 50;
 const AGAIN_MS = 1000;
 const REFUSED = 4403;
@@ -53,7 +53,7 @@ export class Driving implements WorldSource {
     this.socket = socket;
   }
 
-  /** Whether somebody drives, so that labels cannot be changed. */
+  /** True while driving: labels cannot be changed then. */
   get driving(): boolean {
     return this.told?.driving ?? false;
   }
@@ -62,7 +62,7 @@ export class Driving implements WorldSource {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
   }
 
-  /** Whether keys are the stick's: from the moment at which somebody wants to drive. */
+  /** True while the keys command the stick, from the press of Drive on. */
   get steers(): boolean {
     return this.driving || this.begins;
   }
