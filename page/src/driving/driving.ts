@@ -9,7 +9,7 @@ import type { Desk } from "../world/picture";
 import type { WorldSource } from "../world/stage";
 import { padded, Stick } from "./stick";
 
-/** Interval, ms, at which the position of the stick is sent while driving; after a longer silence the server takes it as at rest. */
+/** Interval at which the stick is sent while driving, ms; after a longer silence the server takes it as at rest. */
 const EVERY_MS = 50;
 const AGAIN_MS = 1000;
 const REFUSED = 4403;
