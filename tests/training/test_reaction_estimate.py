@@ -262,3 +262,18 @@ def test_a_novice_who_reacts_in_half_a_second() -> None:
     found = estimate_reaction_time(taught.lesson)
     assert found is not None
     assert found.reaction_s == pytest.approx(traits.reaction_s, abs=0.15)
+
+
+def test_counts_say_nothing_about_how_late_presses_are() -> None:
+    """At most presses, a count has just become 12; some come a tick before. A second earlier, it is 11 at all."""
+    rows, seconds, examples = [], [], []
+    for number in range(16):
+        count = [11.0] * 10 + [12.0 if number % 4 else 11.0]
+        rows.append(np.array(count)[:, None])
+        seconds.append(100 * number + np.arange(-10, 1) / 10)
+        kind = ExampleKind.DIRECTIVE
+        examples.append(Example(number, "go", (count[-1],), "done", kind, moment=11 * number + 10, window=10))
+    feature = BoundFeature(Feature("count", Continuous(), reading="count", unit="units"))
+    automaton = Automaton("taught", (START, State("go", "go"), State("done", flag="done")), (feature,))
+    record = ReadingLog((("count", None),), np.vstack(rows), np.concatenate(seconds))
+    assert estimate_reaction_time(Lesson(automaton, tuple(examples), record=record)) is None

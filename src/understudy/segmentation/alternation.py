@@ -23,6 +23,9 @@ STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
 NARROWER = 0.75
 """By how much the range narrows in which a constant is looked for, from one round to the next."""
 
+MISTIMED = 0.05
+"""The share of ticks at which a driver does what another state of the automaton does that explains the drive."""
+
 LEARNED_PRICE = 2.0
 """The price of a switch beside its chance, where this was learned from few switches."""
 
@@ -141,11 +144,39 @@ def measure_fit(drive: RecordedDrive, driver: DriverModel, residuals: Floats) ->
     return fit
 
 
+def allow_mistimed(fit: Floats, labels: Ints) -> Floats:
+    """Return the fit [T, X + 1] where drivers may do what another state of the same label does.
+
+    An automaton as a candidate switches a little earlier or later than the driver. Until the other has switched, too,
+    they do not do the same.
+    """
+    found = fit.copy()
+    for label in np.unique(labels):
+        states = labels == label
+        if states.sum() > 1:
+            best = fit[:, states].max(axis=1, keepdims=True)
+            found[:, states] = np.logaddexp(np.log1p(-MISTIMED) + fit[:, states], np.log(MISTIMED) + best)
+    return found
+
+
+def find_answered_states(fit: Floats, labels: Ints, states: Ints) -> Ints:
+    """Return the states [T] that commands answer to, where drivers are mistimed; `fit` allows for it."""
+    found, best = states.copy(), np.empty(len(states))
+    for label in np.unique(labels):
+        alike, ticks = np.flatnonzero(labels == label), np.flatnonzero(labels[states] == label)
+        choices = fit[np.ix_(ticks, alike)]
+        found[ticks], best[ticks] = alike[choices.argmax(axis=1)], choices.max(axis=1)
+    # There, the driver more probably does what the better state does than what the present one does.
+    mistimed = fit[np.arange(len(states)), states] < best + np.log(2 * MISTIMED)
+    return np.where(mistimed, found, states)
+
+
 def measure_drive_fit(
     drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, shares: Floats
 ) -> Floats:
     """Measure the fit [T, X + 1] of a drive; ticks whose answer the end of an episode cuts off fit all states alike."""
     fit = measure_fit(drive, driver, measure_residuals(drive, stack, driver, shares))
+    fit = allow_mistimed(fit, stack.labels)
     if driver.dead_ticks and not stack.follows_last.all():
         for each in drive.episodes:
             fit[max(each.first, each.end - driver.dead_ticks) : each.end] = 0.0
@@ -251,19 +282,20 @@ def fit_driver(
     fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
         residuals = measure_residuals(drive, stack, driver, shares)
-        fit = measure_fit(drive, driver, residuals)
+        fit = allow_mistimed(measure_fit(drive, driver, residuals), stack.labels)
         states = np.concatenate([find_states(each) for each in make_lattices(drive, stack, fit, rules)])
         settled = np.array_equal(states, former)
         if settled and width * NARROWER**turn < 1e-3:
             break
         former = states
+        answered = find_answered_states(fit, stack.labels, states)
         if width:
             labels = stack.labels[states]
             found = find_constants(drive, found, labels, driver, width * NARROWER**turn)
             stack = stack_predictions(drive, found)
         else:  # constants that are looked for already say how fast
-            shares = find_shares(drive, stack, driver, states)
-        driver = _estimate_driver(drive, stack, driver, states, shares)
+            shares = find_shares(drive, stack, driver, answered)
+        driver = _estimate_driver(drive, stack, driver, answered, shares)
     likelihood = float(fit[np.arange(drive.ticks), states].sum())
     labels = stack.labels[states]
     switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)

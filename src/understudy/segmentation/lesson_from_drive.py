@@ -33,6 +33,7 @@ from understudy.robots.recording.replay import ReplayBody
 from understudy.segmentation.automaton_candidate import AutomatonCandidate
 from understudy.segmentation.candidates import BehaviorCandidate, Candidate, find_original
 from understudy.segmentation.drive_kit import list_drive_features, make_drive_kit, remove_functions
+from understudy.segmentation.lesson_parameters import parametrize_lesson
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
 from understudy.training.feature_values import (
@@ -43,6 +44,7 @@ from understudy.training.feature_values import (
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
+from understudy.training.watched_examples import make_example_key
 
 DOUBT = 0.8
 """The certainty of a span below which the switch to it and the switch from it are left out of learning."""
@@ -88,6 +90,7 @@ def to_lesson(
     driver: str = "",
     library: Library | None = None,
     features: Sequence[str | BoundFeature] | None = None,
+    targets: Mapping[str, str] = MappingProxyType({}),
     watched: bool = True,
     reaction_s: float | None = None,
     learner: TreeOptions | None = None,
@@ -107,6 +110,9 @@ def to_lesson(
     features
         Features that decisions depend on, such as "range(ball)". None: all readings of the drive that the kit has, and
         the flags that its automata raise.
+    targets
+        Targets of the drive that parameters of the automaton stand for, by parameter: {"A": "station"} makes a drive to
+        the station teach goto(A).
     watched
         Whether ticks without a switch become watched examples.
     reaction_s
@@ -124,7 +130,7 @@ def to_lesson(
     DefinitionError
         If no candidate explains any tick.
     UnknownName
-        If the library does not have a feature or a behavior.
+        If the library does not have a feature or a behavior, or no state or feature names a target.
     """
     drive = segmentation.drive
     used = [
@@ -166,7 +172,8 @@ def to_lesson(
         replace(each, source=None if each.source is None else replace(each.source, driver=driver))
         for each in lesson.examples
     )
-    return DriveLesson(replace(lesson, examples=tuple(examples)), library, estimate)
+    made = parametrize_lesson(replace(lesson, examples=tuple(examples)), targets)
+    return DriveLesson(made, library, estimate)
 
 
 def _teach(segmentation: Segmentation, library: Library, lesson: Lesson) -> tuple[Lesson, dict[int, int]]:
@@ -319,7 +326,8 @@ def _add_last_stays(
     """Add the last tick before each switch that is sure, as a watched example.
 
     A session discards the ticks before a press, in which a demonstrator may have been deciding. The labels of a drive
-    say that the former behavior went on in them.
+    say that the former behavior went on in them. Where all features are as at the switch, it says nothing: after an
+    event, such as the last unit of food, the driver was late.
     """
     own = (FlagFeature, CounterFeature, TimerFeature)
     if any(isinstance(each.feature, own) for each in lesson.automaton.features):
@@ -340,17 +348,20 @@ def _add_last_stays(
                 break
             if segmentation.certainties[tick] < SURE:
                 continue
-            number += 1
             source = _make_source(
                 segmentation.drive.find_episode(tick),
                 float(record.seconds[row]),
                 float(segmentation.certainties[tick]),
             )
             stay = replace(
-                example, number=number, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,
+                example, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,
                 own={**example.own, "time_in_state": stayed_s}, source=source,
             )  # fmt: skip
-            added.append(replace(stay, values=compute_example_values(stay, lesson, record, steady=steady)))
+            values = compute_example_values(stay, lesson, record, steady=steady)
+            if make_example_key(replace(stay, values=values)) == make_example_key(example):
+                continue
+            number += 1
+            added.append(replace(stay, number=number, values=values))
             break
     return replace(lesson, examples=(*lesson.examples, *added))
 

@@ -16,6 +16,7 @@ from understudy.segmentation.alternation import (
     PredictionStack,
     SwitchRules,
     choose_labels,
+    find_answered_states,
     find_shares,
     fit_driver,
     make_lattices,
@@ -264,7 +265,8 @@ def _find_speeds(
         fit = measure_drive_fit(drive, stack, judged, shares)
         lattices = make_lattices(drive, stack, fit, rules, chances)
         states = np.concatenate([find_states(each) for each in lattices])
-        former, shares = shares, find_shares(drive, stack, driver, states)
+        answered = find_answered_states(fit, stack.labels, states)
+        former, shares = shares, find_shares(drive, stack, driver, answered)
         if judged is driver and np.allclose(former, shares, atol=SAME_SHARE):
             break
         judged = driver

@@ -32,6 +32,12 @@ CLEAR = 4.0
 WITHIN = 8.0
 """A shift less likely than the best by more than this is out of the question."""
 
+FEWEST_CHANGES = 0.15
+"""Readings that change in fewer of the steps before presses, such as counts, are events rather than motion.
+
+Any shift back to before the event looks alike, so the agreement of presses says nothing about how late they are.
+"""
+
 Shifted: TypeAlias = NDArray[np.float64]
 """A feature's values [shifts, presses], a row for each of SHIFTS_S."""
 
@@ -126,7 +132,7 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
         if bound.is_own or isinstance(bound.kind, Categorical):
             continue
         values = _shifted(bound, percept, group)
-        if values is None or np.isnan(values[0]).all():
+        if values is None or np.isnan(values[0]).all() or _is_stepped(values):
             continue
         scatter = _scatter(values, bound)
         if scatter.min() > 0:
@@ -165,6 +171,13 @@ def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) ->
         mine = [each == binding for each in bindings]
         found[:, mine] = values[:, mine]
     return found
+
+
+def _is_stepped(values: Shifted) -> bool:
+    """Return whether values change seldom, though they do change."""
+    steps = np.diff(values, axis=0)
+    changed = steps[~np.isnan(steps)] != 0
+    return bool(changed.any() and changed.mean() < FEWEST_CHANGES)
 
 
 def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:

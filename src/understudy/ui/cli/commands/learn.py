@@ -104,7 +104,11 @@ def learn_lesson(
     ] = None,
     targets: Annotated[
         str | None,
-        typer.Option("--targets", metavar="A=TARGET", help="Targets of the parameters during the recording."),
+        typer.Option(
+            "--targets",
+            metavar="A=TARGET",
+            help="Targets of the parameters during the recording; a drive to them teaches to drive to any.",
+        ),
     ] = None,
     reaction: Annotated[
         float | None,
@@ -191,6 +195,7 @@ def learn_lesson(
         learn_from_drivers,
         print_drivers_report,
     )
+    from understudy.ui.cli.options import parse_targets
     from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
@@ -211,7 +216,17 @@ def learn_lesson(
         for each in recording:
             _refuse_presses(context, each)
         options = DriveOptions(
-            name, library, mapping, behaviors, features, reaction, kit, agent, define or (), split or ()
+            name,
+            library,
+            mapping,
+            behaviors,
+            features,
+            reaction,
+            kit,
+            agent,
+            define or (),
+            split or (),
+            parse_targets(targets),
         )
         grouped = group_recordings(recording, driver or (), trust)
         if len(grouped) == 1:
@@ -271,7 +286,7 @@ def _refuse_presses(context: typer.Context, recording: Path) -> None:
     from understudy.analysis.run_header import is_trace
     from understudy.errors import SettingError
 
-    options = ("presses", "states", "flags", "parameters", "targets", "session")
+    options = ("presses", "states", "flags", "parameters", "session")
     for option in options if is_trace(recording) else (*options, "agent"):
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":

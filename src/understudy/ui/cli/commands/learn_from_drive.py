@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -33,6 +34,7 @@ class DriveOptions(NamedTuple):
     robot: int
     define: Sequence[str] = ()
     split: Sequence[str] = ()
+    targets: Mapping[str, str] = MappingProxyType({})
 
 
 class OpenedDrives(NamedTuple):
@@ -69,6 +71,7 @@ def learn_from_drive(
         driver=driver,
         library=drive.library,
         features=drive.features,
+        targets=asked.targets,
         reaction_s=asked.reaction_s,
     )
     return made.lesson, make_drive_report(drive.found, made)

@@ -118,6 +118,7 @@ def learn_from_drivers(
             driver=name,
             library=found.library,
             features=found.features,
+            targets=asked.targets,
             reaction_s=asked.reaction_s,
         )
         made.append(own)
