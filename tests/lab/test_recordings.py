@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 
 from understudy.model.features import Percept
+from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
 from understudy.segmentation.drive_kit import make_candidates
 from understudy.segmentation.segment import segment
+from understudy_lab.recordings import driven_foraging as foraging
 from understudy_lab.recordings import driven_servoing as servoing
 from understudy_lab.recordings import driven_walls as walls
+from understudy_lab.recordings import foraging_driver as forager
 from understudy_lab.recordings import study
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
-from understudy_lab.recordings.driven_lesson import score_labels
+from understudy_lab.recordings.driven_lesson import judge_labels
 from understudy_lab.recordings.stick_driver import Stick, StickSettings
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
@@ -91,11 +94,81 @@ def test_the_driver_to_the_ball_keeps_to_a_decision() -> None:
     assert meant == [servoing.WALK, *[servoing.LEFT] * 6, *[servoing.WALK] * 4]
 
 
+ON_THE_WAY = [  # aimed at before, bearing, aimed at after
+    (forager.FORWARD, 0.4, forager.FORWARD),
+    (forager.FORWARD, 0.6, forager.LEFT),
+    (forager.FORWARD, -0.6, forager.RIGHT),
+    (forager.LOAD, 3.0, forager.LEFT),
+    (forager.LEFT, 0.2, forager.LEFT),
+    (forager.LEFT, 0.1, forager.FORWARD),
+    (forager.RIGHT, 2 * np.pi - 0.2, forager.RIGHT),
+    (forager.RIGHT, 0.0, forager.FORWARD),
+]
+
+
+@pytest.mark.parametrize(("before", "bearing", "after"), ON_THE_WAY)
+def test_the_driver_on_the_way_to_food(before: int, bearing: float, after: int) -> None:
+    assert forager.choose_move(before, bearing) == after
+
+
+HOMING = [  # level, deposits already, units stored, food left, deposits
+    (forager.HARVEST, False, 12.0, YES, False),
+    (forager.DEPOSIT, False, 0.0, YES, True),
+    (forager.FORAGE, False, 11.0, YES, False),
+    (forager.FORAGE, False, 12.0, YES, True),
+    (forager.FORAGE, True, 5.0, YES, True),
+    (forager.FORAGE, True, 0.0, YES, False),
+    (forager.FORAGE, False, 3.0, NO, True),
+]
+
+
+@pytest.mark.parametrize(("level", "before", "stored", "left", "after"), HOMING)
+def test_the_driver_deposits(level: str, before: bool, stored: float, left: float, after: bool) -> None:
+    assert forager.is_homing(level, before, stored, left) is after
+
+
+OVER = [  # level, units stored, food left, at the target, over
+    (forager.GOTO, np.nan, np.nan, True, True),
+    (forager.HARVEST, 12.0, YES, True, True),
+    (forager.HARVEST, 3.0, YES, True, False),
+    (forager.HARVEST, 3.0, NO, False, True),
+    (forager.DEPOSIT, 0.0, np.nan, True, True),
+    (forager.FORAGE, 0.0, YES, True, False),
+    (forager.FORAGE, 2.0, NO, True, False),
+    (forager.FORAGE, 0.0, NO, True, True),
+]
+
+
+@pytest.mark.parametrize(("level", "stored", "left", "there", "over"), OVER)
+def test_a_drive_of_a_level_is_over(level: str, stored: float, left: float, there: bool, over: bool) -> None:
+    assert forager.is_over(level, stored, left, there=there) is over
+
+
+def test_buttons_are_pressed_without_the_stick() -> None:
+    hand = StickSettings(gain=0.5, noise=0.0, dead_ticks=1, overshoot=0.0, slowest=1.0)
+    stick = Stick(hand, 1, 2, np.random.default_rng(0), buttons=[1])
+    aims = [[1.0, 0.0]] * 3 + [[0.0, 1.0]] * 2 + [[1.0, 0.0]] * 2
+    found = [stick.move(np.array([aim]))[0].tolist() for aim in aims]
+    assert found == [[0.0, 0.0], [0.5, 0.0], [0.75, 0.0], [0.875, 0.0], [0.0, 1.0], [0.0, 1.0], [0.5, 0.0]]
+
+
+def test_pushes_turn_robots_and_are_not_recorded() -> None:
+    pushes = foraging.draw_pushes(np.random.default_rng(0), 100, 4, 0.1, ["drive", "turn"])
+    assert not pushes[:, :, 0].any()
+    assert set(np.unique(pushes[:, :, 1])) == {-1.0, 0.0, 1.0}
+    still = StickSettings(gain=1.0, noise=0.0, dead_ticks=0, overshoot=0.0, slowest=1.0)
+    drive = foraging.drive_level(forager.GOTO, still, 0).recording
+    turning = np.abs(drive.commands[:, 1]) > 0.0
+    bearing = drive.values["bearing", "station"]
+    jumps = np.abs((np.diff(bearing) + np.pi) % (2 * np.pi) - np.pi) > 0.1
+    assert (jumps & ~turning[:-1]).any()
+
+
 def test_a_drive_along_walls_is_labelled_right() -> None:
     drive = walls.drive_along_walls(STEADY, range(2), "left")
     library = Library(walls.find_wall_task(0).kit)
     candidates = make_candidates(library, drive.recording, walls.list_moves("left"))
-    found = score_labels(segment(drive.recording, candidates), drive.meant, STEADY)
+    found = judge_labels(segment(drive.recording, candidates), drive.meant, STEADY).score()
     assert found.ticks >= 0.97
     assert found.switches >= 0.95
 
@@ -103,7 +176,7 @@ def test_a_drive_along_walls_is_labelled_right() -> None:
 def test_a_drive_to_the_ball_is_labelled_right() -> None:
     drive = servoing.drive_to_ball(STEADY, range(2), "left")
     candidates = make_candidates(Library(kit), drive.recording, servoing.MOVES)
-    found = score_labels(segment(drive.recording, candidates), drive.meant, STEADY)
+    found = judge_labels(segment(drive.recording, candidates), drive.meant, STEADY).score()
     assert found.ticks >= 0.97
     assert found.switches >= 0.95
 

@@ -6,6 +6,7 @@ section 3).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -167,7 +168,7 @@ def to_lesson(
             late = replace(empty.options, reaction_s=estimate.reaction_s)
             lesson, ticks = _teach(segmentation, library, replace(empty, options=late))
     if watched:
-        lesson = _add_last_stays(segmentation, lesson, ticks, steady)
+        lesson = _doubt_rare_switches(_add_last_stays(segmentation, lesson, ticks, steady))
     examples = (
         replace(each, source=None if each.source is None else replace(each.source, driver=driver))
         for each in lesson.examples
@@ -364,6 +365,24 @@ def _add_last_stays(
             added.append(replace(stay, number=number, values=values))
             break
     return replace(lesson, examples=(*lesson.examples, *added))
+
+
+def _doubt_rare_switches(lesson: Lesson) -> Lesson:
+    """Put switches into quarantine where the driver mostly went on at the very same values.
+
+    A press is meant; the label of a tick may be wrong by one.
+    """
+    used = [each for each in lesson.examples if not each.quarantined]
+    stays = Counter(make_example_key(each) for each in used if each.kind is ExampleKind.WATCHED)
+    switches = Counter(make_example_key(each) for each in used if each.kind is ExampleKind.DIRECTIVE)
+    examples = []
+    for each in lesson.examples:
+        key = make_example_key(each)
+        if each.kind is ExampleKind.DIRECTIVE and not each.quarantined and stays[key] > switches[key]:
+            reason = f"at the same values, the driver went on {stays[key]} times, and switched {switches[key]} times"
+            each = replace(each, quarantined=reason)
+        examples.append(each)
+    return replace(lesson, examples=tuple(examples))
 
 
 def make_recording(drive: RecordedDrive, episode: DriveEpisode) -> Recording:

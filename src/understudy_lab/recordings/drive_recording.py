@@ -21,11 +21,12 @@ Ints = NDArray[np.int64]
 class DriverStep(NamedTuple):
     """What drivers do in a tick in N worlds.
 
-    `meant` is the index of the basic behavior that a driver means, and `over` is true where the recording ends after
-    this tick.
+    `meant` is the index of the behavior that a driver means, `aimed` that of the basic behavior that the hand aims at
+    for it, and `over` is true where the recording ends after this tick.
     """
 
     meant: Ints
+    aimed: Ints
     over: NDArray[np.bool_]
 
 
@@ -64,6 +65,8 @@ def record_drives(
     seconds: float,
     seeds: Sequence[int],
     place: str,
+    buttons: Sequence[str] = (),
+    pushes: Floats | None = None,
 ) -> MeantDrive:
     """Drive all robots of a body at once; return one recording with an episode for each.
 
@@ -85,6 +88,10 @@ def record_drives(
         A seed for each robot, by which its episode is called; the first one is also that of the noise.
     place
         Name of what has a seed, such as "room".
+    buttons
+        The channels that are commanded by buttons.
+    pushes
+        What is added to the commands of robots that are pushed, which is not recorded, shape [ticks, N, C].
 
     Returns
     -------
@@ -94,20 +101,21 @@ def record_drives(
     keys, agents = list(program.keys), body.agents
     channels = [each.name for each in body.channels]
     aims, random = list_aims(kit, moves, channels), np.random.default_rng([seeds[0], 17])
-    stick = Stick(hand, agents, len(channels), random)
+    stick = Stick(hand, agents, len(channels), random, buttons=[channels.index(each) for each in buttons])
     ticks = round(seconds / body.tick_s)
     rows, meant, commands, ends = [], [], [], np.full(agents, ticks)
     for tick in range(ticks):
         percept = body.sense(keys)
         rows.append([percept[key].copy() for key in keys])
         step = program.decide(percept)
-        given = stick.move(aims[step.meant])
+        given = stick.move(aims[step.aimed])
         meant.append(step.meant.copy())
         commands.append(given)
         ends = np.where(step.over & (ends == ticks), tick + 1, ends)
         if (ends < ticks).all():
             break
-        body.act({name: given[:, index].copy() for index, name in enumerate(channels)})
+        obeyed = given if pushes is None else given + pushes[tick]
+        body.act({name: obeyed[:, index].copy() for index, name in enumerate(channels)})
     table, stops = np.array(rows), ends.tolist()
     firsts = np.cumsum([0, *stops]).tolist()
 

@@ -60,7 +60,7 @@ class GoToDriver:
         distance, bearing = (percept[key] for key in self.keys)
         intend(self._intent, distance, (bearing + pi) % tau - pi)
         self._rested = np.where(self._intent == WAIT, self._rested + self._tick_s, 0.0)
-        return DriverStep(self._intent, self._rested > REST_S)
+        return DriverStep(self._intent, self._intent, self._rested > REST_S)
 
 
 def drive(hand: StickSettings, seeds: Sequence[int]) -> MeantDrive:

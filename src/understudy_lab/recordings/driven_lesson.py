@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,11 @@ from understudy.segmentation.drive_kit import list_drive_features, make_candidat
 from understudy.segmentation.lesson_from_drive import to_lesson
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation, segment
+from understudy.training.lesson_design import parse_feature
 from understudy_lab.recordings.drive_recording import MeantDrive
 from understudy_lab.recordings.stick_driver import StickSettings
+
+Flags = NDArray[np.bool_]
 
 LEARNER = TreeOptions(pruning=3.0)
 NEAR_S = 0.3
@@ -36,10 +40,35 @@ class LabelScores:
 
 
 @dataclass(frozen=True, slots=True)
-class DrivenLesson:
-    """The scores of the labels of a drive, and the library that it teaches."""
+class LabelHits:
+    """The labels of a drive that are right.
 
-    scores: LabelScores
+    `ticks` [T] are those labelled as the driver meant, `answered` [T] as the hand answered, `switches` [S] those found.
+    """
+
+    ticks: Flags
+    answered: Flags
+    switches: Flags
+
+    def __add__(self, other: LabelHits) -> LabelHits:
+        """Return the hits of two drives."""
+        pairs = [
+            (self.ticks, other.ticks),
+            (self.answered, other.answered),
+            (self.switches, other.switches),
+        ]
+        return LabelHits(*map(np.concatenate, pairs))
+
+    def score(self) -> LabelScores:
+        """Return the shares."""
+        return LabelScores(*(float(each.mean()) for each in (self.ticks, self.answered, self.switches)))
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenLesson:
+    """The labels of a drive, and the library that it teaches."""
+
+    hits: LabelHits
     library: Library
 
 
@@ -50,6 +79,8 @@ def learn_from_drive(
     name: str,
     behaviors: Sequence[str],
     *,
+    features: Sequence[str] | None = None,
+    targets: Mapping[str, str] = MappingProxyType({}),
     learner: TreeOptions = LEARNER,
 ) -> DrivenLesson:
     """Segment a drive with behaviors as candidates, and learn an automaton from the labels.
@@ -66,34 +97,45 @@ def learn_from_drive(
         Name of the automaton.
     behaviors
         The candidates, such as "forward".
+    features
+        Names of the features that decisions depend on. None: all readings of the recording that the kit has.
+    targets
+        Targets that parameters of the automaton stand for.
     learner
         How trees are learned.
 
     Returns
     -------
     DrivenLesson
-        The scores of the labels, and the automaton.
+        The labels, and the automaton.
     """
     recording = drive.recording
-    features = list_drive_features(library, recording)
-    found = segment(recording, make_candidates(library, recording, behaviors), features=features)
-    made = to_lesson(found, name=name, library=library, features=features, learner=learner)
+    used = (
+        list_drive_features(library, recording)
+        if features is None
+        else [parse_feature(library, each) for each in features]
+    )
+    found = segment(recording, make_candidates(library, recording, behaviors), features=used)
+    made = to_lesson(found, name=name, library=library, features=used, targets=targets, learner=learner)
     learned = made.library.with_automaton(TrainedAutomaton(learn_automaton(made.lesson), made.lesson))
-    return DrivenLesson(score_labels(found, drive.meant, hand), learned)
+    return DrivenLesson(judge_labels(found, drive.meant, hand), learned)
 
 
-def score_labels(found: Segmentation, meant: NDArray[np.int64], hand: StickSettings) -> LabelScores:
+def judge_labels(found: Segmentation, meant: NDArray[np.int64], hand: StickSettings) -> LabelHits:
     """Compare the labels of a drive with what its driver meant."""
     recording = found.drive
     late = np.arange(recording.ticks)
     for episode in recording.episodes:
         late[episode.ticks] = np.maximum(late[episode.ticks] - hand.dead_ticks, episode.first)
-    right, answered = ((found.labels == each).mean() for each in (meant, meant[late]))
-    return LabelScores(float(right), float(answered), share_switches(found.labels, meant, recording))
+    return LabelHits(
+        found.labels == meant,
+        found.labels == meant[late],
+        find_switches(found.labels, meant, recording),
+    )
 
 
-def share_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording: RecordedDrive) -> float:
-    """Return the share of true switches with one to the same label within 0.3 s."""
+def find_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording: RecordedDrive) -> Flags:
+    """Return for each true switch whether there is one to the same label within 0.3 s."""
     hits = []
     for episode in recording.episodes:
         truth, ours = meant[episode.ticks], labels[episode.ticks]
@@ -101,4 +143,4 @@ def share_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recordin
         for tick in (np.flatnonzero(np.diff(truth)) + 1).tolist():
             near = found[np.abs(found - tick) * recording.tick_s <= NEAR_S + 1e-9]
             hits.append(bool((ours[near] == truth[tick]).any()))
-    return float(np.mean(hits))
+    return np.array(hits, np.bool_)

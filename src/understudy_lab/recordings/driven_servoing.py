@@ -68,7 +68,7 @@ class ServoDriver:
         changes = (wished != self._meant) & (self._since >= self._hold)
         self._meant = np.where(changes, wished, self._meant)
         self._since = np.where(changes, 0, self._since + 1)
-        return DriverStep(self._meant, seen & (size >= THERE_PX))
+        return DriverStep(self._meant, self._meant, seen & (size >= THERE_PX))
 
 
 def drive_to_ball(hand: StickSettings, seeds: Sequence[int], search: str) -> MeantDrive:

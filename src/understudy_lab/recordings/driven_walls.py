@@ -61,7 +61,7 @@ class WallDriver:
         """Return what the drivers do in this tick."""
         rows = zip(self._meant.tolist(), *(percept[key].tolist() for key in self.keys), strict=True)
         self._meant = np.array([choose_move(*row) for row in rows])
-        return DriverStep(self._meant, np.zeros(len(self._meant), np.bool_))
+        return DriverStep(self._meant, self._meant, np.zeros(len(self._meant), np.bool_))
 
 
 def choose_side(seed: int) -> str:

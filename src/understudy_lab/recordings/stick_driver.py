@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,10 +53,22 @@ def draw_stick_settings(seed: int) -> StickSettings:
 
 
 class Stick:
-    """A stick with C axes that one driver holds in each of N worlds."""
+    """A stick with C axes that one driver holds in each of N worlds.
 
-    def __init__(self, hand: StickSettings, worlds: int, axes: int, random: np.random.Generator) -> None:
-        self._hand, self._random = hand, random
+    Axes among `buttons` are buttons, which are pressed or not. To press one, drivers let the stick go, which springs to
+    its center.
+    """
+
+    def __init__(
+        self,
+        hand: StickSettings,
+        worlds: int,
+        axes: int,
+        random: np.random.Generator,
+        *,
+        buttons: Sequence[int] = (),
+    ) -> None:
+        self._hand, self._random, self._buttons = hand, random, list(buttons)
         self._speed = random.uniform(hand.slowest, 1.0, (worlds, 1))
         self._queue = deque([np.zeros((worlds, axes))] * hand.dead_ticks)
         self._aim, self._place = np.zeros((worlds, axes)), np.zeros((worlds, axes))
@@ -73,4 +86,9 @@ class Stick:
         self._place = self._place + self._hand.gain * (aim + beyond - self._place)
         noise = self._hand.noise * self._random.standard_normal(aim.shape)
         found: Floats = np.clip(self._place + noise, -1.0, 1.0)
+        if self._buttons:
+            pressed = (aim[:, self._buttons] > 0.0).astype(np.float64)
+            free = pressed.any(axis=1)
+            self._place[free] = found[free] = 0.0
+            found[:, self._buttons] = pressed
         return found
