@@ -6,6 +6,7 @@ section 3).
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -315,10 +316,14 @@ def _measure_certainty(
 ) -> float:
     """Return how certain an example is: of a switch, the less certain of the two spans that it parts."""
     if example.kind is ExampleKind.WATCHED:
-        return float(segmentation.certainties[tick])
-    at = max(index for index, span in enumerate(spans) if span.first <= tick)
+        return _find_certainty(segmentation, tick)
+    at = bisect_right(spans, tick, key=lambda span: span.first) - 1
     sides = spans[max(0, at - 1) : at + 1] if example.kind is ExampleKind.DIRECTIVE else spans[at : at + 1]
-    return min(float(segmentation.certainties[span.first : span.end].max()) for span in sides)
+    return min(float(segmentation.list_certainties(span.first, span.end).max()) for span in sides)
+
+
+def _find_certainty(segmentation: Segmentation, tick: int) -> float:
+    return float(segmentation.posteriors[tick, segmentation.labels[tick]])
 
 
 def _add_last_stays(
@@ -347,12 +352,13 @@ def _add_last_stays(
             )
             if stayed_s <= 0:
                 break
-            if segmentation.certainties[tick] < SURE:
+            certainty = _find_certainty(segmentation, tick)
+            if certainty < SURE:
                 continue
             source = _make_source(
                 segmentation.drive.find_episode(tick),
                 float(record.seconds[row]),
-                float(segmentation.certainties[tick]),
+                certainty,
             )
             stay = replace(
                 example, next=example.state, kind=ExampleKind.WATCHED, moment=row, window=0,

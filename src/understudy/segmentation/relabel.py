@@ -99,7 +99,10 @@ def list_label_questions(segmentation: Segmentation, *, most: int = 20) -> Seque
     names, tick_s = segmentation.names, segmentation.drive.tick_s
     for episode in segmentation.drive.episodes:
         for span in segmentation.list_spans(episode):
-            if span.label == UNEXPLAINED or segmentation.certainties[span.first : span.end].max() >= DOUBT:
+            if (
+                span.label == UNEXPLAINED
+                or segmentation.list_certainties(span.first, span.end).max() >= DOUBT
+            ):
                 continue
             chances = segmentation.posteriors[span.first : span.end].mean(axis=0)
             likeliest = [

@@ -110,7 +110,24 @@ class Segmentation:
     @property
     def certainties(self) -> Floats:
         """The probability of the label of each tick, shape [T]."""
-        return self.posteriors[np.arange(len(self.labels)), self.labels]
+        return self.list_certainties(0, len(self.labels))
+
+    def list_certainties(self, first: int, end: int) -> Floats:
+        """List the certainties of some ticks only, which for a few takes less time than those of all.
+
+        Parameters
+        ----------
+        first
+            The first tick.
+        end
+            The tick after the last one.
+
+        Returns
+        -------
+        array, shape [end - first]
+            The probability of the label of each of these ticks.
+        """
+        return self.posteriors[np.arange(first, end), self.labels[first:end]]
 
     def list_spans(self, episode: DriveEpisode) -> list[Span]:
         """List the spans of an episode in order.

@@ -18,6 +18,7 @@ from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.runtime.interpreter import StackFrame
 from understudy.training.corrections import SOON_S, CorrectionStep, LastSwitch
 from understudy.training.edits import correct_press
+from understudy.training.example_index import ExampleIndex
 from understudy.training.feature_values import compute_example_values, recompute_example_values
 from understudy.training.journal import (
     FlagRaised,
@@ -36,7 +37,6 @@ from understudy.training.watched_examples import (
     WatchedBatch,
     WatchedBuffer,
     WatchedTick,
-    make_example_key,
     measure_deciding_time,
 )
 
@@ -63,6 +63,7 @@ class LessonLog:
         self._history, self._recorder = past.history, past.recorder
         self._steady = steady
         self._watched = WatchedBuffer()
+        self._index = ExampleIndex()
         self._counted: tuple[tuple[Example, ...], int] = ((), 0)
         self._last_correction = past.unlearning
         self.last_switch = LastSwitch(past.recorder.keys, steady)
@@ -231,13 +232,7 @@ class LessonLog:
             )
             values = compute_example_values(example, self.lesson, self._recorder.record, steady=self._steady)
             made.append(replace(example, values=values))
-        pressed = {make_example_key(example) for example in made}
-        others = [
-            each
-            for each in self.lesson.examples
-            if each.is_from_press or make_example_key(each) not in pressed
-        ]
-        lesson = replace(self.lesson, examples=(*others, *made))
+        lesson = replace(self.lesson, examples=self._index.replace_watched(made))
         what, stay = f"{made[0].state} → {made[0].next}", None
         if outcome.correction:
             stay = self.last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
@@ -278,7 +273,10 @@ class LessonLog:
             self.journal.write(WatchedAccepted(watched, self.journal.new_rows(self._recorder.record)))
 
     def _agreed(self) -> WatchedBatch:
-        return self._watched.extract_batch(self.lesson, self._recorder.keys, steady=self._steady)
+        self._index.update(self.lesson.examples)
+        return self._watched.extract_batch(
+            self.lesson, self._recorder.keys, known=self._index.keys, steady=self._steady
+        )
 
     def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
         """Return watched examples with their numbers and their rows of the record."""
@@ -289,7 +287,8 @@ class LessonLog:
         ]
 
     def _next_number(self) -> int:
-        return max((example.number for example in self.lesson.examples), default=0) + 1
+        self._index.update(self.lesson.examples)
+        return self._index.largest + 1
 
     def step(
         self,
@@ -307,12 +306,13 @@ class LessonLog:
         """
         if lesson is self.lesson:
             return
-        design, different, gone = diff_lessons(self.lesson, lesson)
-        rows = self.journal.new_rows(self._recorder.record)
-        entry = LessonChanged(
-            what, press, design, different, gone, rows, list(before.run), list(after.run), stay
-        )
-        self.journal.write(entry, sync=press is None)
+        if self.journal.path is not None:  # comparing lessons takes longer than all else, the longer they are
+            design, different, gone = diff_lessons(self.lesson, lesson)
+            rows = self.journal.new_rows(self._recorder.record)
+            entry = LessonChanged(
+                what, press, design, different, gone, rows, list(before.run), list(after.run), stay
+            )
+            self.journal.write(entry, sync=press is None)
         self._history.step(what, HistoryStep(self.lesson, *before), HistoryStep(lesson, *after))
 
     def recompute_values(self, lesson: Lesson) -> Lesson:

@@ -31,14 +31,13 @@ class SampleBuffer:
         self.keys = tuple(keys)
         record = record or ReadingLog()
         kept = list(record.keys)
-        columns = [kept.index(key) if key in kept else -1 for key in self.keys]
-        old = np.array([[np.nan if c < 0 else row[c] for c in columns] for row in record.values])
+        old = np.full((len(record), len(self.keys)), np.nan)
+        for column, key in enumerate(self.keys):
+            if key in kept:
+                old[:, column] = record.values[:, kept.index(key)]
         self._values = np.zeros((max(64, 2 * len(record)), len(self.keys)))
         self._seconds = np.zeros(len(self._values))
-        self._values[: len(record)], self._seconds[: len(record)] = (
-            old.reshape(-1, len(self.keys)),
-            record.seconds,
-        )
+        self._values[: len(record)], self._seconds[: len(record)] = old, record.seconds
         self._kept = len(record)
         self._episode: deque[Sample] = deque()
 
@@ -84,21 +83,19 @@ class SampleBuffer:
 
 def compact_reading_log(lesson: Lesson) -> Lesson:
     """Return the lesson with only those rows of its record that its examples use."""
-    used = sorted(
-        {
-            row
-            for example in lesson.examples
-            if example.moment is not None
-            for row in range(example.moment - example.window, example.moment + 1)
-        }
-    )
-    place = {row: index for index, row in enumerate(used)}
     record = lesson.record
+    is_used = np.zeros(len(record), np.bool_)
+    for example in lesson.examples:
+        if example.moment is not None:
+            is_used[example.moment - example.window : example.moment + 1] = True
+    places = (np.cumsum(is_used) - 1).tolist()
     return replace(
         lesson,
         examples=tuple(
-            replace(example, moment=None if example.moment is None else place[example.moment])
-            for example in lesson.examples
+            each
+            if each.moment is None or each.moment == places[each.moment]
+            else replace(each, moment=places[each.moment])
+            for each in lesson.examples
         ),
-        record=ReadingLog(record.keys, record.values[used], record.seconds[used]),
+        record=ReadingLog(record.keys, record.values[is_used], record.seconds[is_used]),
     )

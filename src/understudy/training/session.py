@@ -84,10 +84,10 @@ class Session(EditableSession):
         keys = list_reading_keys(body)
         check_parameter_targets(lesson.automaton, targets or {}, body.targets)
         self._begin(body, library, ReplayedSession.from_lesson(lesson, keys, targets or {}, agent), clock)
-        began = SessionStarted.from_body(
-            body, encode_journal_lesson(lesson), agent, self._targets, about or {}
-        )
-        self._log.journal = Journal.create(journal, began, rows=len(lesson.record))
+        if journal is not None:  # encoding a long lesson takes longer than all else here
+            encoded = encode_journal_lesson(lesson)
+            began = SessionStarted.from_body(body, encoded, agent, self._targets, about or {})
+            self._log.journal = Journal.create(journal, began, rows=len(lesson.record))
 
     @classmethod
     def resume(

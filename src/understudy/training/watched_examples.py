@@ -5,7 +5,7 @@ Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; the learner appl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, Lesson, ReadingLog
+from understudy.training.example_index import ExampleKey, make_example_key
 from understudy.training.feature_values import compute_example_values
 from understudy.training.sample_buffer import Sample
 
@@ -67,11 +68,14 @@ class WatchedBuffer:
         self._seen.clear()
 
     def extract_batch(
-        self, lesson: Lesson, keys: Sequence[ReadingKey], *, steady: frozenset[str]
+        self, lesson: Lesson, keys: Sequence[ReadingKey], *, known: Set[ExampleKey], steady: frozenset[str]
     ) -> WatchedBatch:
-        """Convert the ticks to examples of the lesson, thinned to transitions and to stays that are apart in time."""
+        """Convert the ticks to examples of the lesson, thinned to transitions and to stays that are apart in time.
+
+        `known` has the keys of the examples that the lesson has.
+        """
         agreed, last_stay = [], dict(self._last_stay)
-        known = {make_example_key(example) for example in lesson.examples}
+        added: set[ExampleKey] = set()
         for seen in self._seen:
             example = seen.example
             if example.next == example.state:
@@ -81,8 +85,9 @@ class WatchedBuffer:
             alone = ReadingLog(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
             values = compute_example_values(replace(example, moment=0), lesson, alone, steady=steady)
             example = replace(example, values=values)
-            if make_example_key(example) not in known:
-                known.add(make_example_key(example))
+            key = make_example_key(example)
+            if key not in known and key not in added:
+                added.add(key)
                 agreed.append(WatchedTick(seen.moment, example))
         return WatchedBatch(tuple(agreed), last_stay)
 
@@ -90,8 +95,3 @@ class WatchedBuffer:
         """Note that these have become examples."""
         self._seen.clear()
         self._last_stay = agreed.last_stay
-
-
-def make_example_key(example: Example) -> tuple[str | float | None, ...]:
-    """Make a key of an example's state and values, in which absent readings are equal."""
-    return (example.state, *(None if value != value else value for value in example.values))
