@@ -15,7 +15,7 @@ from understudy_lab.recordings import foraging_driver as forager
 from understudy_lab.recordings import study
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
 from understudy_lab.recordings.driven_lesson import judge_labels
-from understudy_lab.recordings.stick_driver import Stick, StickSettings
+from understudy_lab.recordings.stick_driver import Stick, StickSettings, draw_stick_settings
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.soccer import SIZE, X, kit
@@ -186,3 +186,11 @@ def test_the_hand_is_late_and_overshoots() -> None:
     stick = Stick(hand, 1, 1, np.random.default_rng(0))
     places = [float(stick.move(np.array([[0.5]]))[0, 0]) for _ in range(4)]
     assert places == pytest.approx([0.0, 0.3, 0.45, 0.475])
+
+
+def test_the_dead_time_of_a_hand_is_told_from_its_slowness() -> None:
+    """Its reaction time is estimated a tick too long; then drivers would have gone on at the readings of switches."""
+    lesson = walls.learn_walls_from_drives(4).library.taught["wall_left"].lesson
+    assert lesson is not None
+    assert draw_stick_settings(4).dead_ticks == 0
+    assert lesson.options.reaction_s == 0.0

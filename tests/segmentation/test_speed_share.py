@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import understudy
 from understudy.runtime.body import Channel
-from understudy.segmentation.driver_model import DriverModel
+from understudy.segmentation.driver_model import DriverModel, estimate_gain
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.speed_share import estimate_shares, scale_aims
 
@@ -68,3 +68,17 @@ def test_slow_drivers_are_not_taken_for_slow_hands(speeds: list[float], seed: in
     assert (found.labels == np.tile(truth, len(speeds))).mean() >= 0.99
     assert found.driver.gain[0] >= 0.8
     assert found.driver.noise[0] <= 0.05
+
+
+def test_noise_about_an_aim_says_nothing_about_how_fast_a_hand_is() -> None:
+    """A hand goes 60 % of the way to each of twelve aims, with noise; between, it stays for long."""
+    random, place = np.random.default_rng(0), 0.0
+    rows: list[tuple[float, float, float]] = []
+    for tick in range(3600):
+        aim, last = float(tick // 300 % 2), rows[-1][2] if rows else 0.0
+        place += 0.6 * (aim - place)
+        rows.append((aim, last, place + 0.02 * random.standard_normal()))
+    aims, before, commands = (np.array(column)[:, None] for column in zip(*rows, strict=True))
+    one = np.ones(1)
+    driver = DriverModel(0.02 * one, one, np.inf * one, 0, one)
+    assert estimate_gain(driver, aims, before, commands) == pytest.approx(0.6)

@@ -47,3 +47,13 @@ def test_a_short_rest_before_a_drive_is_no_part_of_it(rest: int, begins: bool) -
     lesson = to_lesson(found).lesson
     first = [(each.state, each.next) for each in lesson.examples if each.state == "start"]
     assert first == ([("start", "forward")] if begins else [])
+
+
+@pytest.mark.parametrize(("rest", "begins"), [(1, True), (0, False)])
+def test_the_first_ticks_of_a_stick_that_moves_are_no_part_of_it(rest: int, begins: bool) -> None:
+    """From rest, the stick goes the wrong way for three ticks; without the rest, the drive may have begun before."""
+    waits = [("rest", rest)] if rest else []
+    found = segment_aims(*waits, ("back", 3), ("forward", 40), ("left", 20), ("forward", 40), ("right", 20))
+    assert found.list_spans(found.drive.episodes[0])[0].label == "unexplained"
+    lesson = to_lesson(found).lesson
+    assert [each.next for each in lesson.examples if each.state == "start"] == (["forward"] if begins else [])

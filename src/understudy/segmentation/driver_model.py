@@ -18,6 +18,8 @@ OUTLIERS = 0.01
 """The share of commands that no candidate explains although its label is right."""
 FINEST = 0.005
 """The smallest noise, as a share of a channel's range: what a stick or a number in a file resolves."""
+FAR = 0.2
+"""A command so far from an aim, as a share of a channel's range, tells how fast it gets there, whatever the noise."""
 GAINS = (1.0, 0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.13, 0.09)
 """The shares of the way to an aim that are tried."""
 
@@ -140,7 +142,11 @@ def estimate_gain(driver: DriverModel, aims: Floats, last: Floats, commands: Flo
     for channel in range(len(found)):
         ahead = aims[:, channel] - last[:, channel]
         moved = commands[:, channel] - last[:, channel]
-        known = np.isfinite(ahead) & (np.abs(ahead) > 3 * FINEST * driver.extent[channel])
+        # Nearer to its aim, a command changes by noise, of which nothing follows.
+        near = np.clip(
+            4 * driver.noise[channel], 3 * FINEST * driver.extent[channel], FAR * driver.extent[channel]
+        )
+        known = np.isfinite(ahead) & (np.abs(ahead) > near)
         if known.sum() < 10:
             continue
         costs = []

@@ -16,8 +16,10 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.errors import DefinitionError, UnknownName
+from understudy.learning.report import learn_and_report
 from understudy.model.automaton import START, State
 from understudy.model.behaviors import Behavior
+from understudy.model.drawing import format_number_of
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, ReadingKey, TimerFeature
 from understudy.model.lesson import (
@@ -38,6 +40,7 @@ from understudy.segmentation.drive_kit import list_drive_features, make_drive_ki
 from understudy.segmentation.lesson_parameters import parametrize_lesson
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span
+from understudy.training.example_index import make_example_key
 from understudy.training.feature_values import (
     compute_example_values,
     find_shifted_row,
@@ -46,7 +49,6 @@ from understudy.training.feature_values import (
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import ReactionEstimate, estimate_reaction_time
 from understudy.training.session import Session
-from understudy.training.watched_examples import make_example_key
 
 DOUBT = 0.8
 """The certainty of a span below which the switch to it and the switch from it are left out of learning."""
@@ -159,17 +161,12 @@ def to_lesson(
         ),
         live=False,
     )
-    lesson, ticks = _teach(segmentation, library, empty)
-    estimate = None
-    steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
+    lesson, estimate = _make_examples(segmentation, library, empty), None
     if reaction_s is None:
+        steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
         estimate = estimate_reaction_time(lesson, steady=steady)
         if estimate is not None and estimate.reaction_s:
-            # Once more, because a session discards as many watched ticks before a press as this time says.
-            late = replace(empty.options, reaction_s=estimate.reaction_s)
-            lesson, ticks = _teach(segmentation, library, replace(empty, options=late))
-    if watched:
-        lesson = _doubt_rare_switches(_add_last_stays(segmentation, lesson, ticks, steady))
+            lesson, estimate = _choose_reaction_time(segmentation, library, lesson, estimate)
     examples = (
         replace(each, source=None if each.source is None else replace(each.source, driver=driver))
         for each in lesson.examples
@@ -178,14 +175,54 @@ def to_lesson(
     return DriveLesson(made, library, estimate)
 
 
+def _choose_reaction_time(
+    segmentation: Segmentation, library: Library, lesson: Lesson, estimate: ReactionEstimate
+) -> tuple[Lesson, ReactionEstimate]:
+    """Return the lesson by the estimated reaction time, or by a tick less if the rules agree with more examples then.
+
+    Readings a tick before the right ones are as close together, but there, drivers often went on at the same readings.
+    """
+    times = [max(0.0, round(estimate.reaction_s - less * segmentation.drive.tick_s, 3)) for less in (0, 1)]
+    # Examples are made anew, because a session discards as many watched ticks before a press as this time says.
+    empty = Lesson(lesson.automaton, options=lesson.options)
+    lessons = [
+        _make_examples(
+            segmentation, library, replace(empty, options=replace(empty.options, reaction_s=late_s))
+        )
+        for late_s in times
+    ]
+    wrong = [_count_disagreements(each) for each in lessons]
+    if wrong[1] >= wrong[0]:
+        return lessons[0], estimate
+    evidence = (
+        f"{estimate.evidence} Taken {times[1]:g} s earlier, the learned rules contradict "
+        f"{format_number_of(wrong[1], 'example')} instead of {wrong[0]}."
+    )
+    return lessons[1], replace(estimate, reaction_s=times[1], evidence=evidence)
+
+
+def _count_disagreements(lesson: Lesson) -> int:
+    """Count the examples that the automaton of a lesson decides otherwise than shown."""
+    return sum(each.disagreements for each in learn_and_report(lesson).states.values())
+
+
+def _make_examples(segmentation: Segmentation, library: Library, empty: Lesson) -> Lesson:
+    """Add the examples of all episodes to an empty lesson."""
+    lesson, ticks = _teach(segmentation, library, empty)
+    if not lesson.options.watched:
+        return lesson
+    drive = segmentation.drive
+    steady = list_steady_readings(ReplayBody(make_recording(drive, drive.episodes[0])))
+    return _doubt_rare_switches(_add_last_stays(segmentation, lesson, ticks, steady))
+
+
 def _teach(segmentation: Segmentation, library: Library, lesson: Lesson) -> tuple[Lesson, dict[int, int]]:
     """Add the examples of all episodes to a lesson; return it, and the tick of each example by its number."""
     ticks: dict[int, int] = {}
     bare = remove_functions(library)
     for episode in segmentation.drive.episodes:
         for spans in _list_pieces(segmentation, episode):
-            # Before the first span there may be a short rest that nothing explains.
-            begins = _is_short_rest(segmentation, episode.first, spans[0].first)
+            begins = _begins_episode(segmentation, episode, spans[0].first)
             shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
             lesson = _teach_piece(segmentation, bare, lesson, shown, ticks, begins=begins)
     return lesson, ticks
@@ -245,6 +282,18 @@ def _list_pieces(segmentation: Segmentation, episode: DriveEpisode) -> Iterator[
             piece = []
     if piece:
         yield piece
+
+
+def _begins_episode(segmentation: Segmentation, episode: DriveEpisode, first: int) -> bool:
+    """Return whether the driver begins with the first explained tick of an episode.
+
+    Before it there may be a short time that nothing explains: a rest, and the first ticks in which the stick moves.
+    """
+    drive = segmentation.drive
+    if first == episode.first:
+        return True
+    is_soon = (first - episode.first) * drive.tick_s <= LONGEST_REACTION_S
+    return is_soon and _is_short_rest(segmentation, episode.first, episode.first + 1)
 
 
 def _is_before_motion(segmentation: Segmentation, spans: Sequence[Span]) -> bool:
