@@ -111,3 +111,25 @@ def test_a_driver_answers_late_to_an_event(tmp_path: Path, late: int) -> None:
     decide = learned.transitions["forward"].decide
     back = learned.state_names.index("back")
     assert [decide([count]) == back for count in (0.0, 1.0, 2.0, 3.0)] == [False, False, False, True]
+
+
+def test_a_rare_switch_goes_into_quarantine_with_its_default(tmp_path: Path) -> None:
+    """In one of many turns, the stick is a tick early: at two, as which the driver goes on at all others."""
+    path = write_drive_by_count(tmp_path / "drive.csv", 0)
+    rows = path.read_text().splitlines()
+    turn = next(
+        at
+        for at in range(2, len(rows))
+        if float(rows[at].split(",")[2]) < 0 < float(rows[at - 1].split(",")[2])
+    )
+    time_s, count, _ = rows[turn - 1].split(",")
+    rows[turn - 1] = f"{time_s},{count},-0.5"
+    path.write_text("\n".join(rows) + "\n")
+    drive, library = read(path)
+    lesson = to_lesson(segment(drive, make_candidates(library, drive)), library=library).lesson
+    doubted = [
+        (str(each.kind), each.state, each.next, each.values[0])
+        for each in lesson.examples
+        if each.quarantined
+    ]
+    assert sorted(doubted) == [("default", "back", "back", 2.0), ("directive", "forward", "back", 2.0)]

@@ -40,8 +40,9 @@ from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.learning.explain import explain
 from understudy.model.example_source import ExampleSource
 from understudy.robots.recording.replay import ReplayBody
+from understudy.segmentation.drive_examples import make_recording
 from understudy.segmentation.driver_contradictions import list_drivers
-from understudy.segmentation.lesson_from_drive import make_recording, to_lesson
+from understudy.segmentation.lesson_from_drive import to_lesson
 from understudy.segmentation.recorded_drive import refuse_other_robot
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.feature_values import compute_example_values

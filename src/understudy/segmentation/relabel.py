@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from understudy.errors import DefinitionError, UnknownName
-from understudy.segmentation.lesson_from_drive import DOUBT
+from understudy.segmentation.drive_examples import DOUBT
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation
 
 

@@ -9,8 +9,8 @@ from understudy.model.library import Library
 from understudy.robots.recording.replay import ReplayBody
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
+from understudy.segmentation.drive_examples import make_recording, name_state
 from understudy.segmentation.drive_kit import remove_functions
-from understudy.segmentation.lesson_from_drive import make_recording, name_state
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from math import isinf
 
 from understudy.segmentation.candidates import CommandModel
+from understudy.segmentation.drive_examples import DOUBT
 from understudy.segmentation.drive_findings import DriveFindings, make_drive_findings
-from understudy.segmentation.lesson_from_drive import DOUBT, DriveLesson
+from understudy.segmentation.lesson_from_drive import DriveLesson
 from understudy.segmentation.segment import Segmentation
 
 

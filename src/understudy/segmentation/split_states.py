@@ -20,7 +20,7 @@ from understudy.model.automaton import START
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY
 from understudy.segmentation.candidates import SplitState, find_original
-from understudy.segmentation.lesson_from_drive import name_state
+from understudy.segmentation.drive_examples import name_state
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation
 
 FOLDS = 5

@@ -91,7 +91,7 @@ def estimate_reaction_time(
     ReactionEstimate
         The estimate; 0 s if presses are not late. None if there are too few to tell.
     """
-    told = [each for group in _groups(lesson) if (each := _telling(lesson, group, steady)) is not None]
+    told = _list_telling(lesson, steady)
     presses = sum(each.presses for each in told)
     if presses < FEWEST:
         return None
@@ -106,6 +106,23 @@ def estimate_reaction_time(
     return ReactionEstimate(
         float(SHIFTS_S[best]), float(likely[0]), float(likely[-1]), presses, _evidence(clearest, best)
     )
+
+
+def compute_shift_likelihood(lesson: Lesson, *, steady: frozenset[str] = frozenset()) -> NDArray[np.float64]:
+    """Compute how much less likely each of `SHIFTS_S` is as a reaction time than the likeliest.
+
+    It is a logarithm, at most 0. If no press tells anything, all are as likely.
+    """
+    total = np.zeros(len(SHIFTS_S))
+    for each in _list_telling(lesson, steady):
+        total += each.likelihood
+    total -= total.max()
+    return total
+
+
+def _list_telling(lesson: Lesson, steady: frozenset[str]) -> list[_ShiftLikelihood]:
+    """List the likelihoods of all groups of presses that tell how late they are."""
+    return [each for group in _groups(lesson) if (each := _telling(lesson, group, steady)) is not None]
 
 
 def _groups(lesson: Lesson) -> Iterator[list[Example]]:

@@ -15,7 +15,8 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy.segmentation.lesson_from_drive import name_state, to_lesson
+from understudy.segmentation.drive_examples import name_state
+from understudy.segmentation.lesson_from_drive import to_lesson
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Continuous, Kind
-from understudy.segmentation.lesson_from_drive import DOUBT
+from understudy.segmentation.drive_examples import DOUBT
 from understudy.segmentation.propose_behaviors import describe_command
 from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
