@@ -71,13 +71,13 @@ def test_a_dead_coordinator_is_replaced_and_nobody_is_restarted() -> None:
     team = make_team(LocalNetwork())
     team.run(5)
     assert leaders(team) == ["pair_0"]
-    before = {name: robot.run.interpreters[0].root for name, robot in team.robots.items()}
-    started = [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()]
+    before = {name: robot.interpreter.root for name, robot in team.robots.items()}
+    started = [robot.interpreter.behavior_start_s for robot in team.robots.values()]
     team.stop("pair_0")
     team.run(SILENT_TICKS)
     assert leaders(team) == ["scout_1"]
-    assert {name: robot.run.interpreters[0].root for name, robot in team.robots.items()} == before
-    assert [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()] == started
+    assert {name: robot.interpreter.root for name, robot in team.robots.items()} == before
+    assert [robot.interpreter.behavior_start_s for robot in team.robots.values()] == started
     assert team.paths == [("go", "forward")] * ROBOTS
     team.run(60)
     assert team.paths == [("left",)] * ROBOTS  # the deputy went on where it was
@@ -139,7 +139,7 @@ def test_a_deputy_that_does_not_hear_the_leader_knows_from_others_that_it_leads(
     team = make_team(LocalNetwork(fate), near=-1e9)
     team.run(60)
     assert leaders(team) == ["pair_0"]
-    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # it has no order, and is alone
+    assert team.commands["turn"][0] == -1.0  # it has no order, and is alone
     team.stop("pair_0")
     team.run(SILENT_TICKS + 2)
     assert leaders(team) == ["scout_1"]
@@ -167,7 +167,7 @@ def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> N
     assert team.paths == [("go", "forward")] * ROBOTS
     team.run(2)
     assert team.paths == [()] * ROBOTS
-    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # right
+    assert team.commands["turn"][0] == -1.0  # right
     team.start("pair_0")
     team.run(SILENT_TICKS + 2)
     assert team.paths == [("go", "forward")] * ROBOTS
@@ -295,8 +295,8 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     )  # fmt: skip
     network.send("scout_1", "order/pair_0", pack_message(message))
     team.run(2)
-    assert team.robots["scout_4"].run.path(0) == ()
-    assert team.rows["scout_4"].commands["drive"][0] == 0.0
+    assert team.robots["scout_4"].path == ()
+    assert team.commands["drive"][3] == 0.0
     scouts = team.coordinators["pair_0"]["scout_2"].members[0]
     assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"
 
@@ -327,7 +327,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     team.stop("pair_0")
     team.run(SILENT_TICKS + 2)
     assert leaders(team) == ["scout_1"]
-    assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
+    assert team.coordinators["pair_0"]["scout_1"].agent.path == ("go",)
     assert team.paths == [("go", "forward")] * ROBOTS
     assert {robot.follower.order for robot in team.robots.values() if robot.follower} == {(7, 1)}
 
@@ -347,10 +347,10 @@ def test_shares_are_dealt_again_when_members_begin_to_count() -> None:
     team.stop("scout_4")
     team.run(SILENT_TICKS + LEASE_TICKS)
     assert [path[0] for path in team.paths[:2]] == ["go", "right"]
-    started = team.robots["scout_1"].run.interpreters[0].behavior_start_s
+    started = team.robots["scout_1"].interpreter.behavior_start_s
     team.start("scout_3")
     team.start("scout_4")
     team.run(4)
     assert sorted(path[0] for path in team.paths) == ["go", "go", "right", "right"]
     assert team.paths[0] == ("go", "forward")
-    assert team.robots["scout_1"].run.interpreters[0].behavior_start_s == started
+    assert team.robots["scout_1"].interpreter.behavior_start_s == started

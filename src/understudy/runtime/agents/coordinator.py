@@ -90,6 +90,8 @@ class SquadCoordinator:
         This agent's access to the network.
     leads
         Whether it leads from the beginning, without listening first.
+    lease_clock
+        The clock of leases and of silence, s; None: `clock`.
     """
 
     def __init__(
@@ -102,14 +104,16 @@ class SquadCoordinator:
         clock: Clock,
         network: Network,
         leads: bool = False,
+        lease_clock: Callable[[], float] | None = None,
     ) -> None:
         self.spec, self.squad, self._clock, self._network = spec, squad, clock, network
-        self.groups = _make_groups(squad, clock)
+        self._lease_clock = lease_clock
+        self.groups = _make_groups(squad, clock, lease_clock)
         self.squads = _make_body(squad, self.groups, clock)
-        self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness)
+        self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness, clock=lease_clock)
         self._keys = list(self.agent.keys)
         self._timed = [key for key in self._keys if self.squads.statistic(key[0]).is_timed]
-        self.leadership = Leadership(host, candidates, clock.time_s, leads=leads)
+        self.leadership = Leadership(host, candidates, self._now, leads=leads)
         self.order: OrderId | None = None
         """The present order."""
         self._orders, self._reports = (
@@ -126,6 +130,10 @@ class SquadCoordinator:
         self._led = False
 
     @property
+    def _now(self) -> float:
+        return self._clock.time_s if self._lease_clock is None else self._lease_clock()
+
+    @property
     def leads(self) -> bool:
         """Whether this agent leads the squad."""
         return self.leadership.leads
@@ -140,7 +148,7 @@ class SquadCoordinator:
 
         Who only follows computes those that depend on the past.
         """
-        now = self._clock.time_s
+        now = self._now
         for message in _decoded(self._orders.take_all(), decode_orders):
             if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
                 continue
@@ -190,7 +198,7 @@ class SquadCoordinator:
         self._counted = counted.copy()
         self.sent += 1
         message = self._make_message()
-        self._remember(message, self._clock.time_s)
+        self._remember(message, self._now)
         self._network.publish(order_key(self.spec.name), pack_message(message))
 
     # Leading
@@ -200,14 +208,14 @@ class SquadCoordinator:
             None if duty is None else (duty.behavior, dict(duty.binding))
             for duty in self.squads.ordering.duty
         ]
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         return Orders(
             squad=self.spec.name,
             leader=self.leadership.name,
             term=self.leadership.term,
             start=self._start,
             sequence=self.sent,
-            sent_s=self._clock.time_s,
+            sent_s=self._now,
             order=self.order,
             lease_s=self.squad.lease_s,
             library=self.spec.library,
@@ -238,7 +246,7 @@ class SquadCoordinator:
 
     def _restore(self, message: Orders, heard_s: float, now: float) -> bool:
         """Go on from a leader's message; return False if it does not fit what this agent runs."""
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         passed = now - heard_s
         frames = [
             type(frame)(
@@ -250,7 +258,7 @@ class SquadCoordinator:
             )
             for frame in message.frames
         ]
-        interpreter.restore(frames, now=now)
+        interpreter.restore(frames, now=self._clock.time_s)
         active = [(machine.automaton.name, machine.state_name) for machine in interpreter.active]
         if active != [(frame.automaton, frame.state) for frame in frames]:
             return False  # this agent's library, or its own order, is another one than the leader's
@@ -270,7 +278,7 @@ class SquadCoordinator:
 
     def _find_answered_order(self) -> tuple[Orders, float] | None:
         """Return the last message with the order that most members execute, and when it was heard."""
-        now = self._clock.time_s
+        now = self._now
         votes: dict[OrderId | None, int] = {}
         for body in self.members:
             for member in body.members:
@@ -283,7 +291,7 @@ class SquadCoordinator:
         return last if last is not None and now - last[1] <= self.squad.lease_s else None
 
     def _find_present_order(self) -> Order | None:
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         active: RunningAutomaton | RunningBehavior = interpreter.root
         while isinstance(active, RunningAutomaton):
             active = active.active
@@ -292,14 +300,17 @@ class SquadCoordinator:
         return None if order is None else order.substitute(ground.binding)
 
 
-def _make_groups(squad: SquadPlan, clock: Clock) -> list[tuple[RemoteMembers, MemberGroup]]:
+def _make_groups(
+    squad: SquadPlan, clock: Clock, lease_clock: Callable[[], float] | None
+) -> list[tuple[RemoteMembers, MemberGroup]]:
     """Make the members of each sort, in the order in which the sorts first occur."""
     groups = []
     for sort in dict.fromkeys(sort for _, sort, _ in squad.members):
         names = [name for name, of, _ in squad.members if of == sort]
         readings = squad.readings[sort]
         keys = list_reported_readings(squad.kind, readings, clock.targets)
-        body = RemoteMembers(names, readings, keys, clock, library=squad.libraries.get(sort))
+        library = squad.libraries.get(sort)
+        body = RemoteMembers(names, readings, keys, clock, library=library, lease_clock=lease_clock)
         layer = AgentLayer(body, RemoteRunner(body))
         groups.append((body, MemberGroup(sort, layer, squad.finds[sort])))
     return groups
