@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from random import Random
@@ -33,7 +33,7 @@ LEASE_TICKS, SILENT_TICKS = 10, 4
 def make_team(
     network: LocalNetwork,
     *,
-    deputies: bool = True,
+    deputies: Sequence[str] = NAMES,
     near: float = 60.0,
     library: str | None = None,
     squad: Squad = SQUAD,
@@ -56,7 +56,7 @@ def make_team(
         readings={"robot": Scripted.readings},
         targets=Scripted.targets,
         robots=NAMES,
-        deputies={"pair_0": NAMES} if deputies else {},
+        deputies={"pair_0": deputies},
         fingerprints=None if library is None else {"robot": library, "pair": library},
         requires_same_library=library is not None,
     )
@@ -116,7 +116,7 @@ def test_no_robot_executes_an_order_that_is_older_than_its_lease(seed: int) -> N
     network = LocalNetwork(
         lambda sender, receiver, step: [0] if step < 5 else [draws.choice((0, 30, 60 - step % 50))]
     )
-    team = make_team(network, deputies=False, near=-1e9)
+    team = make_team(network, deputies=(), near=-1e9)
     alone = 0
     for _ in range(120):
         team.tick()
@@ -160,7 +160,7 @@ def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -
 
 
 def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> None:
-    team = make_team(LocalNetwork(), deputies=False)
+    team = make_team(LocalNetwork(), deputies=())
     team.run(5)
     team.stop("pair_0")
     team.run(LEASE_TICKS - 2)
@@ -175,7 +175,7 @@ def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> N
 
 def test_a_robot_that_was_frozen_does_not_begin_an_old_order() -> None:
     """Orders still wait in its program; the coordinator has died since."""
-    team = make_team(LocalNetwork(), deputies=False, near=-1e9)
+    team = make_team(LocalNetwork(), deputies=(), near=-1e9)
     team.run(10)
     frozen = team.robots.pop("scout_1")
     team.run(5)
@@ -204,7 +204,7 @@ def test_a_dead_robot_is_not_waited_for() -> None:
 def test_a_coordinator_that_starts_again_where_it_hears_nobody_is_obeyed_afterwards() -> None:
     """It leads in term 1 again, as before, and its messages begin at number 1 again."""
     network = LocalNetwork()
-    team = make_team(network, deputies=False, near=-1e9)
+    team = make_team(network, deputies=(), near=-1e9)
     team.run(100)
     team.start("pair_0")
     split(network, ("pair_0",), NAMES)
@@ -354,3 +354,34 @@ def test_shares_are_dealt_again_when_members_begin_to_count() -> None:
     assert sorted(path[0] for path in team.paths) == ["go", "go", "right", "right"]
     assert team.paths[0] == ("go", "forward")
     assert team.robots["scout_1"].interpreter.behavior_start_s == started
+
+
+RESTARTED = [  # deputies, who is started anew when the coordinator has died, and leads then: members tell it
+    (NAMES, "scout_1"),
+    (NAMES[:1], "scout_1"),
+    ((), "pair_0"),
+]
+
+
+@pytest.mark.parametrize("turns", [False, True])
+@pytest.mark.parametrize(("deputies", "new"), RESTARTED)
+def test_a_leader_without_memory_goes_on_and_restarts_no_member(
+    deputies: tuple[str, ...], new: str, turns: bool
+) -> None:
+    """Its program was started after the last message of the former leader, in whatever state that was."""
+    team = make_team(LocalNetwork(), deputies=deputies, near=60.0 if turns else -1e9)
+    team.run(60)
+    others = [robot for name, robot in team.robots.items() if name != new]
+    begun = [robot.beginnings for robot in others]
+    host = team.coordinators["pair_0"]["pair_0"]
+    state, order = host.agent.path, host.order
+    assert state == (("left",) if turns else ("go",))
+    team.stop("pair_0")
+    team.start(new)
+    for _ in range(30):
+        team.tick()
+        assert [robot.beginnings for robot in others] == begun
+    assert leaders(team) == [new]
+    now = team.coordinators["pair_0"][new]
+    assert (now.agent.path, now.order) == (state, order)
+    assert team.paths == [("left",) if turns else ("go", "forward")] * ROBOTS

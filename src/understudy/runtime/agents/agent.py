@@ -190,6 +190,7 @@ class Agent:
             path=list(self.path),
             layout=self._layout,
             readings=[float(self.percept[key][0]) for key in link.keys],
+            kept=follower.find_kept_message(self._now),
         )
         self._network.publish(report_key(link.squad), pack_message(message))
 

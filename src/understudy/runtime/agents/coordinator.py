@@ -18,8 +18,9 @@ from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
 from understudy.runtime.agents.lateness import LatenessMeter
-from understudy.runtime.agents.leadership import Leadership
+from understudy.runtime.agents.leadership import Leadership, is_term_of
 from understudy.runtime.agents.messages import (
+    MemberReport,
     OrderId,
     Orders,
     UnreadableMessage,
@@ -159,7 +160,8 @@ class SquadCoordinator:
             for body in self.members:
                 if (sent_s := body.receive(report)) is not None:
                     self.leadership.hear_report(report.member, report.term, report.heard, sent_s)
-        leads = self.leadership.update(now, self._network.present)
+                    self._remember_kept(report, sent_s)
+        leads = self.leadership.update(now, self._network.present, is_unknowing=self._is_unknowing)
         if leads and not self._led:
             self._take_over(now)
         self._led = leads
@@ -234,6 +236,42 @@ class SquadCoordinator:
         while len(self._remembered) > REMEMBERED:
             self._remembered.popitem(last=False)
 
+    def _remember_kept(self, report: MemberReport, heard_s: float) -> None:
+        """Remember a leader's message that a member has kept, unless its order is known: this agent may be new."""
+        if report.kept is None or self.leads:
+            return
+        message, age_s = report.kept
+        candidates = self.leadership.candidates
+        if message.order is None or message.order in self._remembered or message.squad != self.spec.name:
+            return
+        if not is_term_of(message.term, message.leader, candidates) or self.squad.library not in (
+            None,
+            message.library,
+        ):
+            return
+        known = next(reversed(self._remembered), None)
+        self._remember(message, heard_s - age_s)
+        if known is not None and known > message.order:
+            self._remembered.move_to_end(message.order, last=False)  # the present one is the last
+
+    def _is_unknowing(self) -> bool:
+        """Return whether most members execute an order that this agent has never heard."""
+        votes = self._count_votes()
+        return bool(votes) and max(votes, key=lambda order: (votes[order], order)) not in self._remembered
+
+    def _count_votes(self) -> dict[OrderId, int]:
+        """Count the members that execute each order."""
+        votes: dict[OrderId, int] = {}
+        for body in self.members:
+            for member in body.members:
+                if (
+                    member.report is not None
+                    and member.report.order is not None
+                    and body.find_problem(member) == ""
+                ):
+                    votes[member.report.order] = votes.get(member.report.order, 0) + 1
+        return votes
+
     def _take_over(self, now: float) -> None:
         """Begin in the state that most members' reports answer, so that no member is restarted."""
         self.agent.renew_start()
@@ -279,12 +317,8 @@ class SquadCoordinator:
     def _find_answered_order(self) -> tuple[Orders, float] | None:
         """Return the last message with the order that most members execute, and when it was heard."""
         now = self._now
-        votes: dict[OrderId | None, int] = {}
-        for body in self.members:
-            for member in body.members:
-                if member.report is not None and body.find_problem(member) == "":
-                    votes[member.report.order] = votes.get(member.report.order, 0) + 1
-        known = [order for order in votes if order is not None and order in self._remembered]
+        votes = self._count_votes()
+        known = [order for order in votes if order in self._remembered]
         if known:
             return self._remembered[max(known, key=lambda order: (votes[order], order))]
         last = next(reversed(self._remembered.values()), None)
