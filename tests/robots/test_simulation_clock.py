@@ -132,7 +132,7 @@ def test_leases_go_by_the_computers_own_clock() -> None:
     """The body's time stands still, and the order ends all the same."""
     now = [0.0]
     network = LocalNetwork()
-    team = make_team(network, deputies=False, near=-1e9)
+    team = make_team(network, deputies=(), near=-1e9)
     node = network.join("scout_1")
     row = team.rows["scout_1"]
     team.robots["scout_1"] = agent = Agent(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -16,7 +16,6 @@ from understudy.extras import format_install_command
 from understudy.model.library import Library
 from understudy.robots.recording.header import RunInfo
 from understudy.runtime.program import Child, Instance, Program
-from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
@@ -76,11 +75,11 @@ def fingerprint_scenario(scenario: Scenario) -> str:
     return hash_content(format_scenario(scenario).encode())
 
 
-def fingerprint_libraries(team: Team, libraries: Libraries) -> dict[str, dict[str, str]]:
-    """Compute the fingerprints of all automata that the agents of a team may run, by sort and name."""
-    found = {
-        sort: fingerprint_programs(programs, libraries[sort]) for sort, programs in team.programs.items()
-    }
+def fingerprint_libraries(
+    programs: Mapping[str, Sequence[Program]], libraries: Libraries
+) -> dict[str, dict[str, str]]:
+    """Compute the fingerprints of all automata that the agents of a team may run (`programs`), by sort and name."""
+    found = {sort: fingerprint_programs(each, libraries[sort]) for sort, each in programs.items()}
     return {sort: automata for sort, automata in found.items() if automata}
 
 

@@ -47,7 +47,7 @@ class RecordedAgent(AgentProcess):
                 line["leads"] = each.leadership.term, each.sent
         if self.agent is not None and self.agent.follower is not None and self.robot is not None:
             follower = self.agent.follower
-            line["armed"], line["path"] = self.robot.armed, self.agent.run.path(0)
+            line["armed"], line["path"] = self.robot.armed, self.agent.path
             if follower.order is not None:
                 line["obeys"] = follower.term, follower.heard
                 line["order"], line["duty"] = follower.order, follower.duty

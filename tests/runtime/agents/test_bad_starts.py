@@ -46,7 +46,7 @@ def run_with_clocks(off: dict[str, float]) -> list[list[tuple[str, ...]]]:
             team.rows[name] = clock = OtherClock(team.rows[name], off_s)
             team.robots[name] = Agent(team.plan.make_agent_spec(name), clock, node)
         else:
-            clock = OtherClock(BodyRow(team.ground, 0), off_s)
+            clock = OtherClock(BodyRow(team.snapshot, 0), off_s)
         for squad in team.plan.list_led_squads(name):
             team.coordinators[squad][name] = make_coordinator(team, squad, name, clock)
     found = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from random import Random
@@ -33,7 +33,7 @@ LEASE_TICKS, SILENT_TICKS = 10, 4
 def make_team(
     network: LocalNetwork,
     *,
-    deputies: bool = True,
+    deputies: Sequence[str] = NAMES,
     near: float = 60.0,
     library: str | None = None,
     squad: Squad = SQUAD,
@@ -56,7 +56,7 @@ def make_team(
         readings={"robot": Scripted.readings},
         targets=Scripted.targets,
         robots=NAMES,
-        deputies={"pair_0": NAMES} if deputies else {},
+        deputies={"pair_0": deputies},
         fingerprints=None if library is None else {"robot": library, "pair": library},
         requires_same_library=library is not None,
     )
@@ -71,13 +71,13 @@ def test_a_dead_coordinator_is_replaced_and_nobody_is_restarted() -> None:
     team = make_team(LocalNetwork())
     team.run(5)
     assert leaders(team) == ["pair_0"]
-    before = {name: robot.run.interpreters[0].root for name, robot in team.robots.items()}
-    started = [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()]
+    before = {name: robot.interpreter.root for name, robot in team.robots.items()}
+    started = [robot.interpreter.behavior_start_s for robot in team.robots.values()]
     team.stop("pair_0")
     team.run(SILENT_TICKS)
     assert leaders(team) == ["scout_1"]
-    assert {name: robot.run.interpreters[0].root for name, robot in team.robots.items()} == before
-    assert [robot.run.interpreters[0].behavior_start_s for robot in team.robots.values()] == started
+    assert {name: robot.interpreter.root for name, robot in team.robots.items()} == before
+    assert [robot.interpreter.behavior_start_s for robot in team.robots.values()] == started
     assert team.paths == [("go", "forward")] * ROBOTS
     team.run(60)
     assert team.paths == [("left",)] * ROBOTS  # the deputy went on where it was
@@ -116,7 +116,7 @@ def test_no_robot_executes_an_order_that_is_older_than_its_lease(seed: int) -> N
     network = LocalNetwork(
         lambda sender, receiver, step: [0] if step < 5 else [draws.choice((0, 30, 60 - step % 50))]
     )
-    team = make_team(network, deputies=False, near=-1e9)
+    team = make_team(network, deputies=(), near=-1e9)
     alone = 0
     for _ in range(120):
         team.tick()
@@ -139,7 +139,7 @@ def test_a_deputy_that_does_not_hear_the_leader_knows_from_others_that_it_leads(
     team = make_team(LocalNetwork(fate), near=-1e9)
     team.run(60)
     assert leaders(team) == ["pair_0"]
-    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # it has no order, and is alone
+    assert team.commands["turn"][0] == -1.0  # it has no order, and is alone
     team.stop("pair_0")
     team.run(SILENT_TICKS + 2)
     assert leaders(team) == ["scout_1"]
@@ -160,14 +160,14 @@ def test_a_deputy_with_another_library_does_not_keep_the_others_from_leading() -
 
 
 def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> None:
-    team = make_team(LocalNetwork(), deputies=False)
+    team = make_team(LocalNetwork(), deputies=())
     team.run(5)
     team.stop("pair_0")
     team.run(LEASE_TICKS - 2)
     assert team.paths == [("go", "forward")] * ROBOTS
     team.run(2)
     assert team.paths == [()] * ROBOTS
-    assert team.rows["scout_1"].commands["turn"][0] == -1.0  # right
+    assert team.commands["turn"][0] == -1.0  # right
     team.start("pair_0")
     team.run(SILENT_TICKS + 2)
     assert team.paths == [("go", "forward")] * ROBOTS
@@ -175,7 +175,7 @@ def test_without_a_deputy_robots_do_what_they_were_taught_for_being_alone() -> N
 
 def test_a_robot_that_was_frozen_does_not_begin_an_old_order() -> None:
     """Orders still wait in its program; the coordinator has died since."""
-    team = make_team(LocalNetwork(), deputies=False, near=-1e9)
+    team = make_team(LocalNetwork(), deputies=(), near=-1e9)
     team.run(10)
     frozen = team.robots.pop("scout_1")
     team.run(5)
@@ -204,7 +204,7 @@ def test_a_dead_robot_is_not_waited_for() -> None:
 def test_a_coordinator_that_starts_again_where_it_hears_nobody_is_obeyed_afterwards() -> None:
     """It leads in term 1 again, as before, and its messages begin at number 1 again."""
     network = LocalNetwork()
-    team = make_team(network, deputies=False, near=-1e9)
+    team = make_team(network, deputies=(), near=-1e9)
     team.run(100)
     team.start("pair_0")
     split(network, ("pair_0",), NAMES)
@@ -295,8 +295,8 @@ def test_who_is_ordered_what_its_library_does_not_have_stands_still_and_says_so(
     )  # fmt: skip
     network.send("scout_1", "order/pair_0", pack_message(message))
     team.run(2)
-    assert team.robots["scout_4"].run.path(0) == ()
-    assert team.rows["scout_4"].commands["drive"][0] == 0.0
+    assert team.robots["scout_4"].path == ()
+    assert team.commands["drive"][3] == 0.0
     scouts = team.coordinators["pair_0"]["scout_2"].members[0]
     assert scouts.members[3].problem == f"cannot run {duty[0]}, which it was ordered to"
 
@@ -327,7 +327,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
     team.stop("pair_0")
     team.run(SILENT_TICKS + 2)
     assert leaders(team) == ["scout_1"]
-    assert team.coordinators["pair_0"]["scout_1"].agent.run.path(0) == ("go",)
+    assert team.coordinators["pair_0"]["scout_1"].agent.path == ("go",)
     assert team.paths == [("go", "forward")] * ROBOTS
     assert {robot.follower.order for robot in team.robots.values() if robot.follower} == {(7, 1)}
 
@@ -347,10 +347,41 @@ def test_shares_are_dealt_again_when_members_begin_to_count() -> None:
     team.stop("scout_4")
     team.run(SILENT_TICKS + LEASE_TICKS)
     assert [path[0] for path in team.paths[:2]] == ["go", "right"]
-    started = team.robots["scout_1"].run.interpreters[0].behavior_start_s
+    started = team.robots["scout_1"].interpreter.behavior_start_s
     team.start("scout_3")
     team.start("scout_4")
     team.run(4)
     assert sorted(path[0] for path in team.paths) == ["go", "go", "right", "right"]
     assert team.paths[0] == ("go", "forward")
-    assert team.robots["scout_1"].run.interpreters[0].behavior_start_s == started
+    assert team.robots["scout_1"].interpreter.behavior_start_s == started
+
+
+RESTARTED = [  # deputies, who is started anew when the coordinator has died, and leads then: members tell it
+    (NAMES, "scout_1"),
+    (NAMES[:1], "scout_1"),
+    ((), "pair_0"),
+]
+
+
+@pytest.mark.parametrize("turns", [False, True])
+@pytest.mark.parametrize(("deputies", "new"), RESTARTED)
+def test_a_leader_without_memory_goes_on_and_restarts_no_member(
+    deputies: tuple[str, ...], new: str, turns: bool
+) -> None:
+    """Its program was started after the last message of the former leader, in whatever state that was."""
+    team = make_team(LocalNetwork(), deputies=deputies, near=60.0 if turns else -1e9)
+    team.run(60)
+    others = [robot for name, robot in team.robots.items() if name != new]
+    begun = [robot.beginnings for robot in others]
+    host = team.coordinators["pair_0"]["pair_0"]
+    state, order = host.agent.path, host.order
+    assert state == (("left",) if turns else ("go",))
+    team.stop("pair_0")
+    team.start(new)
+    for _ in range(30):
+        team.tick()
+        assert [robot.beginnings for robot in others] == begun
+    assert leaders(team) == [new]
+    now = team.coordinators["pair_0"][new]
+    assert (now.agent.path, now.order) == (state, order)
+    assert team.paths == [("left",) if turns else ("go", "forward")] * ROBOTS

@@ -218,7 +218,7 @@ def test_robots_of_a_team_decide_again_as_recorded(
                 rig.hear(1, odometry(2.6 * (tick % 33) / 33))
 
         rig.twin.follow(lambda: live.team.paths)
-        runner = live.team.layers[0].runner
+        runner = live.team.runner
         decide = runner.decide
 
         def slowly(percept: Percept) -> Commands:

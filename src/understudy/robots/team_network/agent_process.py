@@ -224,7 +224,7 @@ class AgentProcess:
         return DiagnosticStatus(f"understudy agent: {self.name}", level, message, values)
 
     def _list_paths(self) -> list[tuple[str, ...]]:
-        return [] if self.agent is None else [self.agent.run.path(0)]
+        return [] if self.agent is None else [self.agent.path]
 
     # Ticks
 
@@ -399,7 +399,7 @@ class AgentProcess:
         return AgentStatus(
             name=self.name,
             sort=self.team.plan.find_sort(self.name),
-            path=[] if acting is None else list(acting.run.path(0)),
+            path=[] if acting is None else list(acting.path),
             duty="" if acting is None else self._describe_duty(acting),
             order=None if follower is None else follower.order,
             order_age_s=(
@@ -415,7 +415,7 @@ class AgentProcess:
             else self.team.settings.trainer or "",
             unfit="" if self.robot is None else self.robot.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
-            decides={each.spec.name: list(each.agent.run.path(0)) for each in leading},
+            decides={each.spec.name: list(each.agent.path) for each in leading},
             missing=missing,
             library=self.team.fingerprints[self.team.plan.find_sort(self.name)],
             refused={str(reason): count for reason, count in refusals.items()},

@@ -163,7 +163,7 @@ class _SquadRecord:
     def write_tick(self) -> None:
         percept, agent = self._coordinator.agent.percept, self._coordinator.agent
         values = np.array([float(percept[key][0]) for key in self._keys])
-        self._channels.write_tick(agent.body.time_s, self._keys, values, agent.run.path(0))
+        self._channels.write_tick(agent.body.time_s, self._keys, values, agent.path)
 
 
 class _Beginnings:
@@ -183,7 +183,7 @@ class _Beginnings:
 
     def note_restored(self) -> None:
         """Record that the agent goes on in the state that it is in."""
-        frames = self._agent.run.interpreters[0].snapshot(self._agent.body.time_s)
+        frames = self._agent.interpreter.snapshot(self._agent.body.time_s)
         self._write_duty(frames=msgspec.json.encode(list(frames)).decode())
 
     def _write_duty(self, **more: Any) -> None:

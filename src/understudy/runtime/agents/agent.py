@@ -83,6 +83,10 @@ class AgentSpec:
     link: SquadLink | None = None
     trainer: str | None = None
 
+    def list_programs(self) -> list[Program]:
+        """List all programs that it may run."""
+        return [self.alone, IDLE_PROGRAM, *self.programs]
+
 
 class Agent:
     """One robot, or one coordinator, that decides for itself.
@@ -99,6 +103,8 @@ class Agent:
         A function that returns why it must not be counted as a member now; empty if it is fit.
     clock
         The clock of leases, s; None: the body's.
+    shared
+        What runs it together with other agents of its process, and its row there; None: a run of its own.
     """
 
     def __init__(
@@ -109,12 +115,16 @@ class Agent:
         *,
         unfit: Callable[[], str] = lambda: "",
         clock: Callable[[], float] | None = None,
+        shared: tuple[Run, int] | None = None,
     ) -> None:
         self._clock = clock
         self.spec, self.body, self._network, self._unfit = spec, body, network, unfit
-        first = Interpreter(spec.alone, now=body.time_s)
-        programs = [spec.alone, IDLE_PROGRAM, *spec.programs]
-        self.run = Run(body, [first], programs)
+        programs = spec.list_programs()
+        if shared is None:
+            self.run, self._row = Run(body, [Interpreter(spec.alone, now=body.time_s)], programs), 0
+        else:
+            self.run, self._row = shared
+            self.run.begin([self._row], spec.alone)
         self._runnable = {id(program) for program in programs}
         self._lacking = ""
         self.percept: Percept = {}
@@ -133,14 +143,24 @@ class Agent:
         if spec.trainer is not None:
             self.driver = DriveFollower(spec.trainer)
             self._drives = network.listen(drive_key(spec.name))
-        self.keys = tuple(self.run.keys)
-        """The readings that it decides on or reports."""
+        self.keys = () if shared else tuple(self.run.keys)
+        """The readings that it reports and, with a run of its own, those that it decides on."""
         if spec.link is not None:
             link = spec.link
             self.follower = OrderFollower(spec.name, link.candidates, library=link.library)
             self._inbox = network.listen(order_key(link.squad))
             self.keys = tuple(dict.fromkeys((*self.keys, *link.keys)))
             self._layout = compute_layout(link.keys)
+
+    @property
+    def interpreter(self) -> Interpreter:
+        """What runs its present program."""
+        return self.run.interpreters[self._row]
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """The current state of every level, from the root down."""
+        return self.run.path(self._row)
 
     def renew_start(self) -> None:
         """Count reports from 1 again, as those of another program."""
@@ -166,10 +186,11 @@ class Agent:
             order=follower.order,
             library=self.spec.library,
             unfit=self._unfit() or self._lacking or ("is being trained" if self.is_driven else ""),
-            flag=self.run.interpreters[0].root.flag,
-            path=list(self.run.path(0)),
+            flag=self.interpreter.root.flag,
+            path=list(self.path),
             layout=self._layout,
             readings=[float(self.percept[key][0]) for key in link.keys],
+            kept=follower.find_kept_message(self._now),
         )
         self._network.publish(report_key(link.squad), pack_message(message))
 
@@ -233,7 +254,7 @@ class Agent:
 
     def _begin_program(self, program: Program) -> None:
         self.beginnings, self.begun_s = self.beginnings + 1, self.body.time_s
-        self.run.begin(np.array([0]), program)
+        self.run.begin([self._row], program)
 
     def _find_program(self, duty: Duty) -> Program | None:
         """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
@@ -245,13 +266,14 @@ class Agent:
 
     def act(self) -> None:
         """Decide on this tick's snapshot, and act; while a trainer drives the agent, do what it commands."""
-        if self.driver is not None and self.is_driven:
-            self.body.act(self._make_driven_commands(self.driver))
-        else:
-            self.body.act(self.run.decide(self.percept))
+        driven = self.find_driven_commands()
+        self.body.act(self.run.decide(self.percept) if driven is None else driven)
 
-    def _make_driven_commands(self, driver: DriveFollower) -> Commands:
-        """Return a trainer's command, without channels that the body does not have."""
+    def find_driven_commands(self) -> Commands | None:
+        """Return a trainer's command, without channels that the body does not have; None if none drives the agent."""
+        driver = self.driver
+        if driver is None or not self.is_driven:
+            return None
         channels = {channel.name for channel in self.body.channels}
         commands = {name: column for name, column in driver.commands.items() if name in channels}
         if driver.skill is not None and isinstance(self.body, SkillPerformer):

@@ -18,8 +18,9 @@ from understudy.model.binding import Binding
 from understudy.model.squad import Assignment, Order, Squad
 from understudy.runtime.agents.agent import Agent, AgentSpec, order_key, report_key
 from understudy.runtime.agents.lateness import LatenessMeter
-from understudy.runtime.agents.leadership import Leadership
+from understudy.runtime.agents.leadership import Leadership, is_term_of
 from understudy.runtime.agents.messages import (
+    MemberReport,
     OrderId,
     Orders,
     UnreadableMessage,
@@ -90,6 +91,8 @@ class SquadCoordinator:
         This agent's access to the network.
     leads
         Whether it leads from the beginning, without listening first.
+    lease_clock
+        The clock of leases and of silence, s; None: `clock`.
     """
 
     def __init__(
@@ -102,14 +105,16 @@ class SquadCoordinator:
         clock: Clock,
         network: Network,
         leads: bool = False,
+        lease_clock: Callable[[], float] | None = None,
     ) -> None:
         self.spec, self.squad, self._clock, self._network = spec, squad, clock, network
-        self.groups = _make_groups(squad, clock)
+        self._lease_clock = lease_clock
+        self.groups = _make_groups(squad, clock, lease_clock)
         self.squads = _make_body(squad, self.groups, clock)
-        self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness)
+        self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness, clock=lease_clock)
         self._keys = list(self.agent.keys)
         self._timed = [key for key in self._keys if self.squads.statistic(key[0]).is_timed]
-        self.leadership = Leadership(host, candidates, clock.time_s, leads=leads)
+        self.leadership = Leadership(host, candidates, self._now, leads=leads)
         self.order: OrderId | None = None
         """The present order."""
         self._orders, self._reports = (
@@ -126,6 +131,10 @@ class SquadCoordinator:
         self._led = False
 
     @property
+    def _now(self) -> float:
+        return self._clock.time_s if self._lease_clock is None else self._lease_clock()
+
+    @property
     def leads(self) -> bool:
         """Whether this agent leads the squad."""
         return self.leadership.leads
@@ -140,7 +149,7 @@ class SquadCoordinator:
 
         Who only follows computes those that depend on the past.
         """
-        now = self._clock.time_s
+        now = self._now
         for message in _decoded(self._orders.take_all(), decode_orders):
             if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
                 continue
@@ -151,7 +160,8 @@ class SquadCoordinator:
             for body in self.members:
                 if (sent_s := body.receive(report)) is not None:
                     self.leadership.hear_report(report.member, report.term, report.heard, sent_s)
-        leads = self.leadership.update(now, self._network.present)
+                    self._remember_kept(report, sent_s)
+        leads = self.leadership.update(now, self._network.present, is_unknowing=self._is_unknowing)
         if leads and not self._led:
             self._take_over(now)
         self._led = leads
@@ -190,7 +200,7 @@ class SquadCoordinator:
         self._counted = counted.copy()
         self.sent += 1
         message = self._make_message()
-        self._remember(message, self._clock.time_s)
+        self._remember(message, self._now)
         self._network.publish(order_key(self.spec.name), pack_message(message))
 
     # Leading
@@ -200,14 +210,14 @@ class SquadCoordinator:
             None if duty is None else (duty.behavior, dict(duty.binding))
             for duty in self.squads.ordering.duty
         ]
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         return Orders(
             squad=self.spec.name,
             leader=self.leadership.name,
             term=self.leadership.term,
             start=self._start,
             sequence=self.sent,
-            sent_s=self._clock.time_s,
+            sent_s=self._now,
             order=self.order,
             lease_s=self.squad.lease_s,
             library=self.spec.library,
@@ -226,6 +236,42 @@ class SquadCoordinator:
         while len(self._remembered) > REMEMBERED:
             self._remembered.popitem(last=False)
 
+    def _remember_kept(self, report: MemberReport, heard_s: float) -> None:
+        """Remember a leader's message that a member has kept, unless its order is known: this agent may be new."""
+        if report.kept is None or self.leads:
+            return
+        message, age_s = report.kept
+        candidates = self.leadership.candidates
+        if message.order is None or message.order in self._remembered or message.squad != self.spec.name:
+            return
+        if not is_term_of(message.term, message.leader, candidates) or self.squad.library not in (
+            None,
+            message.library,
+        ):
+            return
+        known = next(reversed(self._remembered), None)
+        self._remember(message, heard_s - age_s)
+        if known is not None and known > message.order:
+            self._remembered.move_to_end(message.order, last=False)  # the present one is the last
+
+    def _is_unknowing(self) -> bool:
+        """Return whether most members execute an order that this agent has never heard."""
+        votes = self._count_votes()
+        return bool(votes) and max(votes, key=lambda order: (votes[order], order)) not in self._remembered
+
+    def _count_votes(self) -> dict[OrderId, int]:
+        """Count the members that execute each order."""
+        votes: dict[OrderId, int] = {}
+        for body in self.members:
+            for member in body.members:
+                if (
+                    member.report is not None
+                    and member.report.order is not None
+                    and body.find_problem(member) == ""
+                ):
+                    votes[member.report.order] = votes.get(member.report.order, 0) + 1
+        return votes
+
     def _take_over(self, now: float) -> None:
         """Begin in the state that most members' reports answer, so that no member is restarted."""
         self.agent.renew_start()
@@ -238,7 +284,7 @@ class SquadCoordinator:
 
     def _restore(self, message: Orders, heard_s: float, now: float) -> bool:
         """Go on from a leader's message; return False if it does not fit what this agent runs."""
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         passed = now - heard_s
         frames = [
             type(frame)(
@@ -250,7 +296,7 @@ class SquadCoordinator:
             )
             for frame in message.frames
         ]
-        interpreter.restore(frames, now=now)
+        interpreter.restore(frames, now=self._clock.time_s)
         active = [(machine.automaton.name, machine.state_name) for machine in interpreter.active]
         if active != [(frame.automaton, frame.state) for frame in frames]:
             return False  # this agent's library, or its own order, is another one than the leader's
@@ -270,20 +316,16 @@ class SquadCoordinator:
 
     def _find_answered_order(self) -> tuple[Orders, float] | None:
         """Return the last message with the order that most members execute, and when it was heard."""
-        now = self._clock.time_s
-        votes: dict[OrderId | None, int] = {}
-        for body in self.members:
-            for member in body.members:
-                if member.report is not None and body.find_problem(member) == "":
-                    votes[member.report.order] = votes.get(member.report.order, 0) + 1
-        known = [order for order in votes if order is not None and order in self._remembered]
+        now = self._now
+        votes = self._count_votes()
+        known = [order for order in votes if order in self._remembered]
         if known:
             return self._remembered[max(known, key=lambda order: (votes[order], order))]
         last = next(reversed(self._remembered.values()), None)
         return last if last is not None and now - last[1] <= self.squad.lease_s else None
 
     def _find_present_order(self) -> Order | None:
-        interpreter = self.agent.run.interpreters[0]
+        interpreter = self.agent.interpreter
         active: RunningAutomaton | RunningBehavior = interpreter.root
         while isinstance(active, RunningAutomaton):
             active = active.active
@@ -292,14 +334,17 @@ class SquadCoordinator:
         return None if order is None else order.substitute(ground.binding)
 
 
-def _make_groups(squad: SquadPlan, clock: Clock) -> list[tuple[RemoteMembers, MemberGroup]]:
+def _make_groups(
+    squad: SquadPlan, clock: Clock, lease_clock: Callable[[], float] | None
+) -> list[tuple[RemoteMembers, MemberGroup]]:
     """Make the members of each sort, in the order in which the sorts first occur."""
     groups = []
     for sort in dict.fromkeys(sort for _, sort, _ in squad.members):
         names = [name for name, of, _ in squad.members if of == sort]
         readings = squad.readings[sort]
         keys = list_reported_readings(squad.kind, readings, clock.targets)
-        body = RemoteMembers(names, readings, keys, clock, library=squad.libraries.get(sort))
+        library = squad.libraries.get(sort)
+        body = RemoteMembers(names, readings, keys, clock, library=library, lease_clock=lease_clock)
         layer = AgentLayer(body, RemoteRunner(body))
         groups.append((body, MemberGroup(sort, layer, squad.finds[sort])))
     return groups

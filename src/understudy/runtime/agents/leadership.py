@@ -8,7 +8,7 @@ have heard.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from math import inf
 
 SILENT_S = 0.4
@@ -17,6 +17,8 @@ GONE_S = 0.15
 """A leader that has left the network is replaced after so long without a message, s."""
 APART_S = 0.12
 """The time in s by which each further candidate waits longer, so that two seldom begin together."""
+UNKNOWING_S = 0.24
+"""The time in s by which a candidate waits longer that does not know what members execute: they report it meanwhile."""
 COMPANY_S = 0.3
 """Who has heard no other member for so long is cut off, and does not begin to lead, s."""
 FROZEN_S = 0.5
@@ -93,7 +95,9 @@ class Leadership:
             self.term, self.leader, self._message, self._obeyed = term, leader, message, None
             self._heard_s = max(self._heard_s, now)
 
-    def update(self, now: float, present: Collection[str]) -> bool:
+    def update(
+        self, now: float, present: Collection[str], *, is_unknowing: Callable[[], bool] = lambda: False
+    ) -> bool:
         """Decide whether this candidate leads now; call it at every tick, after the messages were heard.
 
         Parameters
@@ -102,6 +106,8 @@ class Leadership:
             The present time, s.
         present
             The names of the agents that are there.
+        is_unknowing
+            A function that returns whether this candidate does not know the order that members execute.
 
         Returns
         -------
@@ -122,7 +128,9 @@ class Leadership:
         gone = self.leader is not None and self.leader not in present
         waiting = [name for name in self.candidates if name in present and name != self.leader]
         before = waiting.index(self.name) if self.name in waiting else len(waiting)
-        if now - self._heard_s >= (GONE_S if gone else SILENT_S) + APART_S * before - 1e-9:
+        wait_s = (GONE_S if gone else SILENT_S) + APART_S * before - 1e-9
+        silent_s = now - self._heard_s
+        if silent_s >= wait_s + UNKNOWING_S or (silent_s >= wait_s and not is_unknowing()):
             self.term = find_next_term(self.term, self.name, self.candidates)
             self.leader, self._heard_s = self.name, now
         return self.leads

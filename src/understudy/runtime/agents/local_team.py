@@ -6,9 +6,11 @@ back, as if their computers died and came back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
@@ -18,7 +20,73 @@ from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.runtime.body import Body, Channel, Commands, Reading
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.run_loop import Run
 from understudy.runtime.team.comms import HasFailures
+
+LONGEST_TICK_S = 0.1
+"""The longest time that a tick counts for leases and silence, s: with slow ticks, agents that are well would be silent.
+"""
+
+
+@cache
+def _format_duty(behavior: str, *binding: tuple[str, str]) -> str:
+    """Write what a member was ordered to do."""
+    return str(Assignment(behavior, Binding(dict(binding))))
+
+
+class SnapshotBody:
+    """The body of all robots of a process, which is sensed once in a tick for all agents.
+
+    Parameters
+    ----------
+    body
+        The body.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self._failing: HasFailures | None = body if isinstance(body, HasFailures) else None  # slow to ask
+        self._percept: dict[ReadingKey, NDArray[np.float64]] = {}
+        self._failed: NDArray[np.bool_] | None = None
+        self.agents = body.agents
+        self.readings: Sequence[Reading] = body.readings
+        self.channels: Sequence[Channel] = body.channels
+        self.targets: Sequence[str] = body.targets
+
+    @property
+    def tick_s(self) -> float:
+        """The nominal length of a tick, s."""
+        return self._body.tick_s
+
+    @property
+    def time_s(self) -> float:
+        """The body's time, s."""
+        return self._body.time_s
+
+    def renew(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Take this tick's snapshot, with these readings."""
+        self._percept, self._failed = dict(self._body.sense(keys)), None
+        return self._percept
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Return readings of this tick's snapshot, a column [N] for each key; others are sensed now."""
+        if lacking := [key for key in keys if key not in self._percept]:
+            self._percept = {**self._percept, **self._body.sense(lacking)}
+        return {key: self._percept[key] for key in keys}
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """The agents that are out of action in this tick [N]."""
+        if self._failed is None:
+            failing = self._failing
+            self._failed = np.zeros(self.agents, np.bool_) if failing is None else failing.failed
+        return self._failed
+
+    def act(self, commands: Commands) -> None:
+        """Let the robots move for one tick."""
+        self._body.act(commands)
 
 
 class BodyRow:
@@ -26,7 +94,7 @@ class BodyRow:
 
     agents = 1
 
-    def __init__(self, body: Body, row: int) -> None:
+    def __init__(self, body: SnapshotBody, row: int) -> None:
         self._body, self._row = body, row
         self.readings: Sequence[Reading] = body.readings
         self.channels: Sequence[Channel] = body.channels
@@ -54,8 +122,7 @@ class BodyRow:
 
     def find_unfitness(self) -> str:
         """Return why this agent must not be counted; empty if it is fit."""
-        failed = isinstance(self._body, HasFailures) and bool(self._body.failed[self._row])
-        return "has failed" if failed else ""
+        return "has failed" if self._body.failed[self._row] else ""
 
 
 class LocalTeam:
@@ -73,13 +140,31 @@ class LocalTeam:
 
     def __init__(self, ground: Body, plan: TeamPlan, network: LocalNetwork | None = None) -> None:
         self.ground, self.plan, self.network = ground, plan, network or LocalNetwork()
-        self.rows = {name: BodyRow(ground, row) for row, name in enumerate(plan.robots)}
+        self.snapshot = SnapshotBody(ground)
+        """The body with this tick's readings."""
+        self._now = 0.0
+        """The time by which orders hold and members are silent, s: what holds up this process ends no order."""
+        self.rows = {name: BodyRow(self.snapshot, row) for row, name in enumerate(plan.robots)}
+        specs = [plan.make_agent_spec(name) for name in plan.robots]
+        first = [Interpreter(spec.alone, now=ground.time_s) for spec in specs]
+        programs = {id(program): program for spec in specs for program in spec.list_programs()}
+        self.runner = Run(ground, first, list(programs.values()))
+        """What runs the robots' programs."""
+        reported = [spec.link.keys for spec in specs if spec.link is not None]
+        self._keys = tuple(dict.fromkeys((*self.runner.keys, *(key for keys in reported for key in keys))))
+        self._resting = {channel.name: channel.rest for channel in ground.channels}
         self.robots: dict[str, Agent] = {}
         self.coordinators: dict[str, dict[str, SquadCoordinator]] = {name: {} for name in plan.squads}
         """The coordinators of each squad, by the agent that they run on."""
         self.stopped: set[str] = set()
         """Agents whose program does not run now."""
-        for name in (*plan.robots, *plan.squads):
+        self.commands: Commands = {}
+        """The commands of the last tick, a column [N] for each channel."""
+        self.clear()
+
+    def clear(self) -> None:
+        """Start all agents anew: no orders, no memory; each squad is led by its first choice."""
+        for name in (*self.plan.robots, *self.plan.squads):
             self.start(name, leads=True)
 
     def start(self, name: str, *, leads: bool = False) -> None:
@@ -89,9 +174,15 @@ class LocalTeam:
         node = self.network.join(name)
         node.announce(name)
         if name in self.rows:
-            row = self.rows[name]
-            spec = self.plan.make_agent_spec(name)
-            self.robots[name] = Agent(spec, row, node, unfit=row.find_unfitness)
+            row, number = self.rows[name], self.plan.robots.index(name)
+            self.robots[name] = Agent(
+                self.plan.make_agent_spec(name),
+                row,
+                node,
+                unfit=row.find_unfitness,
+                clock=lambda: self._now,
+                shared=(self.runner, number),
+            )
         for squad in self.plan.list_led_squads(name):
             self.coordinators[squad][name] = SquadCoordinator(
                 self.plan.make_agent_spec(squad),
@@ -101,13 +192,15 @@ class LocalTeam:
                 clock=self.ground,
                 network=node,
                 leads=leads and self.plan.list_candidates(squad)[0] == name,
+                lease_clock=lambda: self._now,
             )
 
     def stop(self, name: str) -> None:
         """Take an agent out, as if its program had been killed."""
         self.stopped.add(name)
         self.network.leave(name)
-        self.robots.pop(name, None)
+        if self.robots.pop(name, None) is not None:
+            self.runner.begin([self.plan.robots.index(name)], IDLE_PROGRAM)
         for hosts in self.coordinators.values():
             hosts.pop(name, None)
 
@@ -122,6 +215,7 @@ class LocalTeam:
 
     def tick(self) -> None:
         """Let all agents sense and report bottom-up, decide and act top-down; then the robots move for one tick."""
+        percept = self.snapshot.renew(self._keys)
         for robot in self.robots.values():
             robot.sense()
             robot.report()
@@ -133,17 +227,27 @@ class LocalTeam:
             coordinator.act()
         for robot in self.robots.values():
             robot.obey()
-            robot.act()
-        self.ground.act(self._collect_commands())
+        self.commands = self._decide(percept)
+        self.ground.act(self.commands)
         self.network.step()
+        self._now = self.network.step_number * min(self.ground.tick_s, LONGEST_TICK_S)
 
-    def _collect_commands(self) -> Mapping[str, np.ndarray]:
-        resting = {channel.name: channel.rest for channel in self.ground.channels}
-        rows = [self.rows[name].commands if name in self.robots else {} for name in self.plan.robots]
-        return {
-            channel: np.array([float(row[channel][0]) if channel in row else rest for row in rows])
-            for channel, rest in resting.items()
-        }
+    def _decide(self, percept: Percept) -> dict[str, NDArray[np.float64]]:
+        """Decide for all robots together, and return their commands; robots without a program rest."""
+        found = dict(self.runner.decide(percept))
+        for row, name in enumerate(self.plan.robots):
+            robot = self.robots.get(name)
+            if robot is None:
+                given: Commands | None = {}
+            elif robot.run is self.runner:
+                given = robot.find_driven_commands()
+            else:
+                robot.act()
+                given = self.rows[name].commands
+            if given is not None:
+                for channel, rest in self._resting.items():
+                    found[channel][row] = given[channel][0] if channel in given else rest
+        return found
 
     def run(self, ticks: int) -> None:
         """Run a number of ticks."""
@@ -159,8 +263,39 @@ class LocalTeam:
     def _find_path(robot: Agent | None) -> tuple[str, ...]:
         if robot is None:
             return ()
-        path, follower = robot.run.path(0), robot.follower
+        path, follower = robot.path, robot.follower
         if follower is None or follower.duty is None:
             return path
         behavior, binding = follower.duty
-        return (str(Assignment(behavior, Binding(binding))), *path)
+        return (_format_duty(behavior, *binding.items()), *path)
+
+    def find_raised(self, name: str, flags: Collection[str]) -> NDArray[np.bool_]:
+        """Find the agents of a sort that have raised one of some flags.
+
+        Parameters
+        ----------
+        name
+            The sort of agents: a type of robots, all of which are looked at, or a kind of squads.
+        flags
+            Names of the flags.
+
+        Returns
+        -------
+        array
+            True for each such agent [N].
+        """
+        if name in self.plan.tree.types:
+            raised = [each.root.flag for each in self.runner.interpreters]
+        else:
+            leaders = [
+                next((each for each in hosts.values() if each.leads), None)
+                for squad, hosts in self.coordinators.items()
+                if self.plan.find_sort(squad) == name
+            ]
+            raised = [None if each is None else each.agent.interpreter.root.flag for each in leaders]
+        return np.array([flag in flags for flag in raised], np.bool_)
+
+    @property
+    def programs(self) -> Mapping[str, Sequence[Program]]:
+        """The programs that agents of each sort run or may be ordered to run."""
+        return self.plan.programs

@@ -59,6 +59,8 @@ class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     """A checksum of what `readings` are."""
     readings: list[float]
     """A value for each of `list_reported_readings`; NaN where absent."""
+    kept: tuple[Orders, Seconds] | None = None
+    """While its leader is silent: the leader's last message, and its age in s, for a new leader without memory."""
 
 
 class Orders(msgspec.Struct, frozen=True, array_like=True):

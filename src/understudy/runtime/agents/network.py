@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from random import Random
 from typing import NamedTuple, Protocol, TypeAlias
 
 Observe: TypeAlias = Callable[[bytes], None]
@@ -77,6 +78,14 @@ def deliver_at_once(sender: str, receiver: str, step: int) -> list[int]:
     return [0]
 
 
+def make_fate(ticks: int, loss: float, *, seed: int = 0) -> Fate:
+    """Make the fate of messages that arrive so many steps later, and of which a share `loss` never does."""
+    if loss == 0.0 and ticks == 0:
+        return deliver_at_once
+    draws = Random(seed)
+    return lambda sender, receiver, step: [] if draws.random() < loss else [ticks]
+
+
 class LocalNetwork:
     """The network of agents in one process, for simulations and tests.
 
@@ -108,10 +117,11 @@ class LocalNetwork:
 
     def send(self, sender: str, key: str, content: bytes) -> None:
         """Send a message to all agents that listen to its key."""
-        for name, node in list(self._nodes.items()):
+        at_once = self.fate is deliver_at_once
+        for name, node in self._nodes.items():
             if key not in node.inboxes:
                 continue
-            for steps in [0] if name == sender else self.fate(sender, name, self.step_number):
+            for steps in (0,) if at_once or name == sender else self.fate(sender, name, self.step_number):
                 if steps == 0:
                     node.deliver(key, content)
                 else:

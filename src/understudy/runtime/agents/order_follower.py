@@ -10,6 +10,9 @@ from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.leadership import is_term_of
 from understudy.runtime.agents.messages import Duty, OrderId, Orders
 
+KEPT_S = 0.1
+"""A leader that was not heard for longer may be replaced soon, s: members then report its last message."""
+
 
 class Refusal(StrEnum):
     """Why a coordinator's message is not obeyed."""
@@ -52,6 +55,8 @@ class OrderFollower:
         """Former starts of the leader's program in this term."""
         self._until_s = -inf
         self._given: tuple[OrderId | None, Duty | None] = (None, None)
+        self._last: tuple[Orders, float] | None = None
+        """The last message that was obeyed, and when it would have come if nothing had held it up."""
 
     def receive(self, message: Orders, now: float) -> Refusal | None:
         """Take a coordinator's message.
@@ -92,6 +97,7 @@ class OrderFollower:
         self._start, self.heard = message.start, message.sequence
         self._until_s = now - late_s + message.lease_s
         self._given = message.order, message.duties.get(self.member)
+        self._last = message, now - late_s
         return None
 
     def update(self, now: float) -> bool:
@@ -113,6 +119,23 @@ class OrderFollower:
             return False
         self.order, self.duty = order, duty
         return True
+
+    def find_kept_message(self, now: float) -> tuple[Orders, float] | None:
+        """Return the last message of a leader that is silent, and its age.
+
+        Parameters
+        ----------
+        now
+            The time by the member's clock, s.
+
+        Returns
+        -------
+        tuple or None
+            The message and its age, s; None if the leader was just heard, or its order holds no longer.
+        """
+        if self.order is None or self._last is None or now - self._last[1] <= KEPT_S:
+            return None
+        return self._last[0], now - self._last[1]
 
     def holds(self, now: float) -> bool:
         """Return whether the lease of the last message lasts at a time (s) of the member's clock."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from typing import Protocol
@@ -75,6 +75,8 @@ class RemoteMembers:
         The coordinator's clock.
     library
         The fingerprint that their library must have; None: any.
+    lease_clock
+        The clock of silence, s; None: `clock`.
     """
 
     channels: Sequence[Channel] = ()
@@ -87,7 +89,9 @@ class RemoteMembers:
         clock: Clock,
         *,
         library: str | None = None,
+        lease_clock: Callable[[], float] | None = None,
     ) -> None:
+        self._lease_clock = lease_clock
         self.members = [ReportedMember(name) for name in names]
         self._by_name = {member.name: member for member in self.members}
         self.readings, self._keys, self._clock, self._library = tuple(readings), tuple(keys), clock, library
@@ -116,6 +120,10 @@ class RemoteMembers:
         """The coordinator's time, s."""
         return self._clock.time_s
 
+    @property
+    def _now(self) -> float:
+        return self._clock.time_s if self._lease_clock is None else self._lease_clock()
+
     def receive(self, report: MemberReport) -> float | None:
         """Take a report, unless it is not of one of these members, or older than the last one.
 
@@ -135,7 +143,7 @@ class RemoteMembers:
             return None
         if member.report is not None and member.report.start != report.start:
             member.ended.add(member.report.start)
-        now = self._clock.time_s
+        now = self._now
         member.heard_s = now - self._lateness.measure(report.start, report.sent_s, now)
         member.report, member.problem = report, self._find_problem(report)
         return member.heard_s if self._library in (None, report.library) else None
@@ -149,7 +157,7 @@ class RemoteMembers:
 
     def find_problem(self, member: ReportedMember) -> str:
         """Return why a member does not count now; empty if it counts."""
-        if self._clock.time_s - member.heard_s > SILENT_S:
+        if self._now - member.heard_s > SILENT_S:
             return "is silent" if member.report is not None else member.problem
         return member.problem
 

@@ -10,6 +10,7 @@ from understudy.runtime.agents.agent import AgentSpec, SquadLink
 from understudy.runtime.agents.coordinator import LEASE_S, SquadPlan
 from understudy.runtime.agents.messages import list_reported_readings
 from understudy.runtime.body import Reading
+from understudy.runtime.program import Program
 from understudy.runtime.team.squad_body import list_squad_readings
 from understudy.runtime.team.team import TeamTree
 from understudy.runtime.team.team_programs import TeamPrograms
@@ -43,6 +44,9 @@ class TeamPlan:
         The time for which an order holds after it was received, s.
     trainer
         The agent from which a person may train robots; None: none.
+    only_led
+        Whether squads that neither run a behavior by `roots` nor are below such a squad have no coordinator: their
+        members are in no squad then. Otherwise all have one, which may idle.
     """
 
     def __init__(
@@ -59,8 +63,10 @@ class TeamPlan:
         requires_same_library: bool = False,
         lease_s: float = LEASE_S,
         trainer: str | None = None,
+        only_led: bool = False,
     ) -> None:
         self._trainer = trainer
+        self._led = tree.close_downwards(roots) if only_led else frozenset(tree.names)
         self.tree, self.targets, self._lease_s = tree, tuple(targets), lease_s
         self.libraries, self.roots = libraries, roots
         self.robots = tuple(robots) or tuple(f"robot_{row}" for row in range(len(tree.type_of)))
@@ -81,6 +87,9 @@ class TeamPlan:
         names: list[Sequence[str]] = [self.robots] * len(self.tree.types)
         for squad, lists in self.tree.squads:
             mine = tuple(f"{squad.name}_{number}" for number in range(len(lists)))
+            if squad.name not in self._led:
+                names.append(mine)
+                continue
             for name, members in zip(mine, lists, strict=True):
                 self._sorts[name], self._kinds[name] = squad.name, squad
                 self._members[name] = [
@@ -95,6 +104,11 @@ class TeamPlan:
     def squads(self) -> tuple[str, ...]:
         """The names of all squads, bottom-up."""
         return tuple(self._kinds)
+
+    @property
+    def programs(self) -> Mapping[str, Sequence[Program]]:
+        """The programs that agents of each sort run or may be ordered to run."""
+        return self._programs.orderable
 
     def find_sort(self, name: str) -> str:
         """Return the sort of an agent: a type of robots or a kind of squads."""

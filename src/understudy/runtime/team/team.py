@@ -5,7 +5,7 @@ A tick is: all sense, bottom-up; all decide, top-down; the members of a coordina
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -54,6 +54,14 @@ class TeamTree:
     def names(self) -> tuple[str, ...]:
         """The sorts of agents, in the order of their bands."""
         return (*self.types, *(squad.name for squad, _ in self.squads))
+
+    def close_downwards(self, names: Iterable[str]) -> frozenset[str]:
+        """Return these sorts of agents, and those of their members."""
+        found = frozenset(names)
+        for squad, _ in reversed(self.squads):
+            if squad.name in found:
+                found |= {role.of for role in squad.roles}
+        return found
 
 
 Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner]
@@ -113,7 +121,7 @@ class Team:
         self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
         self.ground, self.tree = ground, tree
         self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
-        self._led = self._closure({*roots, *([] if trained is None else [trained])})
+        self._led = tree.close_downwards({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(worlds, makes)
         self._worlds, self._others = worlds, dict[int, dict[ReadingKey, None]]()
@@ -128,13 +136,6 @@ class Team:
         robots, squads = len(self.tree.type_of), len(self.tree.squads)
         facts = [format_number_of(squads, "squad"), f"on a {type(self.ground).__name__}"]
         return format_repr(self, f"of {format_number_of(robots, 'robot')}", *facts)
-
-    def _closure(self, names: set[str]) -> set[str]:
-        """Return these sorts of agents, and those of their members."""
-        for squad, _ in reversed(self.tree.squads):
-            if squad.name in names:
-                names = names | {role.of for role in squad.roles}
-        return names
 
     def _built(self, worlds: int, makes: Makes) -> tuple[AgentLayer, ...]:
         types, root, finds = self.tree.types, self._programs.roots, self._programs.finds

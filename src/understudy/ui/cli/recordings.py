@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
     from understudy.runtime.body import Body, Commands
+    from understudy.runtime.program import Program
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import RunAssignment
@@ -85,9 +86,15 @@ def record_ticks(
 
 
 def make_run_info(
-    team: Team, assigned: RunAssignment, library: Path, *, scenario: str | None, seed: int, kit: str | None
+    programs: Mapping[str, Sequence[Program]],
+    assigned: RunAssignment,
+    library: Path,
+    *,
+    scenario: str | None,
+    seed: int,
+    kit: str | None,
 ) -> RunInfo:
-    """Describe a team's run for the header of a recording or a trace."""
+    """Describe a team's run, in which agents may run `programs`, for the header of a recording or a trace."""
     from understudy.analysis.run_header import fingerprint_libraries
     from understudy.robots.recording.header import RunInfo
 
@@ -99,7 +106,7 @@ def make_run_info(
         sorts=list(assigned.roots),
         behavior=assigned.behavior,
         binding=assigned.binding,
-        automata=fingerprint_libraries(team, assigned.libraries),
+        automata=fingerprint_libraries(programs, assigned.libraries),
     )
 
 

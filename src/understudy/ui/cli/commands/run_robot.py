@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from understudy.errors import SettingError, join_names
 from understudy.robots.twin import DigitalTwin
-from understudy.runtime.team.team import Team
+from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.network import LocalNetwork, make_fate
+from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 
@@ -76,7 +78,9 @@ def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
     _armed_by_a_person(fleet, assigned.behavior)
     live.restart()
     began_s = twin.time_s
-    twin.record(make_run_info(live.team, assigned, options.library, scenario=None, seed=0, kit=options.kit))
+    twin.record(
+        make_run_info(live.team.programs, assigned, options.library, scenario=None, seed=0, kit=options.kit)
+    )
     ended = _go(live, assigned, options.seconds)
     fleet.disarm(f"the run ended: {ended}")
     return RobotRunResult(
@@ -214,9 +218,10 @@ LOOK_S, LOOKS = 0.005, 40
 
 
 class LiveRun:
-    """Team on the robots of a digital twin, in real time; late ticks are not made up for.
+    """Agents on the robots of a digital twin, in real time; late ticks are not made up for.
 
-    `libraries` holds the library of each sort of agents, `roots` the behavior that each sort outside squads runs.
+    All agents are in this program and tick together. `libraries` holds the library of each sort of agents, `roots` the
+    behavior that each sort outside squads runs.
     """
 
     def __init__(
@@ -229,16 +234,17 @@ class LiveRun:
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self.twin = twin
-        radio = twin.scenario.radio
-        self.team = Team(
-            twin,
-            assign_team_members(twin.scenario),
+        tree, radio = assign_team_members(twin.scenario), twin.scenario.radio
+        plan = TeamPlan(
+            tree,
             libraries,
             roots,
-            delay_s=radio.delay_s,
-            loss=radio.loss,
-            seeds=(0,),
+            readings=dict.fromkeys(tree.types, twin.readings),
+            targets=twin.targets,
+            only_led=True,
         )
+        network = LocalNetwork(make_fate(round(radio.delay_s / twin.tick_s), radio.loss))
+        self.team = LocalTeam(twin, plan, network)
         self._clock, self._sleep = clock or twin.fleet.simulation_clock or time.monotonic, sleep
         self._due = self._clock()
         self.ticks = self.late = 0

@@ -134,7 +134,7 @@ class RunSession:
 
         named, options = self._named, self._options
         return make_run_info(
-            self.team,
+            self.team.programs,
             self._assigned,
             options.library,
             scenario=locate_scenario(named),
