@@ -220,7 +220,9 @@ def draw(rows: Sequence[Row]) -> Figure:
         mine = select_rows(rows, name)
         dots(above, {what: [100 * row[key] for row in mine] for key, what in labels.items()}, "% right")
         above.set_title(f"Labels, {BEHAVIORS[name].title}")
-        dots(below, {what: [100 * row[key] for row in mine] for key, what in success.items()}, "% of worlds")
+        shares = {what: [100 * row[key] for row in mine] for key, what in success.items()}
+        dots(below, shares, "% of worlds")
+        below.set_ylim(min(90.0, *(min(each) for each in shares.values())) - 4.0, 102.0)
         below.set_title(f"Success, {BEHAVIORS[name].title}")
     return figure
 
