@@ -23,7 +23,7 @@ def make_lattice(seed: int, *, states: bool, moves: bool) -> Lattice:
     following = np.array([[random.choice(members[label]) for label in labels] for _ in range(ticks)])
     fit = 2 * random.normal(size=(ticks, len(labels)))
     gains = random.normal(size=(ticks, count, count)) if moves else None
-    price = float(random.uniform(0, 3))
+    price = random.uniform(0, 3, count) if seed % 2 else float(random.uniform(0, 3))
     return Lattice(fit, labels, entry, following if states else None, price, shortest, gains)
 
 
@@ -35,7 +35,8 @@ def list_labelings(lattice: Lattice) -> dict[tuple[int, ...], tuple[float, list[
         edges = [0, *(tick for tick in range(1, ticks) if labels[tick] != labels[tick - 1]), ticks]
         if any(end - first < lattice.shortest for first, end in list(pairwise(edges))[1:-1]):
             continue
-        score, states = -lattice.price * (len(edges) - 2), []
+        prices = np.broadcast_to(lattice.price, count)
+        score, states = -sum(float(prices[labels[tick]]) for tick in edges[1:-1]), []
         if lattice.moves is not None:
             score += sum(float(lattice.moves[tick, labels[tick - 1], labels[tick]]) for tick in edges[1:-1])
         for first, end in pairwise(edges):

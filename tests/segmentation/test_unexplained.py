@@ -57,3 +57,18 @@ def test_the_first_ticks_of_a_stick_that_moves_are_no_part_of_it(rest: int, begi
     assert found.list_spans(found.drive.episodes[0])[0].label == "unexplained"
     lesson = to_lesson(found).lesson
     assert [each.next for each in lesson.examples if each.state == "start"] == (["forward"] if begins else [])
+
+
+def test_a_stick_that_overshoots_is_explained() -> None:
+    """For two ticks after each switch, a hand without noise is a tenth of its way too far."""
+    aims = [
+        AIMS[name] for name, ticks in [("forward", 20), ("left", 20), ("right", 20)] * 4 for _ in range(ticks)
+    ]
+    commands, before = np.array(aims), np.array(aims)
+    for tick in np.flatnonzero((np.diff(before, axis=0) != 0).any(axis=1)).tolist():
+        commands[tick + 1 : tick + 3] += 0.1 * (before[tick + 1] - before[tick])
+    commands += 0.01 * np.random.default_rng(0).standard_normal(commands.shape)
+    x = np.arange(len(aims), dtype=np.float64)
+    drive = make_drive(commands, {("x", None): x})
+    found = segment(drive, make_candidates(Library(make_drive_kit(drive, MOVES)), drive))
+    assert (found.labels < len(found.candidates)).all()

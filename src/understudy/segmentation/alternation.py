@@ -23,6 +23,11 @@ STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
 NARROWER = 0.75
 """By how much the range narrows in which a constant is looked for, from one round to the next."""
 
+UNEXPLAINED_PRICE = 6.0
+"""The price of a switch to the label for none of the candidates, beside that of any switch.
+
+What is not known is rarer than what is known, and takes longer than the two ticks in which a stick overshoots.
+"""
 MISTIMED = 0.05
 """The share of ticks at which a driver does what another state of the automaton does that explains the drive."""
 
@@ -227,13 +232,14 @@ def make_lattices(
         stays[[each.first for each in drive.episodes]] = 0.0
         fit = fit + stays[:, stack.labels]
         rules = replace(rules, price=LEARNED_PRICE)
+    prices = np.append(np.full(int(stack.labels[-1]), rules.price), rules.price + UNEXPLAINED_PRICE)
     return [
         Lattice(
             fit[each.ticks],
             stack.labels,
             stack.entry[each.ticks],
             None if stack.following is None else stack.following[each.ticks],
-            rules.price,
+            prices,
             rules.shortest,
             None if moves is None else moves[each.ticks],
         )

@@ -34,7 +34,7 @@ class Lattice:
     following
         State at each tick after each state at the tick before, shape [T, X]. None: states never change.
     price
-        What a switch of the label costs, as the logarithm of a likelihood ratio.
+        What a switch to each label costs, as the logarithm of a likelihood ratio, shape [K], or one number for all.
     shortest
         Fewest ticks of a stay, at least 1.
     moves
@@ -45,7 +45,7 @@ class Lattice:
     labels: Ints
     entry: Ints
     following: Ints | None
-    price: float
+    price: float | Floats
     shortest: int
     moves: Floats | None = None
 
