@@ -164,7 +164,7 @@ def _choose_reaction_time(
 
     Readings a tick before the right ones are often as close together, but there, drivers went on at other times.
     """
-    steps = int(estimate.reaction_s / segmentation.drive.tick_s)
+    steps = int(estimate.reaction_s / segmentation.drive.tick_s + 1e-9)
     times = [round(estimate.reaction_s - step * segmentation.drive.tick_s, 3) for step in range(steps + 1)]
     steady = list_drive_steady_readings(segmentation.drive)
     likelihood = np.interp(times, SHIFTS_S, compute_shift_likelihood(lesson, steady=steady))
