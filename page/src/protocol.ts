@@ -243,6 +243,10 @@ export type ReviewRequest =
   | { do: "define"; name: NameField; command: Readonly<Record<NameField, number>> }
   /** Give a state of its own to where a state follows certain others. */
   | { do: "split"; state: NameField; entered_from: NameListField }
+  /** Settle a contradiction, by its index among those learned: the driver who is trusted is right there. */
+  | { do: "settle"; contradiction: Index; trust: NameField }
+  /** Trust a driver wherever contradictions are not settled one by one; null: no driver. */
+  | { do: "trust"; driver: NameField | null }
   /** Learn an automaton from the labels, and run it over the recording. */
   | { do: "learn" }
   /** Save what was learned in the library under a name. */
@@ -288,6 +292,10 @@ export interface Review {
   /** The labels, of which the last means that nothing explains the commands. */
   labels: readonly string[];
   episodes: readonly Episode[];
+  /** The names of the drivers; an empty one for a driver without a name. */
+  drivers: readonly string[];
+  /** The driver who is right where drivers contradict each other, if one is. */
+  trust: string | null;
   spans: readonly LabelSpan[];
   questions: readonly LabelQuestion[];
   proposals: readonly BehaviorProposal[];
@@ -510,9 +518,11 @@ export interface Feature {
   period?: number;
 }
 
-/** A piece of a recording without a gap: its file, its ticks, and the time of its first one, s. */
+/** A piece of a recording without a gap: its file, who drove, its ticks, and the time of its first one, s. */
 export interface Episode {
   source: string;
+  /** Who drove; empty if that is not known. */
+  driver: string;
   first: number;
   end: number;
   from_s: number;
@@ -554,9 +564,11 @@ export interface LearnedDrive {
   edges: readonly Way[];
   examples: number;
   quarantined: number;
-  /** The driver's reaction time in a sentence. */
-  reaction: string;
+  /** The reaction time of each driver in a sentence. */
+  reactions: readonly string[];
   splits: readonly SplitProposal[];
+  /** The contradictions between drivers; those that are settled come last. */
+  contradictions: readonly Contradiction[];
 }
 
 /** A reading or a command over the ticks, thinned; null where it is absent. */
@@ -850,6 +862,13 @@ export interface SplitProposal {
   state: string;
   entered_from: readonly string[];
   evidence: string;
+}
+
+/** A contradiction between two drivers, and the one whose examples are kept if it is settled. */
+export interface Contradiction {
+  state: string;
+  choices: readonly DriverChoice[];
+  trust: string | null;
 }
 
 /**
@@ -1155,6 +1174,13 @@ export interface LibraryProperty {
   sentences: readonly string[];
   /** True if the lesson changed after the test. */
   stale: boolean;
+}
+
+/** What one of two drivers did who contradict each other, in words, and the tick of an example of it. */
+export interface DriverChoice {
+  driver: string;
+  description: string;
+  tick: number;
 }
 
 /** An example that is responsible for a decision. */

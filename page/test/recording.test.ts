@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import type { LabelSpan, LearnedDrive, Review } from "../src/protocol";
+import { around, filesIn, turns } from "../src/recording/recording";
 import { color, lines, marks } from "../src/recording/scale";
 import { differences, moved } from "../src/recording/timeline";
 
@@ -13,7 +14,9 @@ function review(learned: LearnedDrive | null = null): Review {
     name: "driven",
     tick_s: 0.1,
     labels: ["forward", "back", "unexplained"],
-    episodes: [{ source: "drive.csv", first: 0, end: 40, from_s: 3 }],
+    episodes: [{ source: "drive.csv", driver: "", first: 0, end: 40, from_s: 3 }],
+    drivers: [""],
+    trust: null,
     spans: [span(0, 10, 0), span(10, 20, 1), span(20, 30, 2), span(30, 40, 0)],
     questions: [],
     proposals: [],
@@ -32,8 +35,9 @@ function learned(...spans: [number, number, number][]): LearnedDrive {
     edges: [],
     examples: 0,
     quarantined: 0,
-    reaction: "",
+    reactions: [],
     splits: [],
+    contradictions: [],
   };
 }
 
@@ -76,4 +80,30 @@ test("marks of time are at round times of the file, and have room", () => {
 test("what nothing explains has no color of its own", () => {
   expect(color(2, 3)).toBe(color(-1, 3));
   expect(color(0, 3)).not.toBe(color(1, 3));
+});
+
+/** Two files of Anna's, of which the second has a gap, and one of Ben's. */
+const DRIVES: Pick<Review, "episodes" | "tick_s"> = {
+  tick_s: 0.1,
+  episodes: [
+    { source: "one.csv", driver: "anna", first: 0, end: 30, from_s: 0 },
+    { source: "two.csv", driver: "anna", first: 30, end: 50, from_s: 0 },
+    { source: "two.csv", driver: "anna", first: 50, end: 60, from_s: 4 },
+    { source: "ben.csv", driver: "ben", first: 60, end: 100, from_s: 0 },
+  ],
+};
+
+test("drivers take turns, each with the files that they drove", () => {
+  expect(turns(DRIVES)).toEqual([
+    { driver: "anna", first: 0, end: 60 },
+    { driver: "ben", first: 60, end: 100 },
+  ]);
+  expect(filesIn(DRIVES, { first: 0, end: 60 })).toEqual(["one.csv", "two.csv"]);
+  expect(filesIn(DRIVES, { first: 60, end: 100 })).toEqual(["ben.csv"]);
+});
+
+test("what is around a tick ends with its episode", () => {
+  expect(around(DRIVES, 20)).toEqual({ first: 15, end: 25 });
+  expect(around(DRIVES, 31)).toEqual({ first: 30, end: 36 });
+  expect(around(DRIVES, 99)).toEqual({ first: 94, end: 100 });
 });

@@ -3,7 +3,7 @@
 import { useEffect } from "preact/hooks";
 import { useNews } from "../news";
 import { PathView } from "./path";
-import type { Recording } from "./recording";
+import { filesIn, type Recording } from "./recording";
 import { ReviewPane } from "./pane";
 import { TimelineView } from "./timeline";
 
@@ -12,7 +12,7 @@ export function RecordingPage({ recording }: { recording: Recording }) {
   useEffect(() => listen(recording), [recording]);
   const { review, series, error } = recording;
   if (review === null || series === null) return <p class="wait">{error || "Reading the recording …"}</p>;
-  const files = [...new Set(review.episodes.map(({ source }) => source))];
+  const files = filesIn(review, { first: 0, end: recording.ticks });
   const seconds = review.episodes.reduce((sum, { first, end }) => sum + (end - first) * review.tick_s, 0);
   return (
     <div class="recording">

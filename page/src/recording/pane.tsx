@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, counted, plain } from "../words";
+import { Contradictions } from "./contradictions";
 import type { Recording } from "./recording";
 import { swatch } from "./scale";
 
@@ -215,6 +216,7 @@ function Learned({ recording, review }: PaneProps) {
       ) : (
         <>
           <Result learned={learned} />
+          <Contradictions recording={recording} review={review} learned={learned} />
           <Splits recording={recording} learned={learned} />
           <Save recording={recording} review={review} />
         </>
@@ -232,7 +234,8 @@ function Result({ learned }: { learned: LearnedDrive }) {
       </p>
       <p class="tiny soft">
         {counted(learned.examples, "example")}
-        {learned.quarantined > 0 && `, ${learned.quarantined} left out as doubtful`}. {learned.reaction}
+        {learned.quarantined > 0 && `, ${learned.quarantined} left out as doubtful or contradicted`}.
+        {learned.reactions.map((each) => ` ${each}`)}
       </p>
       <ul class="rules">
         {learned.edges.map((edge) => (

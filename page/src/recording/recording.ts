@@ -10,6 +10,38 @@ export interface Ticks {
   end: number;
 }
 
+/** A driver, and the ticks in a row that they drove. */
+export interface Turn extends Ticks {
+  driver: string;
+}
+
+/** Who drove when; one turn if there is one driver. */
+export function turns({ episodes }: Pick<Review, "episodes">): Turn[] {
+  const found: Turn[] = [];
+  for (const { driver, first, end } of episodes) {
+    const last = found.at(-1);
+    if (last?.driver === driver) last.end = end;
+    else found.push({ driver, first, end });
+  }
+  return found;
+}
+
+/** The files that ticks are from. */
+export function filesIn({ episodes }: Pick<Review, "episodes">, { first, end }: Ticks): string[] {
+  const inside = episodes.filter((each) => each.first < end && first < each.end);
+  return [...new Set(inside.map(({ source }) => source))];
+}
+
+/** The ticks up to half a second around one, in its episode. */
+export function around({ episodes, tick_s }: Pick<Review, "episodes" | "tick_s">, tick: number): Ticks {
+  const reach = Math.max(1, Math.round(0.5 / tick_s));
+  const inside = episodes.find(({ first, end }) => first <= tick && tick < end);
+  return {
+    first: Math.max(inside?.first ?? 0, tick - reach),
+    end: Math.min(inside?.end ?? tick + 1, tick + reach),
+  };
+}
+
 const LOST = "The connection to the studio is lost: start it again, and load this page again.";
 
 export class Recording {
@@ -19,7 +51,7 @@ export class Recording {
   selected: Ticks | null = null;
   /** The tick under the pointer. */
   pointed: number | null = null;
-  busy: "learn" | "save" | "label" | "define" | "split" | "drive" | null = null;
+  busy: Exclude<ReviewRequest["do"], "undo"> | "drive" | null = null;
   error = "";
 
   async open(): Promise<void> {

@@ -3,7 +3,7 @@
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Review, Series } from "../protocol";
 import { className, clock, plain, value } from "../words";
-import type { Recording, Ticks } from "./recording";
+import { filesIn, turns, type Recording, type Ticks } from "./recording";
 import { color, lines, marks } from "./scale";
 
 const NAMES = 130;
@@ -11,6 +11,8 @@ const LABELS = 40;
 const STATES = 22;
 const SERIES = 46;
 const AXIS = 22;
+/** The lane of who drove, where there are several drivers. */
+const DRIVERS = 22;
 /** How near to a boundary it is taken hold of, px. */
 const REACH = 6;
 const ZOOM = 1.6;
@@ -68,7 +70,9 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
     requestAnimationFrame(() => (element.scrollLeft = center - element.clientWidth / 2));
   };
   const { learned, labels, spans } = review;
-  const lanesTop = AXIS + LABELS + (learned === null ? 0 : STATES + 4) + 6;
+  const drives = turns(review);
+  const top = AXIS + (drives.length > 1 ? DRIVERS : 0);
+  const lanesTop = top + LABELS + (learned === null ? 0 : STATES + 4) + 6;
   const height = lanesTop + series.length * SERIES;
   const tickAt = (event: PointerEvent): number => {
     const box = (event.currentTarget as SVGElement).getBoundingClientRect();
@@ -127,6 +131,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
       <div class="lanes" tabIndex={0} role="group" aria-label="Labels, commands and readings">
         <div class="lane-names" style={{ width: px(NAMES) }}>
           <div style={{ height: px(AXIS) }} />
+          {drives.length > 1 && <div style={{ height: px(DRIVERS) }}>driver</div>}
           <div style={{ height: px(LABELS) }}>labels</div>
           {learned !== null && <div style={{ height: px(STATES + 4) }}>learned</div>}
           <div style={{ height: px(6) }} />
@@ -188,6 +193,21 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 )}
               </g>
             ))}
+            {drives.length > 1 &&
+              drives.map(({ driver, first, end }) => (
+                <g key={first} class="driver" data-driver={driver}>
+                  <title>{`${driver}, ${filesIn(review, { first, end }).join(", ")}`}</title>
+                  <rect
+                    x={first * tickWidth}
+                    y={AXIS}
+                    width={Math.max(1, (end - first) * tickWidth - 1)}
+                    height={DRIVERS - 3}
+                  />
+                  <text x={first * tickWidth + 6} y={AXIS + DRIVERS - 8}>
+                    {fitting(driver, (end - first) * tickWidth - 12)}
+                  </text>
+                </g>
+              ))}
             {spans.map((span) => (
               <g
                 key={span.first}
@@ -201,7 +221,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 </title>
                 <rect
                   x={span.first * tickWidth}
-                  y={AXIS}
+                  y={top}
                   width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
                   height={LABELS}
                   fill={color(span.label, labels.length)}
@@ -210,14 +230,14 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                   <rect
                     class="hand"
                     x={span.first * tickWidth}
-                    y={AXIS + LABELS - 4}
+                    y={top + LABELS - 4}
                     width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
                     height={4}
                   />
                 )}
-                <Written span={span} text={plain(labels[span.label] ?? "")} tickWidth={tickWidth} />
+                <Written span={span} text={plain(labels[span.label] ?? "")} tickWidth={tickWidth} top={top} />
                 {span.doubtful && (
-                  <text class="ask" x={((span.first + span.end) / 2) * tickWidth} y={AXIS + LABELS - 6}>
+                  <text class="ask" x={((span.first + span.end) / 2) * tickWidth} y={top + LABELS - 6}>
                     ?
                   </text>
                 )}
@@ -227,7 +247,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
               <rect
                 key={`learned ${span.first}`}
                 x={span.first * tickWidth}
-                y={AXIS + LABELS + 4}
+                y={top + LABELS + 4}
                 width={Math.max(1, (span.end - span.first) * tickWidth)}
                 height={STATES - 6}
                 fill={color(span.label, labels.length)}
@@ -239,7 +259,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                   key={`differs ${first}`}
                   class="differs"
                   x={first * tickWidth}
-                  y={AXIS + LABELS + STATES - 1}
+                  y={top + LABELS + STATES - 1}
                   width={Math.max(1.5, (end - first) * tickWidth)}
                   height={3}
                 />
@@ -257,9 +277,9 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
               <rect
                 class="selected"
                 x={shown.first * tickWidth}
-                y={AXIS}
+                y={top}
                 width={Math.max(1, (shown.end - shown.first) * tickWidth - 1)}
-                height={height - AXIS}
+                height={height - top}
               />
             )}
             {drag?.kind === "boundary" && (
@@ -267,7 +287,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 class="boundary"
                 x1={drag.now * tickWidth}
                 x2={drag.now * tickWidth}
-                y1={AXIS}
+                y1={top}
                 y2={height}
               />
             )}
@@ -276,7 +296,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 class="pointed"
                 x1={recording.pointed * tickWidth}
                 x2={recording.pointed * tickWidth}
-                y1={AXIS}
+                y1={top}
                 y2={height}
               />
             )}
@@ -287,14 +307,27 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
   );
 }
 
+interface WrittenProps {
+  span: Ticks;
+  text: string;
+  tickWidth: number;
+  top: number;
+}
+
 /** The label of a span, where it has room. */
-function Written({ span, text, tickWidth }: { span: Ticks; text: string; tickWidth: number }) {
+function Written({ span, text, tickWidth, top }: WrittenProps) {
   if ((span.end - span.first) * tickWidth < text.length * LETTER + 12) return null;
   return (
-    <text class="name" x={span.first * tickWidth + 6} y={AXIS + LABELS / 2 + 4}>
+    <text class="name" x={span.first * tickWidth + 6} y={top + LABELS / 2 + 4}>
       {text}
     </text>
   );
+}
+
+/** A name, shortened to so many pixels. */
+function fitting(name: string, room: number): string {
+  const letters = Math.max(0, Math.floor(room / LETTER));
+  return name.length <= letters ? name : letters < 2 ? "" : `${name.slice(0, letters - 1)}…`;
 }
 
 interface LaneProps {

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
+from tests.segmentation.driven import ANNA, FAR
+from tests.segmentation.driven import MAP as DRIVEN_MAP
 from tests.segmentation.drives import follow
 from tests.segmentation.drives import make_drive as make_stick_drive
 from tests.segmentation.test_drive import MAP, make_drive, write
@@ -19,7 +21,8 @@ from understudy.model.library import Library
 from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
 from understudy.segmentation.segment import segment
 from understudy.storage.library_folder import open_each_automaton
-from understudy.ui.cli.commands.learn_from_drive import DriveOptions, segment_drive
+from understudy.ui.cli.commands.learn_from_drive import DriveOptions
+from understudy.ui.cli.commands.learn_from_drivers import segment_drivers
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.web.recording_app import make_recording_app
 
@@ -32,7 +35,7 @@ def make_review(folder: Path) -> RecordingReview:
     mapping.write_text(MAP)
     recording = write(folder / "drive.csv", make_drive())
     options = DriveOptions("driven", folder / "library", mapping, None, "range(ball)", None, None, 0)
-    drive = segment_drive(recording, options)
+    drive = segment_drivers({"": [recording]}, options)[""]
     return RecordingReview(
         drive.found, drive.library, features=drive.features, folder=folder / "library", name="driven"
     )
@@ -169,6 +172,119 @@ def test_a_split_is_proposed_with_what_was_learned(tmp_path: Path) -> None:
         assert "no feature tells why" in split["evidence"]
         ask(client, do="split", state=split["state"], entered_from=split["entered_from"])
         assert ask(client, do="learn")["learned"]["splits"] == []
+
+
+def make_drivers_review(folder: Path, trust: str | None = None) -> RecordingReview:
+    """The review of Anna, who goes back at 1 m from the ball, and Ben, who goes back at 2 m, 90 s each."""
+    (folder / "map.toml").write_text(DRIVEN_MAP)
+    paths = {"anna": [ANNA.write(folder / "a.csv")], "ben": [FAR.write(folder / "b.csv")]}
+    options = DriveOptions("driven", None, folder / "map.toml", None, "range(ball)", None, None, 0)
+    drives = segment_drivers(paths, options)
+    found = {name: each.found for name, each in drives.items()}
+    first = drives["anna"]
+    return RecordingReview(
+        found, first.library, features=first.features, folder=folder / "library", name="driven", trust=trust
+    )
+
+
+def list_left_out(folder: Path, name: str) -> list[tuple[str, str]]:
+    """Who showed each example of a saved automaton that contradicts another, and whom it contradicts."""
+    lesson = open_each_automaton(folder / "library", None, lambda _: {}).library.taught[name].lesson
+    assert lesson is not None
+    return [
+        (each.source.driver, each.quarantined.split()[1])
+        for each in lesson.examples
+        if each.source is not None and each.quarantined.startswith("contradicts")
+    ]
+
+
+def test_contradictions_between_drivers_are_settled_and_saved(tmp_path: Path) -> None:
+    review = make_drivers_review(tmp_path)
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
+        opened = client.get("/review").json()
+        assert [(each["driver"], each["source"], each["first"]) for each in opened["episodes"]] == [
+            ("anna", "a.csv", 0),
+            ("ben", "b.csv", 1800),
+        ]
+        assert (opened["drivers"], opened["trust"]) == (["anna", "ben"], None)
+        learned = ask(client, do="learn")["learned"]
+        (first,) = [each for each in learned["contradictions"] if each["state"] == "forward"]
+        anna, ben = first["choices"]
+        assert anna["description"].startswith("anna stays in forward at range(ball) = ")
+        assert ben["description"].startswith("ben switches from forward to back at range(ball) = ")
+        distance = review.segmentation.drive.values["range", "ball"]
+        for choice, begins in (
+            (anna, 0),
+            (ben, 1800),
+        ):  # the reading at the named place is the one that is said
+            assert begins <= choice["tick"] < begins + 1800
+            said = float(choice["description"].split(" = ")[1].split(" m")[0])
+            near = distance[
+                choice["tick"] - 12 : choice["tick"] + 13
+            ]  # a press counts as late as the driver reacts
+            assert np.abs(near - said).min() < 0.006
+        assert any(each.startswith("ben: reaction time") for each in learned["reactions"])
+        index = learned["contradictions"].index(first)
+        settled = ask(client, do="settle", contradiction=index, trust="anna")["learned"]
+        assert settled["quarantined"] > learned["quarantined"]
+        assert {"state": "forward", "trust": "anna"} in [
+            {"state": each["state"], "trust": each["trust"]} for each in settled["contradictions"]
+        ]
+        ask(client, do="save", name="after_anna")
+        assert set(list_left_out(tmp_path, "after_anna")) == {("ben", "anna")}
+        again = ask(client, do="undo")
+        assert again["learned"] == learned, "only the decision is undone"
+        ask(client, do="trust", driver="ben")
+        ask(client, do="save", name="after_ben")
+        assert set(list_left_out(tmp_path, "after_ben")) == {("anna", "ben")}
+
+
+def test_a_decision_outlasts_other_labels(tmp_path: Path) -> None:
+    with TestClient(make_recording_app(make_drivers_review(tmp_path, trust="ben")), base_url=HERE) as client:
+        assert client.get("/review").json()["trust"] == "ben"
+        trusted = ask(client, do="learn")["learned"]["contradictions"]
+        assert {each["trust"] for each in trusted} == {"ben"}
+        changed = ask(client, do="label", first=1900, end=1910, label="back")
+        assert ("back", 1900, 1910, True) in list_spans(changed)
+        assert changed["learned"] is None
+        ask(client, do="trust", driver=None)
+        open_ = ask(client, do="learn")["learned"]["contradictions"]
+        index = next(index for index, each in enumerate(open_) if each["state"] == "forward")
+        ask(client, do="settle", contradiction=index, trust="anna")
+        ask(client, do="label", first=1900, end=1910, label="forward")
+        later = ask(client, do="trust", driver="ben")
+        assert later["learned"] is None
+        found = ask(client, do="learn")["learned"]["contradictions"]
+        assert {each["trust"] for each in found if each["state"] == "forward"} == {"anna"}, (
+            "one by one comes first"
+        )
+
+
+def test_a_decision_that_cannot_be_made(tmp_path: Path) -> None:
+    with TestClient(make_recording_app(make_drivers_review(tmp_path)), base_url=HERE) as client:
+
+        def refuse(**request: Any) -> str:
+            answer = client.post("/review", json=request)
+            assert answer.status_code == 400, answer.text
+            return str(answer.json()["error"])
+
+        assert "learn first" in refuse(do="settle", contradiction=0, trust="anna")
+        ask(client, do="learn")
+        assert "no such contradiction" in refuse(do="settle", contradiction=99, trust="anna")
+        assert "'carl'" in refuse(do="settle", contradiction=0, trust="carl")
+        assert "anna" in refuse(do="trust", driver="carl")
+
+
+def test_a_behavior_is_added_for_all_drivers(tmp_path: Path) -> None:
+    review = make_drivers_review(tmp_path)
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
+        ask(client, do="label", first=1900, end=1910, label="unexplained")
+        after = ask(client, do="define", name="creep", command={"drive": 0.1})
+        assert after["labels"] == ["forward", "back", "creep", "unexplained"]
+        assert ("unexplained", 1900, 1910, True) in list_spans(after), "what was set by hand stays"
+        split = ask(client, do="split", state="forward", entered_from=["start"])
+        firsts = [name for name, first, _, _ in list_spans(split) if first in (0, 1800)]
+        assert firsts == ["forward_2", "forward_2"]
 
 
 REFUSED = [  # request, status, what is said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +17,9 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.segmentation.candidates import Candidate, SplitState
+from understudy.segmentation.driver_contradictions import DriverContradiction
+from understudy.segmentation.driver_lessons import merge_driver_lessons
+from understudy.segmentation.joined_segmentation import join_segmentations
 from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
 from understudy.segmentation.propose_behaviors import (
     BehaviorProposal,
@@ -28,6 +31,8 @@ from understudy.segmentation.rerun_drive import measure_agreement, run_over_driv
 from understudy.segmentation.segment import Segmentation, segment
 from understudy.segmentation.split_states import SplitProposal, propose_splits, split_state
 from understudy.storage.library_folder import open_each_automaton, save_automaton
+from understudy.training.reaction_time import ReactionEstimate
+from understudy.ui.controller.driver_settlements import DriverSettlement, SettledContradiction, settle_lesson
 
 MOST_UNDONE = 200
 """The number of changes that can be undone."""
@@ -38,7 +43,8 @@ class LearnedDrive:
     """The automaton that was learned from the labels as they were then.
 
     `states` has the index of the label whose state the automaton is in at each tick of the drive, and `agreement` the
-    share of ticks at which that is the drive's label. `splits` are states that are better split in two.
+    share of ticks at which that is the drive's label. `splits` are states that are better split in two,
+    `contradictions` what drivers still disagree on, `settled` what was decided. `reactions` are those of each driver.
     """
 
     made: DriveLesson
@@ -46,24 +52,45 @@ class LearnedDrive:
     states: NDArray[np.int64]
     agreement: float
     splits: tuple[SplitProposal, ...]
+    contradictions: tuple[DriverContradiction, ...]
+    settled: tuple[SettledContradiction, ...]
+    reactions: Mapping[str, ReactionEstimate | None]
 
 
 class _Labels(NamedTuple):
-    """The labels of a drive, the ticks [T] at which they were set by hand, behaviors added, and states split."""
+    """The labels of each driver's drive and those of all joined, and all else that can be changed and undone.
 
-    segmentation: Segmentation
+    That is the ticks [T] at which labels were set by hand, behaviors added, states split, and settled contradictions.
+    """
+
+    parts: tuple[Segmentation, ...]
+    joined: Segmentation
     by_hand: NDArray[np.bool_]
     defined: tuple[Candidate, ...] = ()
     splits: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    settlements: tuple[DriverSettlement, ...] = ()
+    trust: str | None = None
+
+    def replace_parts(self, parts: Sequence[Segmentation], by_hand: NDArray[np.bool_]) -> _Labels:
+        """Return these with other labels."""
+        return self._replace(parts=tuple(parts), joined=join_segmentations(parts), by_hand=by_hand)
+
+
+class _Taught(NamedTuple):
+    """The lesson made of some labels, before contradictions are settled."""
+
+    parts: tuple[Segmentation, ...]
+    made: DriveLesson
+    reactions: Mapping[str, ReactionEstimate | None]
 
 
 class RecordingReview:
-    """The review of a segmented drive.
+    """The review of a segmented drive, or of the drives of several drivers one after the other.
 
     Parameters
     ----------
     segmentation
-        The labels as they were found.
+        The labels as they were found; of several drivers, or of one with a name, those of each by name.
     library
         The features and behaviors that the automaton uses.
     features
@@ -72,18 +99,24 @@ class RecordingReview:
         The library's folder that the automaton is saved in.
     name
         Name of the automaton.
+    trust
+        The driver who is right where drivers contradict each other. None: none yet.
     """
 
     def __init__(
         self,
-        segmentation: Segmentation,
+        segmentation: Segmentation | Mapping[str, Segmentation],
         library: Library,
         *,
         features: Sequence[BoundFeature] | None,
         folder: Path,
         name: str,
+        trust: str | None = None,
     ) -> None:
         self.name = name
+        parts = {"": segmentation} if isinstance(segmentation, Segmentation) else segmentation
+        self.drivers = tuple(parts)
+        """The names of the drivers, in order; an empty one if there is none."""
         self.learned: LearnedDrive | None = None
         """The automaton learned from the present labels; None until then."""
         self.saved: Path | None = None
@@ -91,14 +124,17 @@ class RecordingReview:
         self.is_growing = False
         """True while somebody drives; then no behaviors are proposed, which takes time in long drives."""
         self._library, self._features, self._folder = library, features, folder
-        self._labels = _Labels(segmentation, np.zeros(segmentation.drive.ticks, np.bool_))
+        joined = join_segmentations(tuple(parts.values()))
+        by_hand = np.zeros(joined.drive.ticks, np.bool_)
+        self._labels = _Labels(tuple(parts.values()), joined, by_hand, trust=trust)
         self._before: list[_Labels] = []
+        self._taught: _Taught | None = None
         self._proposed: tuple[Segmentation, tuple[BehaviorProposal, ...]] | None = None
 
     @property
     def segmentation(self) -> Segmentation:
-        """The present labels."""
-        return self._labels.segmentation
+        """The present labels, of all drivers."""
+        return self._labels.joined
 
     @property
     def by_hand(self) -> NDArray[np.bool_]:
@@ -112,15 +148,36 @@ class RecordingReview:
 
     @property
     def can_undo(self) -> bool:
-        """True if a label was changed, a behavior added or a state split, which can be undone."""
+        """True if there is a change that can be undone."""
         return bool(self._before)
+
+    @property
+    def trust(self) -> str | None:
+        """The driver who is right where drivers contradict each other; None if that is decided one by one."""
+        return self._labels.trust
+
+    def find_driver(self, tick: int) -> str:
+        """Return the name of who drove at a tick; empty if it is not known."""
+        return self.drivers[self._find_part(tick)[0]]
+
+    def _find_part(self, tick: int) -> tuple[int, int]:
+        """Return the index of the drive that a tick is of, and its first tick."""
+        first = 0
+        for index, each in enumerate(self._labels.parts):
+            if tick < first + each.drive.ticks:
+                return index, first
+            first += each.drive.ticks
+        return len(self._labels.parts) - 1, first - self._labels.parts[-1].drive.ticks
 
     def set_label(self, first: int, end: int, label: str) -> None:
         """Set the label of a span by hand; see `relabel` for the errors."""
         by_hand = self.by_hand.copy()
         by_hand[first:end] = True
-        changed = relabel(self.segmentation, first, end, label)
-        self._change(self._labels._replace(segmentation=changed, by_hand=by_hand))
+        relabel(self.segmentation, first, end, label)  # its errors have the ticks that were asked for
+        parts = list(self._labels.parts)
+        index, begin = self._find_part(first)
+        parts[index] = relabel(parts[index], first - begin, end - begin, label)
+        self._change(self._labels.replace_parts(parts, by_hand))
 
     def list_proposals(self) -> tuple[BehaviorProposal, ...]:
         """List the proposed behaviors for commands that nothing explains; they are found once for the same labels."""
@@ -136,8 +193,7 @@ class RecordingReview:
         DefinitionError is raised if there is a behavior of that name, or it is no name of one, and UnknownName if the
         drive has no such command channel.
         """
-        drive = self.segmentation.drive
-        channels = [each.name for each in drive.channels]
+        channels = [each.name for each in self.segmentation.drive.channels]
         for channel in command:
             if channel not in channels:
                 raise UnknownName(what="command channel", name=channel, where="the recording", known=channels)
@@ -145,49 +201,102 @@ class RecordingReview:
             problem, remedy = "there is a behavior of that name already", "choose another name"
             raise DefinitionError(what=f"behavior {name!r}", problem=problem, remedy=remedy)
         added = make_constant_candidate(name, command)
-        originals = [each for each in self.segmentation.candidates if not isinstance(each, SplitState)]
         sensed = [each for each in self._features or () if not each.is_own]
-        found = self._restore(segment(drive, [*originals, added], features=sensed))
-        self._change(found._replace(defined=(*self.new_candidates, added)))
+        found = []
+        for part in self._labels.parts:
+            originals = [each for each in part.candidates if not isinstance(each, SplitState)]
+            found.append(segment(part.drive, [*originals, added], features=sensed))
+        self._change(self._restore(found)._replace(defined=(*self.new_candidates, added)))
 
     def split_state(self, state: str, entered_from: Sequence[str]) -> None:
         """Give a state of its own to where a state was entered from certain others; see `split_state`."""
-        changed = split_state(self.segmentation, state, entered_from)
+        parts = list(self._labels.parts)
+        problem: Exception | None = None
+        for index, each in enumerate(parts):
+            try:
+                parts[index] = split_state(each, state, entered_from)
+            except (DefinitionError, UnknownName) as error:  # this driver may not do so
+                problem = problem or error
+        if problem is not None and all(
+            one is other for one, other in zip(parts, self._labels.parts, strict=True)
+        ):
+            raise problem
         splits = (*self._labels.splits, (state, tuple(entered_from)))
-        self._change(self._labels._replace(segmentation=changed, splits=splits))
+        self._change(self._labels.replace_parts(parts, self.by_hand)._replace(splits=splits))
 
     def extend(self, segmentation: Segmentation) -> None:
         """Take over the labels of a drive that went on.
 
         What was changed by hand stays, and can no longer be undone.
         """
-        self._change(self._restore(segmentation))
+        self._change(self._restore([segmentation]))
         self._before.clear()
 
-    def _restore(self, segmentation: Segmentation) -> _Labels:
-        """Split the same states of other labels of the drive, and set those again that were set by hand."""
-        before, by_hand = self.segmentation, self.by_hand
+    def _restore(self, found: Sequence[Segmentation]) -> _Labels:
+        """Split the same states of other labels of the drives, and set those again that were set by hand."""
+        parts, marks, first = [], [], 0
+        for segmentation, before in zip(found, self._labels.parts, strict=True):
+            by_hand = self.by_hand[first : first + before.drive.ticks]
+            first += before.drive.ticks
+            parts.append(self._restore_part(segmentation, before, by_hand))
+            grown = np.zeros(segmentation.drive.ticks, np.bool_)
+            grown[: len(by_hand)] = by_hand
+            marks.append(grown)
+        return self._labels.replace_parts(parts, np.concatenate(marks))
+
+    def _restore_part(
+        self, segmentation: Segmentation, before: Segmentation, by_hand: NDArray[np.bool_]
+    ) -> Segmentation:
         for state, entered_from in self._labels.splits:
             with suppress(
                 DefinitionError, UnknownName
             ):  # it may not be there, or not be entered so, any more
                 segmentation = split_state(segmentation, state, entered_from)
-        grown = np.zeros(segmentation.drive.ticks, np.bool_)
-        grown[: len(by_hand)] = by_hand
         marks = np.where(by_hand, before.labels, -1)
         for episode in before.drive.episodes:
             cuts = episode.first + 1 + np.flatnonzero(np.diff(marks[episode.ticks]))
             for first, end in pairwise([episode.first, *cuts.tolist(), episode.end]):
                 if by_hand[first]:
                     segmentation = relabel(segmentation, first, end, before.names[marks[first]])
-        return self._labels._replace(segmentation=segmentation, by_hand=grown)
+        return segmentation
+
+    def settle_contradiction(self, index: int, trust: str) -> None:
+        """Settle one of the contradictions of `learned`: the driver who is trusted is right there.
+
+        SessionError is raised if there is no such contradiction, and UnknownName if it is not of that driver.
+        """
+        found = () if self.learned is None else self.learned.contradictions
+        if not 0 <= index < len(found):
+            raise SessionError("there is no such contradiction: learn first, and choose one of those listed")
+        if trust not in found[index].drivers:
+            raise UnknownName(
+                what="driver", name=trust, where="the contradiction", known=list(found[index].drivers)
+            )
+        settlement = DriverSettlement.from_contradiction(found[index], trust)
+        self._decide(self._labels._replace(settlements=(*self._labels.settlements, settlement)))
+
+    def trust_driver(self, name: str | None) -> None:
+        """Trust a driver where contradictions are not settled one by one; None: no driver. UnknownName for others."""
+        if name is not None and name not in self.drivers:
+            raise UnknownName(what="driver", name=name, where="the recordings", known=list(self.drivers))
+        self._decide(self._labels._replace(trust=name))
+
+    def _decide(self, labels: _Labels) -> None:
+        """Take over another decision about contradictions; what was learned is learned again."""
+        learned = self.learned is not None
+        self._change(labels)
+        if learned:
+            self._conclude()
 
     def undo(self) -> None:
         """Take the last change back; SessionError if there is none."""
         if not self._before:
             raise SessionError("nothing was changed: there is nothing to undo")
+        learned = self.learned is not None
         self._labels = self._before.pop()
         self.learned = self.saved = None
+        if learned and self._taught is not None and self._taught.parts is self._labels.parts:
+            self._conclude()
 
     def _change(self, labels: _Labels) -> None:
         self._before.append(self._labels)
@@ -200,15 +309,33 @@ class RecordingReview:
 
         DefinitionError is raised if nothing explains any tick, and other errors of `to_lesson`.
         """
-        made = to_lesson(self.segmentation, name=self.name, library=self._library, features=self._features)
-        taught = TrainedAutomaton(learn_automaton(made.lesson), made.lesson)
+        lessons = {
+            driver: to_lesson(
+                part, name=self.name, driver=driver, library=self._library, features=self._features
+            )
+            for driver, part in zip(self.drivers, self._labels.parts, strict=True)
+        }
+        made = list(lessons.values())
+        reactions = {driver: each.reaction for driver, each in lessons.items()}
+        joined = made[0] if len(made) == 1 else merge_driver_lessons(made)
+        self._taught = _Taught(self._labels.parts, joined, reactions)
+        return self._conclude()
+
+    def _conclude(self) -> LearnedDrive:
+        """Settle the contradictions of the lesson that was made, learn from it, and run it over the readings."""
+        if self._taught is None:
+            raise SessionError("nothing was learned from these labels: learn first")
+        _, made, reactions = self._taught
+        lesson, settled, left = settle_lesson(made.lesson, self._labels.settlements, self.trust)
+        made = replace(made, lesson=lesson)
+        taught = TrainedAutomaton(learn_automaton(lesson), lesson)
         names = tuple(each.name for each in self.segmentation.candidates)
         states = run_over_drive(
             made.library.with_automaton(taught), taught.automaton.name, self.segmentation.drive, names
         )
         agreement = measure_agreement(self.segmentation, states)
-        splits = propose_splits(made.lesson)
-        self.learned = LearnedDrive(made, taught, states, agreement, splits)
+        splits = propose_splits(lesson)
+        self.learned = LearnedDrive(made, taught, states, agreement, splits, left, settled, reactions)
         self.saved = None
         return self.learned
 

@@ -29,7 +29,9 @@ from understudy.ui.web.messages.drive_review import (
     LearnFromLabels,
     SaveLearned,
     SetLabel,
+    SettleContradiction,
     SplitLabel,
+    TrustDriver,
 )
 from understudy.ui.web.views.drive_review import describe_review, describe_series
 
@@ -182,6 +184,10 @@ def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:
             review.define_behavior(name, command)
         case SplitLabel(state=state, entered_from=entered_from):
             review.split_state(state, entered_from)
+        case SettleContradiction(contradiction=index, trust=trust):
+            review.settle_contradiction(index, trust)
+        case TrustDriver(driver=driver):
+            review.trust_driver(driver)
         case LearnFromLabels():
             review.learn()
         case SaveLearned(name=name):

@@ -77,11 +77,6 @@ def learn_from_drive(
     return made.lesson, make_drive_report(drive.found, made)
 
 
-def segment_drive(path: Path, asked: DriveOptions) -> SegmentedDrive:
-    """Read a drive, find what may explain it, and segment it."""
-    return segment_opened_drives(path, open_drives([path], asked), asked)
-
-
 def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
     """Read the drives of one driver, and find the library whose behaviors may explain them."""
     import numpy as np

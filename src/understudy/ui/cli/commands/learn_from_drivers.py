@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from understudy.ui.cli.commands.learn_from_drive import (
     DriveOptions,
+    SegmentedDrive,
     open_drives,
     print_drive_report,
     segment_opened_drives,
@@ -52,7 +53,7 @@ class DriversReport:
 
 
 def group_recordings(
-    recordings: Sequence[Path], drivers: Sequence[str], trust: str | None
+    recordings: Sequence[Path], drivers: Sequence[str], trust: str | None, *, where: str = "learn"
 ) -> dict[str, list[Path]]:
     """Group recordings by driver; a single recording without a driver's name has an empty one.
 
@@ -62,7 +63,7 @@ def group_recordings(
     from understudy.ui.cli.output import format_count
 
     def refuse(problem: str, remedy: str) -> SettingError:
-        return SettingError(where="learn", setting="--driver", problem=problem, remedy=remedy)
+        return SettingError(where=where, setting="--driver", problem=problem, remedy=remedy)
 
     names = [each.strip() for each in drivers]
     if names and len(names) != len(recordings):
@@ -84,7 +85,7 @@ def group_recordings(
         grouped.setdefault(name, []).append(path)
     if trust is not None and len(grouped) == 1:
         problem, remedy = "is not used with one driver", "leave it out, or give recordings of several"
-        raise SettingError(where="learn", setting="--trust", problem=problem, remedy=remedy)
+        raise SettingError(where=where, setting="--trust", problem=problem, remedy=remedy)
     if trust is not None and trust not in grouped:
         raise UnknownName(what="driver", name=trust, where="the set of recordings", known=list(grouped))
     return grouped
@@ -100,18 +101,10 @@ def learn_from_drivers(
     )
     from understudy.segmentation.driver_lessons import merge_driver_lessons
     from understudy.segmentation.lesson_from_drive import to_lesson
-    from understudy.segmentation.recorded_drive import refuse_other_robot
     from understudy.segmentation.segmentation_report import make_drive_report
 
-    opened = {name: open_drives(paths, asked) for name, paths in recordings.items()}
-    first = next(iter(opened.values()))
-    for each in opened.values():
-        refuse_other_robot(first.drive, each.drive)
     made, reports = [], {}
-    for name, drives in opened.items():
-        # One library for all, so that features and behaviors are the same objects in all lessons.
-        alike = drives._replace(library=first.library)
-        found = segment_opened_drives(recordings[name][0], alike, asked)
+    for name, found in segment_drivers(recordings, asked).items():
         own = to_lesson(
             found.found,
             name=asked.name or "driven",
@@ -130,6 +123,23 @@ def learn_from_drivers(
     quarantined -= sum(bool(each.quarantined) for each in merged.examples)
     rows = [_describe(each, trust) for each in contradictions]
     return settled, DriversReport(reports, rows, trust, quarantined)
+
+
+def segment_drivers(
+    recordings: Mapping[str, Sequence[Path]], asked: DriveOptions
+) -> dict[str, SegmentedDrive]:
+    """Segment the drives of each driver apart; all must be of the same robot."""
+    from understudy.segmentation.recorded_drive import refuse_other_robot
+
+    opened = {name: open_drives(paths, asked) for name, paths in recordings.items()}
+    first = next(iter(opened.values()))
+    for each in opened.values():
+        refuse_other_robot(first.drive, each.drive)
+    return {
+        # One library for all, so that features and behaviors are the same objects in all lessons.
+        name: segment_opened_drives(recordings[name][0], drives._replace(library=first.library), asked)
+        for name, drives in opened.items()
+    }
 
 
 def _describe(contradiction: DriverContradiction, trust: str | None) -> ContradictionRow:

@@ -22,6 +22,8 @@ from understudy.ui.cli.robot_options import RobotFileOption, TeamFileOption, con
 from understudy.ui.cli.robot_options import find_robots_file as real
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from understudy.robots.twin import Ground
     from understudy.ui.cli.commands.learn_from_drive import DriveOptions
     from understudy.ui.web.access import ListenAddress
@@ -49,8 +51,26 @@ def start_studio(
         bool, typer.Option("--no-record", help="Do not record the messages of real robots, nor drives.")
     ] = False,
     recording: Annotated[
-        Path | None,
-        typer.Option("--recording", metavar="FILE", help="Recording without presses, to review its labels."),
+        list[Path] | None,
+        typer.Option(
+            "--recording",
+            metavar="FILE",
+            help="Recording without presses, to review its labels; may be repeated.",
+        ),
+    ] = None,
+    driver: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--driver",
+            metavar="NAME",
+            help="Who drove a recording, once for each, in order; otherwise the names are those of the files.",
+        ),
+    ] = None,
+    trust: Annotated[
+        str | None,
+        typer.Option(
+            "--trust", metavar="NAME", help="Driver who is right where drivers contradict each other."
+        ),
     ] = None,
     mapping: Annotated[
         Path | None,
@@ -96,6 +116,10 @@ def start_studio(
 
     [dim]understudy studio --recording drive.csv --map map.toml --features 'range(ball)'[/]
 
+    Of several drivers it also shows where they contradict each other, and you say who is right.
+
+    [dim]understudy studio --recording anna.csv --recording ben.csv --map map.toml[/]
+
     With --drive you drive a simulated robot yourself, with a gamepad, the mouse or the arrow keys: the labels appear
     while you drive, and you learn from them as from a recording.
 
@@ -107,6 +131,7 @@ def start_studio(
     from understudy.sim.kit import make_scenario_kit
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.commands.learn_from_drive import DriveOptions
+    from understudy.ui.cli.commands.learn_from_drivers import group_recordings
     from understudy.ui.cli.commands.studio_drive import DrivingOptions, drive_in_studio
     from understudy.ui.cli.options import choose_scenario_name, find_kit, make_world_kit, open_world
     from understudy.ui.cli.output import print_json
@@ -117,15 +142,18 @@ def start_studio(
     from understudy.ui.web.session_host import SessionHost
     from understudy.ui.web.views.library import check_folder
 
-    if recording is not None:
+    if recording:
         if real(robot, team, world=scenario or world) is not None or scenario or world or drive:
             problem, remedy = "is given beside a world or a robot", "name one of them"
             raise SettingError(where="studio", setting="--recording", problem=problem, remedy=remedy)
         options = DriveOptions(name, library, mapping, behaviors, features, None, kit, agent)
-        _review_recording(recording, options, listen(host, port, token), quiet=no_browser, as_json=as_json)
+        grouped = group_recordings(recording, driver or (), trust, where="studio")
+        address = listen(host, port, token)
+        _review_recordings(grouped, options, trust, address, quiet=no_browser, as_json=as_json)
         return
-    if mapping is not None:
-        raise _without_recording("--map", "give --recording FILE")
+    for option, given in (("--map", mapping), ("--driver", driver or None), ("--trust", trust)):
+        if given is not None:
+            raise _without_recording(option, "give --recording FILE")
     if drive:
         if real(robot, team, world=scenario or world) is not None:
             problem, remedy = "is given for real robots", "name a simulated world"
@@ -184,33 +212,48 @@ def _without_recording(option: str, remedy: str) -> SettingError:
     return SettingError(where="studio", setting=option, problem=problem, remedy=f"{remedy}, or leave it out")
 
 
-def _review_recording(
-    recording: Path, options: DriveOptions, address: ListenAddress, *, quiet: bool, as_json: bool
+def _review_recordings(
+    recordings: Mapping[str, Sequence[Path]],
+    options: DriveOptions,
+    trust: str | None,
+    address: ListenAddress,
+    *,
+    quiet: bool,
+    as_json: bool,
 ) -> None:
-    """Segment a recording, and serve the page on which it is reviewed."""
-    from understudy.ui.cli.commands.learn_from_drive import segment_drive
+    """Segment the recordings of each driver, and serve the page on which they are reviewed."""
+    import numpy as np
+
+    from understudy.ui.cli.commands.learn_from_drivers import segment_drivers
     from understudy.ui.cli.output import print_json
     from understudy.ui.controller.recording_review import RecordingReview
     from understudy.ui.web.recording_app import serve_recording
 
-    drive = segment_drive(recording, options)
+    drives = segment_drivers(recordings, options)
+    first = next(iter(drives.values()))
     review = RecordingReview(
-        drive.found,
-        drive.library,
-        features=drive.features,
+        {name: each.found for name, each in drives.items()},
+        first.library,
+        features=first.features,
         folder=options.library or LIBRARY,
         name=options.name or "driven",
+        trust=trust,
     )
+    paths = [path for each in recordings.values() for path in each]
+    known = [each.places for each in drives.values() if each.places is not None]
+    places = np.concatenate(known) if len(known) == len(drives) else None
     if as_json:
-        print_json({"recording": recording, "library": options.library, "link": address.link})
+        opened = paths[0] if len(paths) == 1 else paths
+        print_json({"recording": opened, "library": options.library, "link": address.link})
     else:
-        typer.echo(f"The recording is at {address.link}  (Ctrl C ends it)")
+        what = "recording is" if len(paths) == 1 else "recordings are"
+        typer.echo(f"The {what} at {address.link}  (Ctrl C ends it)")
 
     def ready() -> None:
         if not quiet:
             _open(address.link)
 
-    serve_recording(review, address, places=drive.places, ready=ready)
+    serve_recording(review, address, places=places, ready=ready)
 
 
 def _open(link: str) -> None:

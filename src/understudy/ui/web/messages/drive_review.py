@@ -39,6 +39,19 @@ class SplitLabel(ReviewRequest, frozen=True, kw_only=True, tag="split"):
     entered_from: NameListField
 
 
+class SettleContradiction(ReviewRequest, frozen=True, kw_only=True, tag="settle"):
+    """Settle a contradiction, by its index among those learned: the driver who is trusted is right there."""
+
+    contradiction: Index
+    trust: NameField
+
+
+class TrustDriver(ReviewRequest, frozen=True, kw_only=True, tag="trust"):
+    """Trust a driver wherever contradictions are not settled one by one; null: no driver."""
+
+    driver: NameField | None
+
+
 class LearnFromLabels(ReviewRequest, frozen=True, kw_only=True, tag="learn"):
     """Learn an automaton from the labels, and run it over the recording."""
 
@@ -50,6 +63,22 @@ class SaveLearned(ReviewRequest, frozen=True, kw_only=True, tag="save"):
 
 
 AnyReviewRequest: TypeAlias = (
-    SetLabel | UndoLabel | DefineBehavior | SplitLabel | LearnFromLabels | SaveLearned
+    SetLabel
+    | UndoLabel
+    | DefineBehavior
+    | SplitLabel
+    | SettleContradiction
+    | TrustDriver
+    | LearnFromLabels
+    | SaveLearned
 )
-REVIEW_REQUESTS = (SetLabel, UndoLabel, DefineBehavior, SplitLabel, LearnFromLabels, SaveLearned)
+REVIEW_REQUESTS = (
+    SetLabel,
+    UndoLabel,
+    DefineBehavior,
+    SplitLabel,
+    SettleContradiction,
+    TrustDriver,
+    LearnFromLabels,
+    SaveLearned,
+)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from math import isfinite
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.model.example_source import ExampleSource
 from understudy.model.kinds import Continuous, Kind
 from understudy.segmentation.drive_examples import DOUBT
+from understudy.segmentation.driver_contradictions import DriverContradiction
 from understudy.segmentation.propose_behaviors import describe_command
 from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
@@ -23,9 +26,11 @@ MOST_POINTS = 3000
 
 
 class EpisodeData(Data, frozen=True, kw_only=True):
-    """A piece of a recording without a gap: its file, its ticks, and the time of its first one, s."""
+    """A piece of a recording without a gap: its file, who drove, its ticks, and the time of its first one, s."""
 
     source: str
+    driver: str
+    """Who drove; empty if that is not known."""
     first: int
     end: int
     from_s: float
@@ -78,6 +83,22 @@ class SplitProposalData(Data, frozen=True, kw_only=True):
     evidence: str
 
 
+class DriverChoiceData(Data, frozen=True, kw_only=True):
+    """What one of two drivers did who contradict each other, in words, and the tick of an example of it."""
+
+    driver: str
+    description: str
+    tick: int
+
+
+class ContradictionData(Data, frozen=True, kw_only=True):
+    """A contradiction between two drivers, and the one whose examples are kept if it is settled."""
+
+    state: str
+    choices: list[DriverChoiceData]
+    trust: str | None
+
+
 class SeriesData(FeatureData, frozen=True, kw_only=True):
     """A reading or a command over the ticks, thinned; null where it is absent."""
 
@@ -95,9 +116,11 @@ class LearnedDriveData(Data, frozen=True, kw_only=True):
     edges: list[WayData]
     examples: int
     quarantined: int
-    reaction: str
-    """The driver's reaction time in a sentence."""
+    reactions: list[str]
+    """The reaction time of each driver in a sentence."""
     splits: list[SplitProposalData]
+    contradictions: list[ContradictionData]
+    """The contradictions between drivers; those that are settled come last."""
 
 
 class ReviewData(Data, frozen=True, kw_only=True):
@@ -108,6 +131,10 @@ class ReviewData(Data, frozen=True, kw_only=True):
     labels: list[str]
     """The labels, of which the last means that nothing explains the commands."""
     episodes: list[EpisodeData]
+    drivers: list[str]
+    """The names of the drivers; an empty one for a driver without a name."""
+    trust: str | None
+    """The driver who is right where drivers contradict each other, if one is."""
     spans: list[LabelSpanData]
     questions: list[LabelQuestionData]
     proposals: list[BehaviorProposalData]
@@ -138,10 +165,16 @@ def describe_review(review: RecordingReview) -> ReviewData:
         labels=list(names),
         episodes=[
             EpisodeData(
-                source=each.source, first=each.first, end=each.end, from_s=float(drive.times[each.first])
+                source=each.source,
+                driver=review.find_driver(each.first),
+                first=each.first,
+                end=each.end,
+                from_s=float(drive.times[each.first]),
             )
             for each in drive.episodes
         ],
+        drivers=list(review.drivers),
+        trust=review.trust,
         spans=list(_list_label_spans(review)),
         questions=[
             LabelQuestionData(
@@ -194,7 +227,6 @@ def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple
 def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
     automaton, lesson = learned.taught.automaton, learned.made.lesson
     library = learned.made.library.with_automaton(learned.taught)
-    reaction = learned.made.reaction
     return LearnedDriveData(
         agreement=learned.agreement,
         spans=[
@@ -206,12 +238,52 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
         edges=list_ways(automaton, learned.taught.lesson),
         examples=len(lesson.examples),
         quarantined=sum(bool(each.quarantined) for each in lesson.examples),
-        reaction="" if reaction is None else f"Reaction time {reaction.reaction_s:g} s. {reaction.evidence}",
+        reactions=[
+            f"{f'{driver}: reaction' if driver else 'Reaction'} time {each.reaction_s:g} s. {each.evidence}"
+            for driver, each in learned.reactions.items()
+            if each is not None
+        ],
         splits=[
             SplitProposalData(state=each.state, entered_from=list(each.entered_from), evidence=str(each))
             for each in learned.splits
         ],
+        contradictions=[
+            *(_describe_contradiction(review, each, None) for each in learned.contradictions),
+            *(_describe_contradiction(review, each, trust) for each, trust in learned.settled),
+        ],
     )
+
+
+def _describe_contradiction(
+    review: RecordingReview, contradiction: DriverContradiction, trust: str | None
+) -> ContradictionData:
+    return ContradictionData(
+        state=contradiction.state,
+        choices=[
+            DriverChoiceData(
+                driver=driver,
+                description=contradiction.describe_side(side),
+                tick=_find_tick(review, driver, contradiction.examples[side].source),
+            )
+            for side, driver in enumerate(contradiction.drivers)
+        ],
+        trust=trust,
+    )
+
+
+def _find_tick(review: RecordingReview, driver: str, source: ExampleSource | None) -> int:
+    """Find the tick of a driver that is nearest in time to the source of an example."""
+    drive = review.segmentation.drive
+    ticks = [
+        each.first + int(np.argmin(np.abs(drive.times[each.ticks] - source.time_s)))
+        for each in drive.episodes
+        if source is not None
+        and Path(each.source).name == source.file
+        and review.find_driver(each.first) == driver
+    ]
+    if source is None or not ticks:
+        return 0
+    return min(ticks, key=lambda tick: abs(float(drive.times[tick]) - source.time_s))
 
 
 def describe_series(review: RecordingReview, places: NDArray[np.float64] | None) -> RecordedSeriesData:

@@ -1,1 +1,0 @@
-import{p as e,w as t}from"./base-BrhJuJro.js";import{n,t as r}from"./recording-D3mJOdkB.js";var i=new r,a=document.getElementById(`app`);a!==null&&t(e(n,{recording:i}),a),i.open();
