@@ -19,6 +19,7 @@ from understudy.segmentation.drive_examples import name_state
 from understudy.segmentation.lesson_from_drive import to_lesson
 from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation
+from understudy.segmentation.stateless_lesson import choose_stateless
 
 NAME = "driven"
 
@@ -93,13 +94,17 @@ MORE_FEATURES: Mapping[str, Sequence[Feature]] = {
 
 
 def learn_from_labels(segmentation: Segmentation, features: Sequence[Feature]) -> Library:
-    """Learn an automaton from a labelled drive, and return a library that has it."""
+    """Learn an automaton from a labelled drive, and return a library that has it.
+
+    The same setting for all folders: whether one tree serves all states is found by leaving demonstrations out.
+    """
     names = [each.name for each in segmentation.candidates]
     library = Library(Kit.from_parts(*features, *map(Behavior, names)))
     made = to_lesson(
         segmentation, name=NAME, library=library, features=[each.name for each in features], reaction_s=0.0
     )
-    return made.library.with_automaton(TrainedAutomaton(learn_automaton(made.lesson), made.lesson))
+    lesson = choose_stateless(segmentation, made).lesson
+    return made.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
 
 
 def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[str]) -> NDArray[np.int64]:
