@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +23,14 @@ OTHER = -1
 """The index of a state that is no label, such as start or a flag."""
 
 
-def run_over_drive(library: Library, automaton: str, drive: RecordedDrive, names: tuple[str, ...]) -> Ints:
+def run_over_drive(
+    library: Library,
+    automaton: str,
+    drive: RecordedDrive,
+    names: tuple[str, ...],
+    *,
+    targets: Mapping[str, str] = MappingProxyType({}),
+) -> Ints:
     """Run an automaton over the readings of a drive, restarted at each episode.
 
     Nothing moves the robot: at each tick the readings are the recorded ones, whatever the automaton did before.
@@ -35,6 +45,8 @@ def run_over_drive(library: Library, automaton: str, drive: RecordedDrive, names
         The drive.
     names
         The labels, whose states are named as `to_lesson` names them.
+    targets
+        Targets of the automaton's parameters, by parameter.
 
     Returns
     -------
@@ -42,7 +54,7 @@ def run_over_drive(library: Library, automaton: str, drive: RecordedDrive, names
         Index of the label whose state the automaton is in at each tick; `OTHER` for other states.
     """
     bare = remove_functions(library)
-    program = link(bare, automaton)
+    program = link(bare, automaton, targets)
     indices = {name_state(name): index for index, name in enumerate(names)}
     found = np.full(drive.ticks, OTHER, np.int64)
     for episode in drive.episodes:

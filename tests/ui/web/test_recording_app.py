@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -174,7 +175,9 @@ def test_a_split_is_proposed_with_what_was_learned(tmp_path: Path) -> None:
         assert ask(client, do="learn")["learned"]["splits"] == []
 
 
-def make_drivers_review(folder: Path, trust: str | None = None) -> RecordingReview:
+def make_drivers_review(
+    folder: Path, trust: str | None = None, targets: Mapping[str, str] = MappingProxyType({})
+) -> RecordingReview:
     """The review of Anna, who goes back at 1 m from the ball, and Ben, who goes back at 2 m, 90 s each."""
     (folder / "map.toml").write_text(DRIVEN_MAP)
     paths = {"anna": [ANNA.write(folder / "a.csv")], "ben": [FAR.write(folder / "b.csv")]}
@@ -183,8 +186,21 @@ def make_drivers_review(folder: Path, trust: str | None = None) -> RecordingRevi
     found = {name: each.found for name, each in drives.items()}
     first = drives["anna"]
     return RecordingReview(
-        found, first.library, features=first.features, folder=folder / "library", name="driven", trust=trust
+        found,
+        first.library,
+        features=first.features,
+        folder=folder / "library",
+        name="driven",
+        trust=trust,
+        targets=targets,
     )
+
+
+def test_a_target_becomes_a_parameter(tmp_path: Path) -> None:
+    learned, plain = (make_drivers_review(tmp_path, targets=each).learn() for each in ({"A": "ball"}, {}))
+    assert learned.taught.automaton.parameters == ("A",)
+    assert plain.taught.automaton.parameters == ()
+    assert learned.agreement == plain.agreement
 
 
 def list_left_out(folder: Path, name: str) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -101,6 +102,8 @@ class RecordingReview:
         Name of the automaton.
     trust
         The driver who is right where drivers contradict each other. None: none yet.
+    targets
+        Targets of the drive that parameters of the automaton stand for, by parameter.
     """
 
     def __init__(
@@ -112,6 +115,7 @@ class RecordingReview:
         folder: Path,
         name: str,
         trust: str | None = None,
+        targets: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self.name = name
         parts = {"": segmentation} if isinstance(segmentation, Segmentation) else segmentation
@@ -124,6 +128,7 @@ class RecordingReview:
         self.is_growing = False
         """True while somebody drives; then no behaviors are proposed, which takes time in long drives."""
         self._library, self._features, self._folder = library, features, folder
+        self._targets = targets
         joined = join_segmentations(tuple(parts.values()))
         by_hand = np.zeros(joined.drive.ticks, np.bool_)
         self._labels = _Labels(tuple(parts.values()), joined, by_hand, trust=trust)
@@ -311,7 +316,12 @@ class RecordingReview:
         """
         lessons = {
             driver: to_lesson(
-                part, name=self.name, driver=driver, library=self._library, features=self._features
+                part,
+                name=self.name,
+                driver=driver,
+                library=self._library,
+                features=self._features,
+                targets=self._targets,
             )
             for driver, part in zip(self.drivers, self._labels.parts, strict=True)
         }
@@ -331,7 +341,11 @@ class RecordingReview:
         taught = TrainedAutomaton(learn_automaton(lesson), lesson)
         names = tuple(each.name for each in self.segmentation.candidates)
         states = run_over_drive(
-            made.library.with_automaton(taught), taught.automaton.name, self.segmentation.drive, names
+            made.library.with_automaton(taught),
+            taught.automaton.name,
+            self.segmentation.drive,
+            names,
+            targets=self._targets,
         )
         agreement = measure_agreement(self.segmentation, states)
         splits = propose_splits(lesson)

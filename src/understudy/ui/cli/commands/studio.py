@@ -87,6 +87,12 @@ def start_studio(
         str | None,
         typer.Option("--features", metavar="A,B(C)", help="Features that the driver's decisions depend on."),
     ] = None,
+    targets: Annotated[
+        str | None,
+        typer.Option(
+            "--targets", metavar="A=TARGET", help="Targets of the recording that parameters stand for."
+        ),
+    ] = None,
     agent: Annotated[
         int, typer.Option("--agent", "-a", min=0, help="Index of the recorded robot, from 0.")
     ] = 0,
@@ -133,7 +139,13 @@ def start_studio(
     from understudy.ui.cli.commands.learn_from_drive import DriveOptions
     from understudy.ui.cli.commands.learn_from_drivers import group_recordings
     from understudy.ui.cli.commands.studio_drive import DrivingOptions, drive_in_studio
-    from understudy.ui.cli.options import choose_scenario_name, find_kit, make_world_kit, open_world
+    from understudy.ui.cli.options import (
+        choose_scenario_name,
+        find_kit,
+        make_world_kit,
+        open_world,
+        parse_targets,
+    )
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.running_team import has_agents, watch_team
     from understudy.ui.web.access import listen
@@ -146,12 +158,27 @@ def start_studio(
         if real(robot, team, world=scenario or world) is not None or scenario or world or drive:
             problem, remedy = "is given beside a world or a robot", "name one of them"
             raise SettingError(where="studio", setting="--recording", problem=problem, remedy=remedy)
-        options = DriveOptions(name, library, mapping, behaviors, features, None, kit, agent)
+        options = DriveOptions(
+            name,
+            library,
+            mapping,
+            behaviors,
+            features,
+            None,
+            kit,
+            agent,
+            targets=parse_targets(targets),
+        )
         grouped = group_recordings(recording, driver or (), trust, where="studio")
         address = listen(host, port, token)
         _review_recordings(grouped, options, trust, address, quiet=no_browser, as_json=as_json)
         return
-    for option, given in (("--map", mapping), ("--driver", driver or None), ("--trust", trust)):
+    for option, given in (
+        ("--map", mapping),
+        ("--driver", driver or None),
+        ("--trust", trust),
+        ("--targets", targets),
+    ):
         if given is not None:
             raise _without_recording(option, "give --recording FILE")
     if drive:
@@ -238,6 +265,7 @@ def _review_recordings(
         folder=options.library or LIBRARY,
         name=options.name or "driven",
         trust=trust,
+        targets=options.targets,
     )
     paths = [path for each in recordings.values() for path in each]
     known = [each.places for each in drives.values() if each.places is not None]
