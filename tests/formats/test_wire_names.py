@@ -69,9 +69,9 @@ MESSAGES = [
     "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place", "press", "promise",
     "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object",
     "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
-    "save_property", "save_world", "set_up", "simplify", "skip", "speed", "split", "stand_by", "stand_for",
-    "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "turn", "undo", "use_reaction",
-    "versions", "visit", "watch", "why", "withdraw",
+    "save_property", "save_world", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by",
+    "stand_for", "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn",
+    "undo", "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
@@ -144,7 +144,8 @@ COMMANDS = {
     "show": "NAME --library -l --world -w --kit --all --json",
     "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
     "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --failures --robot "
-    "--team --no-record --recording --map --name -n --behaviors --features --agent -a --drive --json",
+    "--team --no-record --recording --driver --trust --map --name -n --behaviors --features --targets --agent -a "
+    "--drive --json",
     "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
     "--reaction --seed --failures --robot --no-record --kit --json",
     "test": "[LIBRARY] --library -l --world -w --failures --jobs -j --kit --json",
