@@ -199,7 +199,8 @@ def list_left_out(folder: Path, name: str) -> list[tuple[str, str]]:
 
 
 def test_contradictions_between_drivers_are_settled_and_saved(tmp_path: Path) -> None:
-    with TestClient(make_recording_app(make_drivers_review(tmp_path)), base_url=HERE) as client:
+    review = make_drivers_review(tmp_path)
+    with TestClient(make_recording_app(review), base_url=HERE) as client:
         opened = client.get("/review").json()
         assert [(each["driver"], each["source"], each["first"]) for each in opened["episodes"]] == [
             ("anna", "a.csv", 0),
@@ -211,20 +212,15 @@ def test_contradictions_between_drivers_are_settled_and_saved(tmp_path: Path) ->
         anna, ben = first["choices"]
         assert anna["description"].startswith("anna stays in forward at range(ball) = ")
         assert ben["description"].startswith("ben switches from forward to back at range(ball) = ")
-        (distance,) = [each for each in client.get("/series").json()["series"] if not each["is_command"]]
-        for choice, begins in (
-            (anna, 0),
-            (ben, 1800),
-        ):  # the reading at the named place is the one that is said
-            assert begins <= choice["tick"] < begins + 1800
+        distance = review.segmentation.drive.values["range", "ball"]
+        for choice, begins in ((anna, 0), (ben, 1800)):
             said = float(choice["description"].split(" = ")[1].split(" m")[0])
-            near = [
-                value
-                for tick, value in zip(distance["ticks"], distance["values"], strict=True)
-                if abs(tick - choice["tick"]) <= 12  # a press counts as late as the driver reacts
-            ]
-            assert min(abs(value - said) for value in near) < 0.02
-        assert any(each.startswith("ben: reaction time") for each in learned["reactions"])
+            assert begins <= choice["tick"] < begins + 1800
+            near = distance[
+                choice["tick"] - 12 : choice["tick"] + 1
+            ]  # a press is as late as the driver reacts
+            assert np.abs(near - said).min() < 0.01
+        assert any(each.startswith("Reaction time of ben 0.") for each in learned["reactions"])
         index = learned["contradictions"].index(first)
         settled = ask(client, do="settle", contradiction=index, trust="anna")["learned"]
         assert settled["quarantined"] > learned["quarantined"]
