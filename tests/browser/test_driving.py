@@ -71,6 +71,18 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     learn.click()
     expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
     snap(page, "driving-learned")
+
+    page.get_by_role("button", name="Let it drive").click()
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    expect(page.get_by_text("By itself: forward")).to_be_visible(timeout=10_000)
+    expect(page.get_by_role("button", name="New world")).to_be_disabled()
+    snap(page, "driving-by-itself")
+    page.emulate_media(color_scheme="dark")
+    snap(page, "driving-by-itself-dark")
+    page.emulate_media(color_scheme="light")
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Drive", exact=True)).to_be_visible()
+    expect(pane.get_by_text("of all ticks")).to_be_visible()  # what it does by itself changes nothing
     pane.get_by_label("Name").fill("as_driven")
     pane.get_by_role("button", name="Save").click()
     expect(pane.get_by_role("status")).to_contain_text("as_driven.json")
@@ -166,3 +178,37 @@ def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
     snap(page, "driving-narrow")
     page.mouse.up()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None:
+    page.keyboard.press("Space")
+    for key in ("ArrowUp", "ArrowLeft"):
+        page.keyboard.down(key)
+        page.wait_for_timeout(1500)
+        page.keyboard.up(key)
+    page.keyboard.press("Space")
+    pane = page.get_by_role("complementary")
+    by_itself = page.get_by_role("button", name="Let it drive")
+    learn = pane.get_by_role("button", name="Learn from these labels")
+    expect(learn).to_be_enabled(timeout=10_000)
+    expect(by_itself).to_be_disabled()
+    learn.click()
+    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    by_itself.click()
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    page.wait_for_timeout(1000)
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    before = labels(page)
+
+    page.set_viewport_size({"width": 390, "height": 844})
+    snap(page, "driving-by-itself-narrow")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.keyboard.down("ArrowRight")
+    expect(page.get_by_text("Move the stick to take over.")).to_have_count(0)
+    page.wait_for_timeout(1500)
+    page.keyboard.up("ArrowRight")
+    page.keyboard.press("Space")
+    expect(learn).to_be_enabled(timeout=10_000)
+    assert labels(page) == [*before, "rotate_right"]
+    expect(page.locator(".strip .gap")).to_have_count(1)  # another episode

@@ -23,7 +23,13 @@ from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
 from understudy.ui.web.clients import Client
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.drive_requests import AnyDriveRequest, BeginDriving, BeginWorld, SteerRobot
+from understudy.ui.web.messages.drive_requests import (
+    AnyDriveRequest,
+    BeginDriving,
+    BeginWorld,
+    LetAutomatonDrive,
+    SteerRobot,
+)
 from understudy.ui.web.server import FRAME_S, PICTURE_S, REST_S, SceneNewsData, send_queued
 from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
 
@@ -39,6 +45,10 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     driving: bool
     waiting: bool
     """Whether the world stands still until the stick is moved."""
+    automatic: bool
+    """Whether the automaton that was learned drives, until the stick is moved."""
+    state: str
+    """The state of the automaton that drives; empty if none does."""
     current: bool
     """Whether the review has everything that was driven."""
     version: int
@@ -135,6 +145,8 @@ class DriveServer:
                     return
                 case BeginDriving():
                     live.drive()
+                case LetAutomatonDrive():
+                    live.let_automaton_drive()
                 case BeginWorld(seed=seed):
                     live.begin_world(live.world.seeds[0] + 1 if seed is None else seed)
                     self.show_world()
@@ -183,7 +195,7 @@ class DriveServer:
             world.view(),
             tick=int(world.state.tick[0]),
             agent=live.agent,
-            bits=frames.OPEN | frames.PAUSED * (not live.driving),
+            bits=frames.OPEN | frames.PAUSED * (not (live.driving or live.automatic)),
             features=live.list_readings(self._features),
             sonar=[float(live.percept[key][live.agent]) for key in self._beams],
         )
@@ -203,6 +215,8 @@ class DriveServer:
         shown = DriveNewsData(
             driving=live.driving,
             waiting=live.waiting,
+            automatic=live.automatic,
+            state=live.find_automaton_state(),
             current=live.is_current,
             version=live.version,
             ticks=0 if live.driving else live.ticks,
