@@ -104,7 +104,14 @@ BAD = [  # arguments, what the error says
     (["studio", "-l", "{lib}/no", "--drive", "--behaviors", "fly"], "no behavior 'fly'"),
     (["studio", "-l", "{lib}/no", "--drive", "--features", "fly"], "no feature 'fly'"),
     (["learn", "/none.csv"], "/none.csv"),
-    (["learn", "/none.csv", "--name", "x"], "--library is missing"),
+    (
+        ["learn", "/none.csv", "--name", "x"],
+        "--library is missing; give the folder of the library to save 'x' in",
+    ),
+    (
+        ["learn", "/none.csv", "--library", "mine"],
+        "--name is missing; give the name to save the automaton under in mine",
+    ),
     (["rebuild", "nope", "-l", "{lib}"], "no automaton 'nope'"),
     (["validate", "nope", "-l", "{lib}"], "no automaton 'nope'"),
 ]
