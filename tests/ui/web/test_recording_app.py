@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
-from tests.segmentation.driven import ANNA, FAR
-from tests.segmentation.driven import MAP as DRIVEN_MAP
+from tests.segmentation.driven import ANNA, FAR, MAP
 from tests.segmentation.drives import follow
 from tests.segmentation.drives import make_drive as make_stick_drive
-from tests.segmentation.test_drive import MAP, make_drive, write
+from tests.segmentation.test_drive import make_drive, write
 from tests.segmentation.test_split_states import drive_along_walls
 
 from understudy.model.library import Library
@@ -176,7 +175,7 @@ def test_a_split_is_proposed_with_what_was_learned(tmp_path: Path) -> None:
 
 def make_drivers_review(folder: Path, trust: str | None = None) -> RecordingReview:
     """The review of Anna, who goes back at 1 m from the ball, and Ben, who goes back at 2 m, 90 s each."""
-    (folder / "map.toml").write_text(DRIVEN_MAP)
+    (folder / "map.toml").write_text(MAP)
     paths = {"anna": [ANNA.write(folder / "a.csv")], "ben": [FAR.write(folder / "b.csv")]}
     options = DriveOptions("driven", None, folder / "map.toml", None, "range(ball)", None, None, 0)
     drives = segment_drivers(paths, options)

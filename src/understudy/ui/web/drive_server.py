@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from contextlib import suppress
 from time import monotonic, perf_counter
 
 import msgspec
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket
 
 from understudy.errors import UnderstudyError
 from understudy.model.features import BoundFeature
@@ -30,7 +29,14 @@ from understudy.ui.web.messages.drive_requests import (
     LetAutomatonDrive,
     SteerRobot,
 )
-from understudy.ui.web.server import FRAME_S, PICTURE_S, REST_S, SceneNewsData, send_queued
+from understudy.ui.web.server import (
+    FRAME_S,
+    PICTURE_S,
+    REST_S,
+    SceneNewsData,
+    close_socket,
+    exchange_messages,
+)
 from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
 
 TAKEN = 4409
@@ -95,19 +101,11 @@ class DriveServer:
     async def serve(self, websocket: WebSocket) -> None:
         """Exchange messages with a page until it disconnects, or until another page comes."""
         page = self.connect()
-        sending = asyncio.create_task(send_queued(page, websocket))
-        hearing = asyncio.create_task(self._hear_all(page, websocket))
+        hearing = self._hear_all(page, websocket)
         try:
-            await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+            await exchange_messages(page, websocket, hearing, leave=lambda: self.disconnect(page))
         finally:
-            self.disconnect(page)
-            for task in (sending, hearing):
-                task.cancel()
-                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                    await task
-            if websocket.application_state is WebSocketState.CONNECTED:
-                with suppress(RuntimeError, WebSocketDisconnect, OSError):
-                    await websocket.close(TAKEN if self._page is not None else 1000)
+            await close_socket(websocket, TAKEN if self._page is not None else 1000)
 
     def connect(self) -> Client:
         """Let a page drive from here on, in place of the former one, and return its client."""
