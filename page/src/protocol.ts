@@ -257,6 +257,8 @@ export type DriveRequest =
   | { do: "steer"; right?: Lean; up?: Lean; held?: HeldIndices }
   /** Drive, or go on. */
   | { do: "drive" }
+  /** Let the automaton that was learned drive, until it is paused or the stick is moved. */
+  | { do: "let_drive" }
   /** Pause, so that the labels can be reviewed. */
   | { do: "pause_drive" }
   /** Begin another world, as another episode of the drive; by default that of the next seed. */
@@ -268,6 +270,10 @@ export interface DriveNews {
   driving: boolean;
   /** Whether the world stands still until the stick is moved. */
   waiting: boolean;
+  /** Whether the automaton that was learned drives, until the stick is moved. */
+  automatic: boolean;
+  /** The state of the automaton that drives; empty if none does. */
+  state: string;
   /** Whether the review has everything that was driven. */
   current: boolean;
   /** Grows whenever the review changes. */

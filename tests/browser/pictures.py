@@ -34,6 +34,7 @@ OF_TESTS = {
     "studio-properties": ("test_properties.py", "properties-refused"),
     "notebook": ("test_notebook.py", "notebook-taught"),
     "studio-recording": ("test_recording.py", "recording-learned"),
+    "studio-contradictions": ("test_recording.py", "recording-contradictions"),
     "studio-driving": ("test_driving.py", "driving-under-way"),
 }
 """Pictures that tests take, with the test's file and what the picture is called there."""

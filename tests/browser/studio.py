@@ -7,9 +7,13 @@ import re
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-READY = re.compile(r"The (?:studio|recording|drive) is at (http://\S+)")
+from playwright.sync_api import Browser, Locator, Page
+
+READY = re.compile(r"The (?:studio is|recording is|recordings are|drive is) at (http://\S+)")
 
 
 class Studio:
@@ -55,3 +59,32 @@ class Studio:
             assert self._process.stdout is not None
             self._process.stdout.close()
             self._process = None
+
+
+@contextmanager
+def open_drive_page(chromium: Browser, library: Path, *what: str) -> Iterator[Page]:
+    """The page of a recording or of a drive, in a studio of its own; errors of the page fail."""
+    studio = Studio(library, *what)
+    studio.start()
+    errors: list[str] = []
+    try:
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(studio.address)
+        yield page
+        assert not errors
+    finally:
+        studio.stop()
+
+
+def find_strip(page: Page) -> Locator:
+    """The labels over time."""
+    return page.get_by_role("group", name="Labels over time")
+
+
+def list_labels(page: Page) -> list[tuple[str, int]]:
+    """The labels of the spans on the timeline, each with its first tick."""
+    return [
+        (str(each.get_attribute("data-label")), int(each.get_attribute("data-first") or -1))
+        for each in find_strip(page).locator(".span").all()
+    ]

@@ -7,28 +7,17 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import Studio
+from tests.browser.studio import find_strip, list_labels, open_drive_page
 
 Snap = Callable[[Page, str], None]
 
 
 @pytest.fixture
 def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
-    studio = Studio(
-        tmp_path / "library", "forage", "--drive", "--seed", "3",
-        "--features", "distance_to(nearest_food),angle_to(nearest_food)",
-    )  # fmt: skip
-    studio.start()
-    errors: list[str] = []
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(studio.address)
+    options = "--seed", "3", "--features", "distance_to(nearest_food),angle_to(nearest_food)"
+    with open_drive_page(chromium, tmp_path / "library", "forage", "--drive", *options) as page:
         stick(page).wait_for()
         yield page
-        assert not errors
-    finally:
-        studio.stop()
 
 
 def stick(page: Page) -> Locator:
@@ -36,8 +25,8 @@ def stick(page: Page) -> Locator:
 
 
 def labels(page: Page) -> list[str]:
-    found = page.get_by_role("group", name="Labels over time").locator(".span").all()
-    return [str(each.get_attribute("data-label")) for each in found]
+    """The labels of the drive, without what nothing explains."""
+    return [label for label, _ in list_labels(page) if label != "unexplained"]
 
 
 def lean(page: Page, right: float, up: float) -> None:
@@ -56,7 +45,7 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     lean(page, 0, 0)
     page.mouse.down()
     lean(page, -0.9, 0)
-    span = page.get_by_role("group", name="Labels over time").locator(".span")
+    span = find_strip(page).locator(".span")
     page.wait_for_timeout(1000)
     expect(span.first).to_have_attribute("data-label", "rotate_left", timeout=10_000)  # while it is held
     page.wait_for_timeout(1250)
@@ -77,11 +66,23 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     pane = page.get_by_role("complementary")
     learn = pane.get_by_role("button", name="Learn from these labels")
     expect(learn).to_be_enabled(timeout=10_000)
-    told = [each for each in labels(page) if each != "unexplained"]
+    told = labels(page)
     assert told == ["rotate_left", "forward", "load_food", "rotate_left", "forward"], told
     learn.click()
     expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
     snap(page, "driving-learned")
+
+    page.get_by_role("button", name="Let it drive").click()
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    expect(page.get_by_text("By itself: forward")).to_be_visible(timeout=10_000)
+    expect(page.get_by_role("button", name="New world")).to_be_disabled()
+    snap(page, "driving-by-itself")
+    page.emulate_media(color_scheme="dark")
+    snap(page, "driving-by-itself-dark")
+    page.emulate_media(color_scheme="light")
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Drive", exact=True)).to_be_visible()
+    expect(pane.get_by_text("of all ticks")).to_be_visible()  # what it does by itself changes nothing
     pane.get_by_label("Name").fill("as_driven")
     pane.get_by_role("button", name="Save").click()
     expect(pane.get_by_role("status")).to_contain_text("as_driven.json")
@@ -105,7 +106,7 @@ def test_driven_with_the_keyboard(page: Page) -> None:
     page.keyboard.up("a")
     expect(page.get_by_role("button", name="Drive")).to_be_visible()
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
-    told = [each for each in labels(page) if each != "unexplained"]
+    told = labels(page)
     assert told == ["forward", "rotate_right", "load_food"], told
     page.keyboard.press("ArrowRight")  # a key of the review again
     expect(page.get_by_text("What was it?")).to_be_visible()
@@ -138,7 +139,7 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     push(9)
     page.evaluate("window.pad.buttons[2].pressed = false")
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
-    told = [each for each in labels(page) if each != "unexplained"]
+    told = labels(page)
     assert told == ["forward", "rotate_left", "unload_food"], told
 
     page.get_by_role("button", name="New world").click()
@@ -149,7 +150,7 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     push(9)
     expect(page.locator(".strip .gap")).to_have_count(1)  # another episode of the same drive
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
-    assert [each for each in labels(page) if each != "unexplained"] == [*told, "forward"]
+    assert labels(page) == [*told, "forward"]
     snap(page, "driving-two-worlds")
 
 
@@ -157,7 +158,7 @@ def test_the_robot_rests_when_the_page_is_left(page: Page) -> None:
     """Keys that are held when the window loses the focus count as let go of."""
     page.keyboard.press("Space")
     page.keyboard.down("ArrowUp")
-    expect(page.get_by_role("group", name="Labels over time").locator(".span")).not_to_have_count(0)
+    expect(find_strip(page).locator(".span")).not_to_have_count(0)
     page.evaluate("dispatchEvent(new Event('blur'))")
     expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible(timeout=2000)
 
@@ -173,7 +174,41 @@ def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
     lean(page, 0, 0)
     page.mouse.down()
     lean(page, 0, 0.9)
-    expect(page.get_by_role("group", name="Labels over time").locator(".span")).not_to_have_count(0)
+    expect(find_strip(page).locator(".span")).not_to_have_count(0)
     snap(page, "driving-narrow")
     page.mouse.up()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None:
+    page.keyboard.press("Space")
+    for key in ("ArrowUp", "ArrowLeft"):
+        page.keyboard.down(key)
+        page.wait_for_timeout(1500)
+        page.keyboard.up(key)
+    page.keyboard.press("Space")
+    pane = page.get_by_role("complementary")
+    by_itself = page.get_by_role("button", name="Let it drive")
+    learn = pane.get_by_role("button", name="Learn from these labels")
+    expect(learn).to_be_enabled(timeout=10_000)
+    expect(by_itself).to_be_disabled()
+    learn.click()
+    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    by_itself.click()
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    page.wait_for_timeout(1000)
+    expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    before = labels(page)
+
+    page.set_viewport_size({"width": 390, "height": 844})
+    snap(page, "driving-by-itself-narrow")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.keyboard.down("ArrowRight")
+    expect(page.get_by_text("Move the stick to take over.")).to_have_count(0)
+    page.wait_for_timeout(1500)
+    page.keyboard.up("ArrowRight")
+    page.keyboard.press("Space")
+    expect(learn).to_be_enabled(timeout=10_000)
+    assert labels(page) == [*before, "rotate_right"]
+    expect(page.locator(".strip .gap")).to_have_count(1)  # another episode

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import Studio
+from playwright.sync_api import Browser, Page, expect
+from tests.browser.studio import find_strip, list_labels, open_drive_page
+from tests.segmentation.driven import ANNA, FAR
+from tests.segmentation.driven import MAP as DRIVEN_MAP
 
 Snap = Callable[[Page, str], None]
 
@@ -57,37 +59,15 @@ def write_drive(folder: Path) -> Path:
 @pytest.fixture
 def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
     recording = write_drive(tmp_path)
-    studio = Studio(
-        tmp_path / "library", "--recording", str(recording), "--map", str(tmp_path / "map.toml"),
-        "--features", "range(ball)",
-    )  # fmt: skip
-    studio.start()
-    errors: list[str] = []
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(studio.address)
-        strip(page).wait_for()
+    options = "--map", str(tmp_path / "map.toml"), "--features", "range(ball)"
+    with open_drive_page(chromium, tmp_path / "library", "--recording", str(recording), *options) as page:
+        find_strip(page).wait_for()
         yield page
-        assert not errors
-    finally:
-        studio.stop()
-
-
-def strip(page: Page) -> Locator:
-    return page.get_by_role("group", name="Labels over time")
-
-
-def spans(page: Page) -> list[tuple[str, int]]:
-    found = strip(page).locator(".span").all()
-    return [
-        (str(each.get_attribute("data-label")), int(each.get_attribute("data-first") or -1)) for each in found
-    ]
 
 
 def place(page: Page, tick: float) -> tuple[float, float]:
     """Where a tick is on the lane of the labels."""
-    box = strip(page).bounding_box()
+    box = find_strip(page).bounding_box()
     assert box is not None
     return box["x"] + tick / 400 * box["width"], box["y"] + 40
 
@@ -101,7 +81,7 @@ def drag(page: Page, first: float, last: float) -> None:
 
 
 def test_reviewed_learned_and_saved(page: Page, tmp_path: Path, snap: Snap) -> None:
-    before = spans(page)
+    before = list_labels(page)
     assert before[:3] == [("forward", 0), ("back", 25), ("forward", 66)]
     assert ("unexplained", 200) in before
     snap(page, "recording-opened")
@@ -110,22 +90,22 @@ def test_reviewed_learned_and_saved(page: Page, tmp_path: Path, snap: Snap) -> N
     page.mouse.click(*place(page, 45))  # the first span of back
     expect(pane.get_by_role("heading", name="0:02.5 to 0:06.6")).to_be_visible()
     pane.get_by_role("button", name="forward").click()
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
     page.get_by_role("button", name="Undo").click()
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
 
     drag(page, 25, 35)  # its beginning is moved by about a second
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
-    moved = spans(page)
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "forward")
+    moved = list_labels(page)
     assert moved[:2] == [("forward", 0), ("forward", 25)]
     assert 33 <= moved[2][1] <= 37
     page.keyboard.press("Control+z")
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
 
     drag(page, 210, 218)  # a part of what nothing explains
     expect(pane.get_by_text("What was this part?")).to_be_visible()
     page.keyboard.press("2")
-    expect(strip(page).locator(".span[data-label='back'][data-first='210']")).to_have_count(1)
+    expect(find_strip(page).locator(".span[data-label='back'][data-first='210']")).to_have_count(1)
     page.keyboard.press("Control+z")
 
     pane.get_by_role("button", name="Learn from these labels").click()
@@ -152,7 +132,7 @@ def test_what_nothing_explains_gets_a_name(page: Page, snap: Snap) -> None:
     pane.get_by_role("button", name="0:20.0 to 0:2").click()
     pane.get_by_label("Name of the behavior").fill("creep")
     pane.get_by_role("button", name="Add").click()
-    expect(strip(page).locator(".span[data-label='creep']")).to_have_count(1)
+    expect(find_strip(page).locator(".span[data-label='creep']")).to_have_count(1)
     expect(pane.get_by_role("heading", name="Not explained")).to_have_count(0)
     page.get_by_role("button", name="Undo").click()
     expect(pane.get_by_text("drive 0.15")).to_be_visible()
@@ -167,9 +147,9 @@ def test_with_the_keyboard_alone(page: Page) -> None:
     page.keyboard.press("ArrowLeft")
     expect(pane.get_by_role("heading", name="0:02.5 to 0:06.6")).to_be_visible()
     page.keyboard.press("0")
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "unexplained")
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "unexplained")
     page.keyboard.press("Control+z")
-    expect(strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
+    expect(find_strip(page).locator(".span").nth(1)).to_have_attribute("data-label", "back")
     page.keyboard.press("Escape")
     expect(pane.get_by_text("Select a span on the timeline")).to_be_visible()
 
@@ -179,3 +159,50 @@ def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_visible()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     snap(page, "recording-narrow")
+
+
+@pytest.fixture
+def drivers_page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
+    """The drives of Anna, who goes back at 1 m from the ball, and of Ben, who goes back at 2 m, 90 s each."""
+    (tmp_path / "map.toml").write_text(DRIVEN_MAP)
+    recordings = [ANNA.write(tmp_path / "anna.csv"), FAR.write(tmp_path / "ben.csv")]
+    options = [part for each in recordings for part in ("--recording", str(each))]
+    options += ["--map", str(tmp_path / "map.toml"), "--features", "range(ball)"]
+    with open_drive_page(chromium, tmp_path / "library", *options) as page:
+        find_strip(page).wait_for()
+        yield page
+
+
+def test_contradictions_between_drivers_are_settled(drivers_page: Page, tmp_path: Path, snap: Snap) -> None:
+    page = drivers_page
+    expect(find_strip(page).locator(".driver")).to_have_text(["anna, anna.csvanna", "ben, ben.csvben"])
+    pane = page.get_by_role("complementary")
+    pane.get_by_role("button", name="Learn from these labels").click()
+    found = pane.get_by_role("region", name="Contradictions")
+    row = found.get_by_role("listitem").filter(has_text="anna stays in forward")
+    expect(row).to_be_visible(timeout=30_000)
+    expect(found.get_by_text("to settle: who is right?")).to_be_visible()
+    row.get_by_role("button", name="ben switches from forward to back").click()
+    expect(find_strip(page).locator(".selected")).to_have_count(1)
+    snap(page, "recording-contradictions")
+    page.emulate_media(color_scheme="dark")
+    snap(page, "recording-contradictions-dark")
+    page.emulate_media(color_scheme="light")
+
+    row.get_by_role("button", name="ben is right").click()
+    expect(row.get_by_text("Settled: ben is right.")).to_be_visible()
+    snap(page, "recording-settled")
+    page.get_by_role("button", name="Undo").click()
+    expect(row.get_by_role("button", name="ben is right")).to_be_visible()
+    found.get_by_label("Right everywhere else").select_option("anna")
+    expect(row.get_by_text("Settled: anna is right.")).to_be_visible()
+    expect(found.get_by_text("All are settled.")).to_be_visible()
+    pane.get_by_label("Name", exact=True).fill("after_anna")
+    pane.get_by_role("button", name="Save").click()
+    expect(pane.get_by_role("status")).to_contain_text("after_anna.json")
+    assert "contradicts anna" in (tmp_path / "library" / "after_anna.json").read_text()
+
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    found.scroll_into_view_if_needed()
+    snap(page, "recording-contradictions-narrow")

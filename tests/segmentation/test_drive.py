@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.segmentation.driven import MAP
 from typer.testing import CliRunner
 
 from understudy.errors import FileError
@@ -12,21 +13,6 @@ from understudy.segmentation.drive_table import read_recorded_drive
 from understudy.ui.cli.main import make_command_line
 
 HEADER = "time_s,range(ball),command.drive"
-MAP = """format = "understudy-recording-map/1"
-time = "time_s"
-[[readings]]
-column = "range(ball)"
-name = "range"
-target = "ball"
-unit = "m"
-[[commands]]
-column = "command.drive"
-channel = "drive"
-[behaviors.forward]
-drive = 0.8
-[behaviors.back]
-drive = -0.5
-"""
 
 
 def make_drive(*, noise: float = 0.03) -> list[str]:

@@ -98,6 +98,14 @@ function StickPad({ driving }: { driving: Driving }) {
 function Moment({ driving }: { driving: Driving }) {
   const { review } = driving.recording;
   const last = review?.spans.at(-1);
+  if (driving.automatic)
+    return (
+      <p class="moment automatic" role="status">
+        <span>
+          By itself: <b>{plain(driving.told?.state ?? "")}</b>. Move the stick to take over.
+        </span>
+      </p>
+    );
   if (driving.told?.waiting === true)
     return <p class="moment soft">Move the stick: the world waits for you.</p>;
   if (!driving.driving || last === undefined || review === null) return null;

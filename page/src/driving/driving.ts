@@ -58,24 +58,40 @@ export class Driving implements WorldSource {
     return this.told?.driving ?? false;
   }
 
+  /** True while the automaton that was learned drives. */
+  get automatic(): boolean {
+    return this.told?.automatic ?? false;
+  }
+
   send(request: DriveRequest): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
   }
 
-  /** True while the keys command the stick, from the press of Drive on. */
+  /** True while the keys command the stick: from the press of Drive on, and to take over from the automaton. */
   get steers(): boolean {
-    return this.driving || this.begins;
+    return this.driving || this.automatic || this.begins;
   }
 
   /** Drive, or pause. */
   turn(): void {
-    if (this.driving) this.send({ do: "pause_drive" });
+    if (this.driving || this.automatic) this.send({ do: "pause_drive" });
     else this.begin();
+  }
+
+  /** Let the automaton that was learned drive. */
+  letDrive(): void {
+    this.stick.release();
+    this.send({ do: "let_drive" });
   }
 
   /** Begin to drive if nobody does; the world waits for the stick. */
   begin(): void {
-    if (this.driving || this.lost !== "" || (this.recording.busy !== null && this.recording.busy !== "drive"))
+    if (
+      this.driving ||
+      this.automatic ||
+      this.lost !== "" ||
+      (this.recording.busy !== null && this.recording.busy !== "drive")
+    )
       return;
     this.begins = true;
     this.send({ do: "drive" });
@@ -84,7 +100,7 @@ export class Driving implements WorldSource {
   /** The stick moved, or may have. */
   steer(): void {
     const { right, up } = this.stick.lean;
-    if (this.driving) {
+    if (this.driving || this.automatic) {
       this.send({ do: "steer", right, up, held: this.stick.held(this.told?.held.length ?? 0) });
     }
     this.moved.tell();
@@ -100,12 +116,12 @@ export class Driving implements WorldSource {
   listen(): () => void {
     const beat = setInterval(() => {
       this.readPad();
-      if (this.driving) this.steer();
+      if (this.driving || this.automatic) this.steer();
     }, EVERY_MS);
     const leave = (): void => this.release();
     const hide = (): void => {
       this.release();
-      if (document.hidden && this.driving) this.send({ do: "pause_drive" });
+      if (document.hidden && (this.driving || this.automatic)) this.send({ do: "pause_drive" });
     };
     addEventListener("blur", leave);
     document.addEventListener("visibilitychange", hide);
@@ -145,9 +161,10 @@ export class Driving implements WorldSource {
     if (news.driving || news.error !== "") this.begins = false;
     this.lost = "";
     this.desk = { mode: "training", features: news.features, doing: [] };
-    const closed = news.driving || !news.current;
-    if (closed && recording.busy === null) recording.busy = "drive";
-    if (!closed && recording.busy === "drive") recording.busy = null;
+    const { busy } = recording;
+    if (busy === null || busy === "drive" || busy === "automatic") {
+      recording.busy = news.automatic ? "automatic" : news.driving || !news.current ? "drive" : null;
+    }
     if (news.driving) recording.select(null);
     if (was && !news.driving) this.release();
     void this.refresh();
@@ -186,7 +203,9 @@ export class Driving implements WorldSource {
     this.socket = null;
     this.begins = false;
     this.release();
-    if (this.told !== null) this.told = { ...this.told, driving: false, waiting: false };
+    if (this.told !== null) {
+      this.told = { ...this.told, driving: false, waiting: false, automatic: false };
+    }
     if (event.code === TAKEN)
       this.lost = "Another page drives this robot now. Load this page again to drive it.";
     else if (event.code === REFUSED) this.lost = event.reason;

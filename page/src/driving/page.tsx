@@ -49,10 +49,11 @@ export function DrivingPage({ driving }: { driving: Driving }) {
 }
 
 function Bar({ driving }: { driving: Driving }) {
-  const { recording, told, scene } = driving;
+  const { recording, scene } = driving;
   const { review, busy } = recording;
   const driven = review === null ? 0 : recording.ticks * review.tick_s;
-  const changes = busy !== null && busy !== "drive";
+  const moves = driving.driving || driving.automatic;
+  const changes = busy !== null && busy !== "drive" && busy !== "automatic";
   return (
     <header class="bar">
       <h1 class="logo">Understudy</h1>
@@ -72,12 +73,29 @@ function Bar({ driving }: { driving: Driving }) {
       )}
       <button
         type="button"
-        disabled={driving.driving || changes}
+        disabled={moves || changes}
         title="The same drive goes on in another world"
         onClick={() => driving.send({ do: "new_world" })}
       >
         New world
       </button>
+      {review !== null && (
+        <button
+          type="button"
+          disabled={review.learned === null || busy !== null || driving.lost !== ""}
+          title={
+            review.learned === null
+              ? "Learn from the labels first"
+              : "The automaton that was learned drives, until you move the stick"
+          }
+          onClick={(event) => {
+            driving.letDrive();
+            event.currentTarget.blur();
+          }}
+        >
+          Let it drive
+        </button>
+      )}
       <button
         type="button"
         class="primary turn"
@@ -87,7 +105,7 @@ function Bar({ driving }: { driving: Driving }) {
           if (event.detail > 0) event.currentTarget.blur(); // the space bar is the page's again
         }}
       >
-        {told?.driving === true ? "Pause" : "Drive"}
+        {moves ? "Pause" : "Drive"}
       </button>
     </header>
   );
@@ -125,7 +143,7 @@ function steer(driving: Driving): () => void {
   };
   const up = (event: KeyboardEvent): void => {
     driving.stick.lift(event.key);
-    if (driving.driving) driving.steer();
+    if (driving.driving || driving.automatic) driving.steer();
   };
   addEventListener("keydown", down);
   addEventListener("keyup", up);

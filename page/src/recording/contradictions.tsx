@@ -37,7 +37,7 @@ export function Contradictions({ recording, review, learned }: ContradictionsPro
       </ul>
       {(contradictions.length > 0 || review.trust !== null) && (
         <label class="trust">
-          Right in all others
+          Right everywhere else
           <select
             value={review.trust ?? ""}
             disabled={recording.busy !== null}

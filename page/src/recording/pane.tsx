@@ -69,7 +69,7 @@ function Selected({ recording, review }: PaneProps) {
           );
         })}
       </div>
-      {selected === null && !drives && (
+      {selected === null && recording.busy === null && (
         <p class="tiny soft">Select a span on the timeline, or press →, to change its label.</p>
       )}
     </section>

@@ -51,7 +51,7 @@ export class Recording {
   selected: Ticks | null = null;
   /** The tick under the pointer. */
   pointed: number | null = null;
-  busy: Exclude<ReviewRequest["do"], "undo"> | "drive" | null = null;
+  busy: Exclude<ReviewRequest["do"], "undo"> | "drive" | "automatic" | null = null;
   error = "";
 
   async open(): Promise<void> {

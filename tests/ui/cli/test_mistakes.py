@@ -97,6 +97,12 @@ BAD = [  # arguments, what the error says
         "--map is given without a recording; give --recording FILE, or",
     ),
     (["studio", "--name", "x"], "--name is given without a recording; give --recording FILE or --drive"),
+    (["studio", "--driver", "anna"], "--driver is given without a recording; give --recording FILE"),
+    (["studio", "--recording", "x.csv", "--trust", "anna"], "studio: --trust is not used with one driver"),
+    (
+        ["studio", "--recording", "x.csv", "--recording", "y.csv", "--driver", "anna"],
+        "studio: --driver is given once for 2 recordings",
+    ),
     (["studio", "--recording", "x.csv", "--drive"], "--recording is given beside a world or a robot"),
     (["studio", "--robot", "r.toml", "--drive"], "--drive is given for real robots; name a simulated world"),
     (["studio", "moon", "--drive"], "no world 'moon'; it has arena"),
@@ -104,7 +110,14 @@ BAD = [  # arguments, what the error says
     (["studio", "-l", "{lib}/no", "--drive", "--behaviors", "fly"], "no behavior 'fly'"),
     (["studio", "-l", "{lib}/no", "--drive", "--features", "fly"], "no feature 'fly'"),
     (["learn", "/none.csv"], "/none.csv"),
-    (["learn", "/none.csv", "--name", "x"], "--library is missing"),
+    (
+        ["learn", "/none.csv", "--name", "x"],
+        "--library is missing; give the folder of the library to save 'x' in",
+    ),
+    (
+        ["learn", "/none.csv", "--library", "mine"],
+        "--name is missing; give the name to save the automaton under in mine",
+    ),
     (["rebuild", "nope", "-l", "{lib}"], "no automaton 'nope'"),
     (["validate", "nope", "-l", "{lib}"], "no automaton 'nope'"),
 ]

@@ -333,3 +333,68 @@ def go_by_itself(live: LiveDrive, library: Library) -> bool:
         if float(live.world.sense([("range", "nearest_food")])["range", "nearest_food"][0]) < 0.6:
             return True
     return False
+
+
+def learn_to_find_food(scripted: Scripted) -> LiveDrive:
+    """Drive to the food in three worlds, and learn from it."""
+    live = scripted.live
+    for seed in range(3):
+        live.begin_world(seed)
+        live.drive()
+        scripted.drive(FoodDriver(), 25)
+        scripted.pause()
+    live.find_review().learn()
+    return live
+
+
+def test_the_automaton_drives_until_the_stick_is_moved(tmp_path: Path) -> None:
+    """What it does by itself is not recorded; what follows a movement of the stick is another episode."""
+    scripted = Scripted(tmp_path, features="distance_to(nearest_food),angle_to(nearest_food)")
+    live = learn_to_find_food(scripted)
+    live.begin_world(100)
+    before, far = live.ticks, float(live.percept["range", "nearest_food"][0])
+    live.let_automaton_drive()
+    assert (live.automatic, live.driving) == (True, False)
+    scripted.drive(hold(AT_REST), 8)
+    assert float(live.percept["range", "nearest_food"][0]) < far - 1
+    assert live.find_automaton_state() in ("forward", "rotate_left", "rotate_right")
+    assert live.ticks == before
+    for refused in (live.check_change, lambda: live.begin_world(101)):
+        with pytest.raises(SessionError, match="pause"):
+            refused()
+    scripted.drive(hold(StickPosition(0.05, 0.05)), 1)  # within the dead zone
+    assert live.automatic
+    scripted.drive(hold(RIGHT), 2)
+    assert (live.automatic, live.driving, live.find_automaton_state()) == (False, True, "")
+    scripted.drive(hold(AHEAD), 1)
+    scripted.pause()
+    drive = live.find_review().segmentation.drive
+    assert drive.ticks == live.ticks == pytest.approx(before + 30, abs=1)
+    last = drive.episodes[-1]
+    assert (last.source, last.first) == ("seed 100 from 9.0 s", before)
+    assert drive.times[last.first] == pytest.approx(9.1)
+    assert [label for label, first, _ in scripted.spans if first >= before] == ["rotate_right", "forward"]
+    kept = read_trace_drive(scripted.files.paths[-1])
+    assert kept.drive.ticks == live.ticks - before
+
+
+def test_the_automaton_is_paused_and_driven_on(tmp_path: Path) -> None:
+    scripted = Scripted(tmp_path, features="distance_to(nearest_food),angle_to(nearest_food)")
+    with pytest.raises(SessionError, match="learn first"):
+        scripted.live.let_automaton_drive()
+    live = learn_to_find_food(scripted)
+    live.let_automaton_drive()
+    scripted.drive(hold(AT_REST), 1)
+    live.pause()
+    at = live.world.time_s
+    scripted.drive(hold(AT_REST), 1)
+    assert (live.automatic, live.world.time_s) == (False, at)
+    count = len(live.find_review().segmentation.drive.episodes)
+    live.drive()
+    with pytest.raises(SessionError, match="pause first"):
+        live.let_automaton_drive()
+    scripted.drive(hold(LEFT), 1)
+    scripted.pause()
+    assert len(live.find_review().segmentation.drive.episodes) == count + 1
+    with pytest.raises(SessionError, match="learn first"):
+        live.let_automaton_drive()  # the labels are others now

@@ -132,6 +132,44 @@ def test_driven_reviewed_and_learned(client: TestClient) -> None:
         assert {(each["from"], each["to"]) for each in learned["edges"]} >= {("forward", "rotate_left")}
 
 
+def test_the_automaton_drives_and_the_stick_takes_over(client: TestClient, server: DriveServer) -> None:
+    with visit(client) as driver:
+        driver.send(do="drive")
+        driver.hear_until(driving=True)
+        steer(client, driver, 1.5, up=1.0)
+        steer(client, driver, 1.0, right=-1.0)
+        driver.send(do="pause_drive")
+        driver.hear_until(driving=False, current=True)
+        driver.send(do="let_drive")
+        while "learn first" not in driver.news["error"]:
+            driver.hear()
+        learned = client.post("/review", json={"do": "learn"})
+        assert learned.status_code == 200, learned.text
+        driver.send(do="let_drive")
+        driver.hear_until(automatic=True, error="")
+        refused = client.post("/review", json={"do": "undo"})
+        assert (refused.status_code, "pause it" in refused.json()["error"]) == (400, True)
+        before = driver.read_place()
+        driver.hear_until(state="forward")
+        while driver.read_place() == before:
+            driver.hear()
+        steer(client, driver, 0.5, right=1.0)
+        driver.hear_until(automatic=False, driving=True, state="")
+        driver.send(do="let_drive")
+        while "pause first" not in driver.news["error"]:
+            driver.hear()
+        driver.send(do="pause_drive")
+        driver.hear_until(driving=False, current=True)
+        learned = client.post("/review", json={"do": "learn"})
+        assert learned.status_code == 200, learned.text
+        driver.send(do="let_drive")
+        driver.hear_until(automatic=True)
+    began = monotonic()
+    while server.live.automatic:  # the page has left
+        sleep(0.01)
+        assert monotonic() - began < LONGEST_S
+
+
 def test_a_page_that_leaves_pauses(client: TestClient, server: DriveServer) -> None:
     with visit(client) as driver:
         driver.send(do="drive")

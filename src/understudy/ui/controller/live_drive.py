@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
 from understudy.runtime.feature_columns import read_feature_column
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.run_loop import Run
 from understudy.segmentation.candidates import BehaviorCandidate, Candidate
 from understudy.segmentation.drive_recorder import POSE, DriveRecorder
 from understudy.segmentation.recorded_drive import RecordedDrive
@@ -48,8 +51,9 @@ class LiveDrive:
     """The drive of one robot of a world by a stick, from which its review grows.
 
     The world stands still until the stick is moved, so that no drive begins with a wait. It also stands still whenever
-    the stick is at rest, unless one of the behaviors rests: nothing else could explain that. Everything but the
-    segmentation, which runs in a thread, happens in the thread of the caller.
+    the stick is at rest, unless one of the behaviors rests: nothing else could explain that. The automaton that was
+    learned can drive, too, until the stick is moved; this is no part of the drive. Everything but the segmentation,
+    which runs in a thread, happens in the thread of the caller.
 
     Parameters
     ----------
@@ -85,6 +89,8 @@ class LiveDrive:
         """True from when somebody drives until it is paused."""
         self.waiting = False
         """True while the world stands still until the stick is moved."""
+        self.automatic = False
+        """True while the automaton that was learned drives, until it is paused or the stick is moved."""
         self.review: RecordingReview | None = None
         """The review of what was segmented so far; None before the first segmentation."""
         self.lock = Lock()
@@ -102,6 +108,8 @@ class LiveDrive:
         self._running: Future[Segmentation] | None = None
         self._segmented, self._kept, self._began_s, self._due_s = 0, 0, 0.0, 0.0
         self._refined = True
+        self._run: Run | None = None
+        self._has_moved = False  # since the last tick of the drive, by itself
         self.percept: Percept = world.sense(self._recorder.keys)
         """The present readings of all robots."""
 
@@ -127,8 +135,8 @@ class LiveDrive:
         return self.review
 
     def check_change(self) -> None:
-        """Raise SessionError while somebody drives, or while labels are being found."""
-        if self.driving or not self.is_current:
+        """Raise SessionError while the robot moves, or while labels are being found."""
+        if self.driving or self.automatic or not self.is_current:
             raise SessionError("the drive goes on: pause it, and then change its labels")
 
     def list_places(self) -> NDArray[np.float64]:
@@ -151,15 +159,50 @@ class LiveDrive:
         """Begin to drive, or go on; the world waits for the stick. SessionError while the review is being changed."""
         if self.driving:
             return
+        self._check_start()
+        if self.automatic:
+            self.pause()
+        self.error, self._stick = "", AT_REST
+        self.driving = self.waiting = True
+
+    def let_automaton_drive(self) -> None:
+        """Let the automaton that was learned drive until it is paused, or the stick is moved.
+
+        SessionError is raised while somebody drives, or if nothing was learned from the present labels.
+        """
+        if self.automatic:
+            return
+        if self.driving:
+            raise SessionError("somebody drives the robot: pause first")
+        self._check_start()
+        learned = None if self.review is None else self.review.learned
+        if learned is None:
+            raise SessionError("no automaton was learned from these labels: learn first")
+        library = learned.made.library.with_automaton(learned.taught)
+        program, now = link(library, learned.taught.automaton.name), self.world.time_s
+        members = [Interpreter(IDLE_PROGRAM, now=now) for _ in range(self.world.agents)]
+        members[self.agent] = Interpreter(program, now=now)
+        self._run = Run(self.world, members)
+        self.error, self._stick = "", AT_REST
+        self.automatic = self._has_moved = True
+        self._pace.resume()
+
+    def find_automaton_state(self) -> str:
+        """Return the state of the automaton that drives; empty if none does."""
+        return "" if self._run is None or not self.automatic else self._run.path(self.agent)[0]
+
+    def _check_start(self) -> None:
+        """Raise SessionError if the robot must not move now."""
         if self.lock.locked():
             raise SessionError("the labels are being learned from: drive on when that is done")
         if isinstance(self.world, BodyWorld) and self.world.is_over:
             raise SessionError(OVER)
-        self.error, self._stick = "", AT_REST
-        self.driving = self.waiting = True
 
     def pause(self) -> None:
         """Pause; what was driven is segmented to its end, and kept."""
+        if self.automatic:
+            self.automatic, self._stick = False, AT_REST
+            self._pace.stop()
         if not self.driving:
             return
         self.driving = self.waiting = False
@@ -178,16 +221,25 @@ class LiveDrive:
 
     def begin_world(self, seed: int) -> None:
         """Begin another world, as another episode of the drive; SessionError while somebody drives."""
-        if self.driving:
-            raise SessionError("somebody drives the robot: pause first")
+        if self.driving or self.automatic:
+            raise SessionError("the robot is under way: pause first")
         self.world.reset([seed])
         self.percept = self.world.sense(self._recorder.keys)
+        self._has_moved = False
         self._recorder.begin_episode(self._name_episode())
 
     def advance(self) -> int:
         """Take the ticks that are due, and segmentations that ended; return the number of ticks."""
         taken = 0
-        if self.waiting and not self._waits():
+        if self.automatic and not self.stick.is_resting:
+            self.automatic, self.driving = False, True  # the person takes over
+        if self.automatic:
+            for _ in self._pace.ticks():
+                self._tick_automaton()
+                taken += 1
+                if not self.automatic:
+                    break
+        elif self.waiting and not self._waits():
             self.waiting = False
             self._pace.resume()
             self._tick()
@@ -220,6 +272,9 @@ class LiveDrive:
     def _tick(self) -> None:
         """Give the command of the stick for one tick, and record it."""
         try:
+            if self._has_moved:
+                self._recorder.begin_episode(f"{self._name_episode()} from {self.world.time_s:.1f} s")
+                self._has_moved = False
             command = self.layout.make_command(self.stick)
             readings = [float(self.percept[key][self.agent]) for key in self._recorder.keys]
             self.world.act(
@@ -233,6 +288,20 @@ class LiveDrive:
         except Exception as error:  # of a body of the user's own
             self.pause()
             self.error = describe_error(error)
+        self._pause_at_end()
+
+    def _tick_automaton(self) -> None:
+        """Let the automaton give the command of one tick, which is not recorded."""
+        try:
+            if self._run is not None:
+                self.world.act(self._run.decide(self.percept))
+                self.percept = self.world.sense(self._recorder.keys)
+        except Exception as error:  # of a body or a behavior of the user's own
+            self.pause()
+            self.error = describe_error(error)
+        self._pause_at_end()
+
+    def _pause_at_end(self) -> None:
         if isinstance(self.world, BodyWorld) and self.world.is_over:
             self.pause()
             self.error = OVER

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Collection
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable, Collection, Coroutine
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from pathlib import Path
 
 import uvicorn
@@ -48,12 +48,6 @@ def make_app(
     `hosts` are the accepted host names (None: any); `token` is the required token (None: none is required).
     """
 
-    async def page(_: Request) -> Response:
-        index = static / "index.html"
-        if not index.is_file():
-            return PlainTextResponse(NOT_BUILT, status_code=503)
-        return FileResponse(index, headers=HEADERS)
-
     async def socket(websocket: WebSocket) -> None:
         await websocket.accept()
         problem = find_connection_problem(websocket, token, hosts)
@@ -64,9 +58,41 @@ def make_app(
             return
         await studio.serve(websocket)
 
+    def refusal(request: HTTPConnection) -> str | None:
+        return find_connection_problem(request, token, hosts)
+
+    posts = [make_library_route(studio, refusal), make_export_route(studio.host, refusal)]
+    camera = make_camera_route(studio.host, refusal)
+    page = make_page_route(static, "index.html")
+    routes = [page, WebSocketRoute("/ws", socket), *posts, camera, make_file_mount(static)]
+    return Starlette(routes=routes, lifespan=run_clockwork(studio.run))
+
+
+def make_page_route(static: Path, name: str) -> Route:
+    """Make the route of a page, which is a file in the folder of the built pages."""
+
+    async def page(_: Request) -> Response:
+        index = static / name
+        if not index.is_file():
+            return PlainTextResponse(NOT_BUILT, status_code=503)
+        return FileResponse(index, headers=HEADERS)
+
+    return Route("/", page)
+
+
+def make_file_mount(static: Path) -> Mount:
+    """Make the route of the files that pages load; it must come last."""
+    return Mount("/", StaticFiles(directory=static, check_dir=False))
+
+
+def run_clockwork(
+    run: Callable[[], Coroutine[None, None, None]],
+) -> Callable[[Starlette], AbstractAsyncContextManager[None]]:
+    """Return the lifespan of an application during which a server runs; it is cancelled at the end."""
+
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
-        clockwork = asyncio.create_task(studio.run())
+        clockwork = asyncio.create_task(run())
         try:
             yield
         finally:
@@ -74,22 +100,13 @@ def make_app(
             with suppress(asyncio.CancelledError):
                 await clockwork
 
-    files = StaticFiles(directory=static, check_dir=False)
-
-    def refusal(request: HTTPConnection) -> str | None:
-        return find_connection_problem(request, token, hosts)
-
-    posts = [make_library_route(studio, refusal), make_export_route(studio.host, refusal)]
-    camera = make_camera_route(studio.host, refusal)
-    routes = [Route("/", page), WebSocketRoute("/ws", socket), *posts, camera, Mount("/", files)]
-    return Starlette(routes=routes, lifespan=life)
+    return life
 
 
-def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Serve the studio until a signal ends it; the journal is complete then."""
-    hosts = LOOPBACK if is_loopback(address.host) else None
+def serve_app(app: Starlette, address: ListenAddress, *, ready: Callable[[], None]) -> None:
+    """Serve an application until a signal ends it; `ready` is called when pages are served."""
     config = uvicorn.Config(
-        make_app(studio, token=address.token, hosts=hosts),
+        app,
         log_level="warning",
         access_log=False,
         ws_max_size=MOST_FRAME,
@@ -101,3 +118,9 @@ def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], N
     server = uvicorn.Server(config)
     ready()
     server.run(sockets=[address.listener])
+
+
+def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
+    """Serve the studio until a signal ends it; the journal is complete then."""
+    hosts = LOOPBACK if is_loopback(address.host) else None
+    serve_app(make_app(studio, token=address.token, hosts=hosts), address, ready=ready)

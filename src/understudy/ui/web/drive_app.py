@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import AsyncIterator, Callable, Collection
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Callable, Collection
 from pathlib import Path
 
-import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
-from understudy.ui.web.app import MOST_FRAME, REFUSED, STATIC
+from understudy.ui.web.app import (
+    REFUSED,
+    STATIC,
+    make_file_mount,
+    make_page_route,
+    run_clockwork,
+    serve_app,
+)
 from understudy.ui.web.drive_server import DriveServer
-from understudy.ui.web.recording_app import make_file_mount, make_page_route, make_review_routes
+from understudy.ui.web.recording_app import make_review_routes
 
 DRIVE_PATH = "/drive"
 
@@ -58,23 +62,13 @@ def make_drive_app(
             return
         await server.serve(websocket)
 
-    @asynccontextmanager
-    async def life(_: Starlette) -> AsyncIterator[None]:
-        clockwork = asyncio.create_task(server.run())
-        try:
-            yield
-        finally:
-            clockwork.cancel()
-            with suppress(asyncio.CancelledError):
-                await clockwork
-
     routes = [
         make_page_route(static, "driving.html"),
         *make_review_routes(server.live, refuse, lock=server.live.lock),
         WebSocketRoute(DRIVE_PATH, socket),
         make_file_mount(static),
     ]
-    return Starlette(routes=routes, lifespan=life)
+    return Starlette(routes=routes, lifespan=run_clockwork(server.run))
 
 
 def serve_drive(
@@ -92,15 +86,4 @@ def serve_drive(
         Called when pages are served.
     """
     hosts = LOOPBACK if is_loopback(address.host) else None
-    config = uvicorn.Config(
-        make_drive_app(server, token=address.token, hosts=hosts),
-        log_level="warning",
-        access_log=False,
-        ws_max_size=MOST_FRAME,
-        ws_per_message_deflate=False,
-        ws_ping_interval=5.0,
-        ws_ping_timeout=10.0,
-        timeout_graceful_shutdown=2,
-    )
-    ready()
-    uvicorn.Server(config).run(sockets=[address.listener])
+    serve_app(make_drive_app(server, token=address.token, hosts=hosts), address, ready=ready)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from contextlib import suppress
 from time import monotonic, perf_counter
 
 import msgspec
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket
 
 from understudy.errors import UnderstudyError
 from understudy.model.features import BoundFeature
@@ -23,8 +22,21 @@ from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
 from understudy.ui.web.clients import Client
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.drive_requests import AnyDriveRequest, BeginDriving, BeginWorld, SteerRobot
-from understudy.ui.web.server import FRAME_S, PICTURE_S, REST_S, SceneNewsData, send_queued
+from understudy.ui.web.messages.drive_requests import (
+    AnyDriveRequest,
+    BeginDriving,
+    BeginWorld,
+    LetAutomatonDrive,
+    SteerRobot,
+)
+from understudy.ui.web.server import (
+    FRAME_S,
+    PICTURE_S,
+    REST_S,
+    SceneNewsData,
+    close_socket,
+    exchange_messages,
+)
 from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
 
 TAKEN = 4409
@@ -39,6 +51,10 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     driving: bool
     waiting: bool
     """Whether the world stands still until the stick is moved."""
+    automatic: bool
+    """Whether the automaton that was learned drives, until the stick is moved."""
+    state: str
+    """The state of the automaton that drives; empty if none does."""
     current: bool
     """Whether the review has everything that was driven."""
     version: int
@@ -85,19 +101,11 @@ class DriveServer:
     async def serve(self, websocket: WebSocket) -> None:
         """Exchange messages with a page until it disconnects, or until another page comes."""
         page = self.connect()
-        sending = asyncio.create_task(send_queued(page, websocket))
-        hearing = asyncio.create_task(self._hear_all(page, websocket))
+        hearing = self._hear_all(page, websocket)
         try:
-            await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+            await exchange_messages(page, websocket, hearing, leave=lambda: self.disconnect(page))
         finally:
-            self.disconnect(page)
-            for task in (sending, hearing):
-                task.cancel()
-                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                    await task
-            if websocket.application_state is WebSocketState.CONNECTED:
-                with suppress(RuntimeError, WebSocketDisconnect, OSError):
-                    await websocket.close(TAKEN if self._page is not None else 1000)
+            await close_socket(websocket, TAKEN if self._page is not None else 1000)
 
     def connect(self) -> Client:
         """Let a page drive from here on, in place of the former one, and return its client."""
@@ -135,6 +143,8 @@ class DriveServer:
                     return
                 case BeginDriving():
                     live.drive()
+                case LetAutomatonDrive():
+                    live.let_automaton_drive()
                 case BeginWorld(seed=seed):
                     live.begin_world(live.world.seeds[0] + 1 if seed is None else seed)
                     self.show_world()
@@ -183,7 +193,7 @@ class DriveServer:
             world.view(),
             tick=int(world.state.tick[0]),
             agent=live.agent,
-            bits=frames.OPEN | frames.PAUSED * (not live.driving),
+            bits=frames.OPEN | frames.PAUSED * (not (live.driving or live.automatic)),
             features=live.list_readings(self._features),
             sonar=[float(live.percept[key][live.agent]) for key in self._beams],
         )
@@ -203,6 +213,8 @@ class DriveServer:
         shown = DriveNewsData(
             driving=live.driving,
             waiting=live.waiting,
+            automatic=live.automatic,
+            state=live.find_automaton_state(),
             current=live.is_current,
             version=live.version,
             ticks=0 if live.driving else live.ticks,

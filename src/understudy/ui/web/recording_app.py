@@ -9,20 +9,18 @@ from typing import NamedTuple, Protocol
 
 import msgspec
 import numpy as np
-import uvicorn
 from numpy.typing import NDArray
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
-from starlette.routing import BaseRoute, Mount, Route
-from starlette.staticfiles import StaticFiles
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
 
 from understudy.errors import UnderstudyError
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
-from understudy.ui.web.app import HEADERS, NOT_BUILT, STATIC
+from understudy.ui.web.app import STATIC, make_file_mount, make_page_route, serve_app
 from understudy.ui.web.messages.drive_review import (
     AnyReviewRequest,
     DefineBehavior,
@@ -107,23 +105,6 @@ def make_recording_app(
 
     routes = make_review_routes(_Recording(review, places), refuse)
     return Starlette(routes=[make_page_route(static, "recording.html"), *routes, make_file_mount(static)])
-
-
-def make_page_route(static: Path, name: str) -> Route:
-    """Make the route of a page, which is a file in the folder of the built pages."""
-
-    async def page(_: Request) -> Response:
-        index = static / name
-        if not index.is_file():
-            return PlainTextResponse(NOT_BUILT, status_code=503)
-        return FileResponse(index, headers=HEADERS)
-
-    return Route("/", page)
-
-
-def make_file_mount(static: Path) -> Mount:
-    """Make the route of the files that pages load; it must come last."""
-    return Mount("/", StaticFiles(directory=static, check_dir=False))
 
 
 def make_review_routes(
@@ -223,6 +204,4 @@ def serve_recording(
     """
     hosts = LOOPBACK if is_loopback(address.host) else None
     app = make_recording_app(review, places=places, token=address.token, hosts=hosts)
-    config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
-    ready()
-    uvicorn.Server(config).run(sockets=[address.listener])
+    serve_app(app, address, ready=ready)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from time import monotonic, perf_counter
 
@@ -142,19 +143,11 @@ class StudioServer:
     async def serve(self, websocket: WebSocket) -> None:
         """Exchange messages with a page until it disconnects."""
         viewer = self.connect(websocket.query_params.get("key"))
-        sending = asyncio.create_task(send_queued(viewer, websocket))
-        hearing = asyncio.create_task(self._hear_all(viewer, websocket))
+        hearing = self._hear_all(viewer, websocket)
         try:
-            await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
+            await exchange_messages(viewer, websocket, hearing, leave=lambda: self.disconnect(viewer))
         finally:
-            self.disconnect(viewer)
-            for task in (sending, hearing):
-                task.cancel()
-                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                    await task
-            if websocket.application_state is WebSocketState.CONNECTED:
-                with suppress(RuntimeError, WebSocketDisconnect, OSError):
-                    await websocket.close()
+            await close_socket(websocket)
 
     async def _hear_all(self, viewer: Client, websocket: WebSocket) -> None:
         while not viewer.closing:
@@ -369,6 +362,32 @@ class StudioServer:
 def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
     """Return a copy of the session news for a page that is in control, or is not."""
     return msgspec.structs.replace(shown, directs=directs)
+
+
+async def exchange_messages(
+    client: Client,
+    websocket: WebSocket,
+    hearing: Coroutine[None, None, None],
+    *,
+    leave: Callable[[], None],
+) -> None:
+    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
+    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        leave()
+        for task in tasks:
+            task.cancel()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+                await task
+
+
+async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
+    """Close the connection of a page, if it is still there."""
+    if websocket.application_state is WebSocketState.CONNECTED:
+        with suppress(RuntimeError, WebSocketDisconnect, OSError):
+            await websocket.close(code)
 
 
 async def send_queued(viewer: Client, websocket: WebSocket) -> None:

@@ -199,8 +199,14 @@ def learn_lesson(
     from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
+        # No name is assumed: saving would replace an automaton of that name, which may be another one.
         missing, remedy = (
-            ("--name", "give --name X too") if name is None else ("--library", "give --library DIR too")
+            ("--name", f"give the name to save the automaton under in {library}, such as --name driven")
+            if name is None
+            else (
+                "--library",
+                f"give the folder of the library to save {name!r} in, such as --library library",
+            )
         )
         raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
     drive: DriveReport | None = None

@@ -30,6 +30,10 @@ class BeginDriving(DriveRequest, frozen=True, kw_only=True, tag="drive"):
     """Drive, or go on."""
 
 
+class LetAutomatonDrive(DriveRequest, frozen=True, kw_only=True, tag="let_drive"):
+    """Let the automaton that was learned drive, until it is paused or the stick is moved."""
+
+
 class PauseDriving(DriveRequest, frozen=True, kw_only=True, tag="pause_drive"):
     """Pause, so that the labels can be reviewed."""
 
@@ -40,6 +44,6 @@ class BeginWorld(DriveRequest, frozen=True, kw_only=True, tag="new_world"):
     seed: Seed | None = None
 
 
-AnyDriveRequest: TypeAlias = SteerRobot | BeginDriving | PauseDriving | BeginWorld
-DRIVE_REQUESTS = (SteerRobot, BeginDriving, PauseDriving, BeginWorld)
+AnyDriveRequest: TypeAlias = SteerRobot | BeginDriving | LetAutomatonDrive | PauseDriving | BeginWorld
+DRIVE_REQUESTS = (SteerRobot, BeginDriving, LetAutomatonDrive, PauseDriving, BeginWorld)
 """All requests of the page on which a person drives."""

@@ -239,7 +239,7 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
         examples=len(lesson.examples),
         quarantined=sum(bool(each.quarantined) for each in lesson.examples),
         reactions=[
-            f"{f'{driver}: reaction' if driver else 'Reaction'} time {each.reaction_s:g} s. {each.evidence}"
+            f"Reaction time{' of ' * bool(driver)}{driver} {each.reaction_s:g} s. {each.evidence}"
             for driver, each in learned.reactions.items()
             if each is not None
         ],
