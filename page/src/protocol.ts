@@ -253,7 +253,7 @@ export type ReviewRequest =
   | { do: "save"; name: NameField };
 
 export type DriveRequest =
-  /** Where the stick is: sent whenever it moves, and again and again while somebody drives. */
+  /** Where the stick is: sent whenever it moves, and again and again while the robot is driven. */
   | { do: "steer"; right?: Lean; up?: Lean; held?: HeldIndices }
   /** Drive, or go on. */
   | { do: "drive" }

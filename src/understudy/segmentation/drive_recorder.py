@@ -1,4 +1,4 @@
-"""Recorders of drives: the ticks of a robot that somebody drives right now, which become a drive at any moment."""
+"""Recorders of drives: the ticks of a robot that is being driven, which become a drive at any moment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a session asks of all examples of a lesson at every press, kept so that only new examples are looked at."""
+"""Index of the examples of a lesson, updated at each press from the new examples only."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ class Agent:
 
     @property
     def interpreter(self) -> Interpreter:
-        """What runs its present program."""
+        """The interpreter of its present program."""
         return self.run.interpreters[self._row]
 
     @property

@@ -149,7 +149,7 @@ class LocalTeam:
         first = [Interpreter(spec.alone, now=ground.time_s) for spec in specs]
         programs = {id(program): program for spec in specs for program in spec.list_programs()}
         self.runner = Run(ground, first, list(programs.values()))
-        """What runs the robots' programs."""
+        """The run of the robots' programs."""
         reported = [spec.link.keys for spec in specs if spec.link is not None]
         self._keys = tuple(dict.fromkeys((*self.runner.keys, *(key for keys in reported for key in keys))))
         self._resting = {channel.name: channel.rest for channel in ground.channels}
@@ -163,7 +163,7 @@ class LocalTeam:
         self.clear()
 
     def clear(self) -> None:
-        """Start all agents anew: no orders, no memory; each squad is led by its first choice."""
+        """Start all agents anew, without orders and memory; the first candidate leads each squad."""
         for name in (*self.plan.robots, *self.plan.squads):
             self.start(name, leads=True)
 

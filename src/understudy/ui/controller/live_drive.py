@@ -1,4 +1,4 @@
-"""A drive under way: somebody drives a simulated robot with a stick, and the labels of the drive follow."""
+"""A drive under way: a simulated robot is driven with a stick, and the labels of the drive follow."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DrivenWorld: TypeAlias = World | BodyWorld
 SILENT_S = 0.3
 """How long after the last message about the stick it counts as at rest, s."""
 EVERY_S = 1.0
-"""The least time between two segmentations while somebody drives, s."""
+"""The least time between two segmentations during a drive, s."""
 MOST_SHARE = 0.25
 """The share of the time that segmenting takes at most; a long drive is segmented less often."""
 OVER = "the episode is over: begin a new world to go on"
@@ -86,7 +86,7 @@ class LiveDrive:
     ) -> None:
         self.world, self.layout, self.agent = world, layout, agent
         self.driving = False
-        """True from when somebody drives until it is paused."""
+        """True from the beginning of a drive until it is paused."""
         self.waiting = False
         """True while the world stands still until the stick is moved."""
         self.automatic = False
@@ -168,12 +168,12 @@ class LiveDrive:
     def let_automaton_drive(self) -> None:
         """Let the automaton that was learned drive until it is paused, or the stick is moved.
 
-        SessionError is raised while somebody drives, or if nothing was learned from the present labels.
+        SessionError is raised while the robot is driven, or if nothing was learned from the present labels.
         """
         if self.automatic:
             return
         if self.driving:
-            raise SessionError("somebody drives the robot: pause first")
+            raise SessionError("the robot is being driven: pause first")
         self._check_start()
         learned = None if self.review is None else self.review.learned
         if learned is None:
@@ -220,7 +220,7 @@ class LiveDrive:
                 self.error = describe_error(error)
 
     def begin_world(self, seed: int) -> None:
-        """Begin another world, as another episode of the drive; SessionError while somebody drives."""
+        """Begin another world, as another episode of the drive; SessionError while the robot is driven."""
         if self.driving or self.automatic:
             raise SessionError("the robot is under way: pause first")
         self.world.reset([seed])

@@ -126,7 +126,7 @@ class RecordingReview:
         self.saved: Path | None = None
         """The file of the learned automaton; None until it is saved."""
         self.is_growing = False
-        """True while somebody drives; then no behaviors are proposed, which takes time in long drives."""
+        """True while the robot is driven; then no behaviors are proposed, which takes time in long drives."""
         self._library, self._features, self._folder = library, features, folder
         self._targets = targets
         joined = join_segmentations(tuple(parts.values()))

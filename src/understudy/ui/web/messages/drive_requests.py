@@ -19,7 +19,7 @@ class DriveRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class SteerRobot(DriveRequest, frozen=True, kw_only=True, tag="steer"):
-    """Where the stick is: sent whenever it moves, and again and again while somebody drives."""
+    """Where the stick is: sent whenever it moves, and again and again while the robot is driven."""
 
     right: Lean = 0.0
     up: Lean = 0.0
