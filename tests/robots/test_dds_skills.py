@@ -85,6 +85,15 @@ def test_a_silent_server_times_out_and_one_that_left_aborts() -> None:
         assert rig.outcomes() == ["aborted"]
 
 
+def test_a_goal_is_cancelled_when_its_server_is_there_again() -> None:
+    with rigged("silent") as (rig, server):
+        rig.tick("go_to", anew=True)
+        server.close()
+        rig.run_until(rig.outcomes)
+        with DdsServer("", "run") as again:
+            rig.run_until(lambda: again.cancelled_s)
+
+
 def test_a_server_on_another_dds_is_sent_nothing() -> None:
     with rigged("succeed", OtherServer) as (rig, server):
         wait_for(lambda: "another DDS" in rig.robot.skills.find_problems().get("go_to", ""))

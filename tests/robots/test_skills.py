@@ -296,6 +296,20 @@ def test_a_server_that_dies_aborts_the_goal_and_rejects_the_next(router: Router)
             rig.driver.close()
 
 
+def test_a_goal_is_cancelled_when_its_router_restarts() -> None:
+    """Its server goes on meanwhile: the answer is lost, so it counts as aborted, and has to be cancelled."""
+    first = Router()
+    with rigged(first, "run") as (rig, server):
+        rig.tick("go_to", anew=True)
+        rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
+        first.close()
+        rig.run_until(rig.outcomes)
+        assert (rig.outcomes(), server.cancelled_s) == (["aborted"], [])
+        with Router(first.endpoint):
+            rig.run_until(lambda: all(each.is_set() for each in server.cancels.values()))
+        assert len(server.goals) == 1
+
+
 @pytest.mark.parametrize(("conduct", "outcome"), [("succeed", "succeeded"), ("abort", "aborted")])
 def test_a_service_is_called_once_and_answers(router: Router, conduct: Conduct, outcome: str) -> None:
     with rigged(router, conduct) as (rig, server):

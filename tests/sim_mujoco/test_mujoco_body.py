@@ -11,7 +11,7 @@ from tests.sim_mujoco.drawing import draws
 
 from understudy.errors import SettingError
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import AppearanceSchedule, CaptureRule, Scenario
+from understudy.sim.scenario.schema import AppearanceSchedule, Breakdown, CaptureRule, Scenario
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.testing import check_body, check_world
 
@@ -80,6 +80,20 @@ def test_a_robot_that_failed_stands_and_senses_nothing() -> None:
     body.freeze(0)
     driven(body, 1.0, drive=1.0)
     assert float(body.view().robots.x[0]) == pytest.approx(ALONE[0], abs=1e-3)
+    assert np.isnan(body.sense([("sonar_ahead", None)])["sonar_ahead", None]).all()
+
+
+def test_a_robot_fails_when_its_scenario_says() -> None:
+    """After 1 s, in which it has come 0.45 m far; then it rolls out."""
+    scenario = load_scenario("arena")
+    group = replace(scenario.robots[0], fails=(Breakdown(at_s=1.0, robots=(0,)),))
+    body = MujocoBody(replace(scenario, robots=(group,), obstacles=()), [0])
+    body.place(0, *ALONE, 0.0)
+    driven(body, 0.9, drive=1.0)
+    assert not body.failed[0]
+    driven(body, 2.0, drive=1.0)
+    assert body.failed[0]
+    assert float(body.view().robots.x[0]) - ALONE[0] == pytest.approx(0.45, abs=0.1)
     assert np.isnan(body.sense([("sonar_ahead", None)])["sonar_ahead", None]).all()
 
 

@@ -15,13 +15,13 @@ from msgspec.structs import replace
 from tests.robots.rovers import Wire
 from tests.sim_mujoco.drawing import draws
 
-from understudy.robots.ros.messages import encode_message, encode_twist, make_message
+from understudy.robots.ros.messages import TWIST, encode_message, encode_twist, make_message
 from understudy.robots.ros.transport import Publish
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, Scenario
 from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.processes import OBJECTS, ObjectServer, RobotProcess
-from understudy.sim_mujoco.robot_files import ODOMETRY, TWIST
+from understudy.sim_mujoco.robot_files import ODOMETRY
 from understudy.sim_mujoco.ros_robots import drop_derived_readings, make_point_message, tick_in_real_time
 from understudy.sim_mujoco.world import BodyPose
 

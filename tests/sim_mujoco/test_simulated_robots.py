@@ -30,7 +30,7 @@ from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.fields import compute_heading
 from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
-from understudy.robots.ros.messages import decode_message, encode_twist
+from understudy.robots.ros.messages import TWIST, decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Lidar, Scenario
 from understudy.sim.sensing.range_sensors import RANGE
@@ -38,7 +38,6 @@ from understudy.sim_mujoco.body import MujocoBody
 from understudy.sim_mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
-    TWIST,
     check_ros,
     format_robot_file,
     format_team_file,

@@ -2,7 +2,8 @@
 
 A 2-D world of the same scenario and seed runs beside the physics. It lays out the world, and decides when objects
 appear, vanish and are captured, when food is loaded and unloaded, and when the goal is reached. It also gives the
-readings of locators, poses, bumpers and chance. Its robots are moved to their places in physics in each tick.
+readings of locators, poses, bumpers and chance. Its robots are moved to their places in physics in each tick, except
+those that carry out a skill: its stand-in in the 2-D world moves them, through everything.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.model.library import Kit
 from understudy.robots.camera.blobs import Image
-from understudy.runtime.body import Channel, Commands, Reading
+from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading
 from understudy.sim import state as snapshots
 from understudy.sim.kit import COLUMNS
 from understudy.sim.scenario.schema import Scenario
@@ -171,17 +172,24 @@ class MujocoBody:
         """Advance all worlds by one tick under these commands; omitted channels are 0, invalid ones raise an error."""
         table = self.world.check_commands(commands)
         self._senses.update_last_seen()
-        table[self.failed] = 0.0
+        carried = self.world.begin_skills(commands)
+        table[self.failed] = table[carried] = 0.0
         self._asked = self._speeds(table[:, 0], table[:, 1])
+        self._asked[carried] = 0.0
         made = self._asked * self._shares()
         for index, arena in enumerate(self.arenas):
-            mine = slice(index * self.robots, (index + 1) * self.robots)
-            arena.drive(made[mine])
-        self._tell(table)
+            mine = range(index * self.robots, (index + 1) * self.robots)
+            arena.lift([agent - mine.start for agent in carried if agent in mine])
+            arena.drive(made[mine.start : mine.stop])
+        skills = {name: commands[name] for name in (SKILL, ISSUED) if name in commands}
+        self._tell(table, skills, carried)
         self._senses.clear()
 
-    def _tell(self, table: NDArray[np.float64]) -> None:
-        """Copy the robots' places into the 2-D world, advance it by a tick, and copy its objects into physics."""
+    def _tell(self, table: NDArray[np.float64], skills: Commands, carried: Sequence[int]) -> None:
+        """Copy the robots' places into the 2-D world, advance it by a tick, and copy what it moved into physics.
+
+        It moves the objects, and the robots that carry out a skill.
+        """
         poses = np.array(
             [arena.pose(robot) for arena in self.arenas for robot in range(self.robots)], np.float64
         )
@@ -195,18 +203,22 @@ class MujocoBody:
         table = table.copy()
         table[:, :2] = 0.0
         table[:, 2:4][busy] = 0.0
-        self.world.act({name: table[:, COLUMNS.index(name)] for name in self._names})
+        self.world.act({**skills, **{name: table[:, COLUMNS.index(name)] for name in self._names}})
         wanted = np.abs(self._asked[:, 0]) * self.tick_s
         state = self.world.state.robots
         state["blocked"] = np.where((wanted > 0.0) & (moved < STUCK * wanted), blocked + 1, 0)
         state["speed"], state["spin"] = poses[:, 3] * self.tick_s, poses[:, 4] * self.tick_s
+        for agent in carried:
+            state["speed"][agent] = state["spin"][agent] = 0.0
+            place = (float(state[name][agent]) for name in ("x", "y", "heading"))
+            self.arenas[agent // self.robots].place(agent % self.robots, *place)
         for index, arena in enumerate(self.arenas):
             arena.place_objects(self.world.view(index))
             arena.settle()
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
-        return tuple(channel.name for channel in self.channels)
+        return tuple(channel.name for channel in self.channels if channel.name in COLUMNS)
 
     def _speeds(self, drive: Column, turn: Column) -> NDArray[np.float64]:
         """Return the commanded speeds [B*N, 2] (m/s, rad/s), changed no faster than accelerations permit."""

@@ -69,7 +69,7 @@ class CompiledModel:
 
 
 def check_physics(scenario: Scenario) -> None:
-    """Raise SettingError if a scenario has boxes to push or pull, or skills, which physics does not support."""
+    """Raise SettingError if a scenario has boxes to push or pull, which physics does not support."""
     where, remedy = f"scenario {scenario.name!r}", "leave it out, or stay with the 2-D world"
     problem = "is not there in physics"
     for index, thing in enumerate(scenario.objects):
@@ -77,9 +77,6 @@ def check_physics(scenario: Scenario) -> None:
             if there:
                 setting = f"objects[{index}].{key}"
                 raise SettingError(where=where, setting=setting, problem=problem, remedy=remedy)
-    for name, kind in scenario.types.items():
-        if kind.skills:
-            raise SettingError(where=where, setting=f"types.{name}.skills", problem=problem, remedy=remedy)
 
 
 def build_model(scenario: Scenario, view: WorldView, *, fine: bool = False) -> CompiledModel:

@@ -13,6 +13,7 @@ from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import HEADING, format_color_line
 from understudy.robots.robot_file import FORMAT, TEAM
+from understudy.robots.ros.messages import TWIST
 from understudy.sim.params import count_robots
 from understudy.sim.scenario.files import TARGET as MARKER
 from understudy.sim.scenario.schema import RobotType, Scenario, TargetLocator
@@ -22,7 +23,6 @@ from understudy.sim_mujoco.materials import derive_camera_color
 from understudy.sim_mujoco.robot_model import find_camera
 
 ODOMETRY, IMAGE, PLACE = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Image", "geometry_msgs/msg/PoseStamped"
-TWIST = "geometry_msgs/msg/Twist"
 STALE_S = 0.5
 """The age (s) from which a reading counts as absent: ten messages were lost, or the simulation has ended."""
 POSE: Mapping[str, tuple[str, str]] = {
@@ -38,13 +38,21 @@ ROS_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def check_ros(scenario: Scenario) -> None:
-    """Raise SettingError if a scenario has no robots, or names that ROS 2 topics cannot have."""
+    """Raise SettingError if a scenario has no robots, skills, or names that ROS 2 topics cannot have."""
     where, remedy = (
         f"scenario {scenario.name!r}",
         "begin with a letter, and give letters from a to z, digits and _",
     )
     if not list_robot_names(scenario):
         raise SettingError(where=where, setting="robots", problem="are none", remedy="give one at least")
+    for name in list_robot_types(scenario):
+        if scenario.types[name].skills:
+            raise SettingError(
+                where=where,
+                setting=f"types.{name}.skills",
+                problem="has no action or service on a simulated robot",
+                remedy="leave it out, or run the behavior in the scenario itself",
+            )
     names = [(f"types.{name}", name) for name in list_robot_types(scenario)]
     names += [
         (f"reading {name}", name)

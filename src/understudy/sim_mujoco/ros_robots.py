@@ -15,6 +15,7 @@ from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
 from understudy.robots.ros.frame_tree import TRANSFORMS, make_transform
 from understudy.robots.ros.messages import (
+    TWIST,
     MessageRefused,
     decode_message,
     encode_message,
@@ -28,7 +29,6 @@ from understudy.sim_mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
     PLACE,
-    TWIST,
     list_located_targets,
     list_robot_names,
     list_robot_types,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import atan2, cos, sin, tau
 from typing import Any, NamedTuple
 
@@ -89,6 +90,8 @@ class MujocoWorld:
         self.kinds = [kinds[index] for index in view.robots.type.tolist()]
         self._steps = max(1, round(scenario.tick_s / STEP_S))
         self.model.opt.timestep = scenario.tick_s / self._steps
+        self._touching = self.model.geom_contype.copy(), self.model.geom_conaffinity.copy()
+        self._lifted: list[int] = []
         self._looking: Renderer | None = None
         self.place_objects(view)
         import_mujoco().mj_forward(self.model, self.data)
@@ -99,6 +102,15 @@ class MujocoWorld:
         for slot, x, y in zip(view.objects.slot, view.objects.x, view.objects.y, strict=True):
             if slot < len(self.built.movable) and (body := self.built.movable[slot]) >= 0:
                 self.data.mocap_pos[body] = (x, y, 0.0)
+
+    def lift(self, robots: Sequence[int]) -> None:
+        """Let robots touch nothing from now on, and all others touch what is solid."""
+        if list(robots) == self._lifted:
+            return
+        self._lifted = list(robots)
+        self.model.geom_contype[:], self.model.geom_conaffinity[:] = self._touching
+        lifted = np.isin(self.model.body_rootid[self.model.geom_bodyid], self.built.bodies[self._lifted])
+        self.model.geom_contype[lifted] = self.model.geom_conaffinity[lifted] = 0
 
     def drive(self, speeds: NDArray[np.float64]) -> None:
         """Advance by one tick with commanded speeds [N, 2] of the robots: m/s forward, rad/s to the left."""

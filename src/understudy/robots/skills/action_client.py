@@ -6,23 +6,24 @@ An action is three services (send_goal, cancel_goal, get_result) and a topic wit
 from __future__ import annotations
 
 import uuid
+from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from understudy.robots.ros.interfaces import CANCEL, ActionTypes, Interfaces
 from understudy.robots.ros.messages import MessageRefused
-from understudy.robots.ros.transport import Transport
+from understudy.robots.ros.transport import Answered, Transport
+from understudy.robots.skills.cancellation import CANCEL_S, Cancellation
 from understudy.robots.skills.execution import Execution
 from understudy.sim.skill_parts import ABORTED, REJECTED, SUCCEEDED
 
 GOAL_SUCCEEDED = 4
 """The status of a goal that was reached (action_msgs/msg/GoalStatus)."""
-CANCEL_S = 1.0
-"""The longest time for an answer to a request to cancel, in s; without one it is sent again."""
-CANCELS = 5
-"""The largest number of requests to cancel one goal."""
+GOALS = 16
+"""The number of latest goals that are cancelled if they may still run."""
 GRACE_S = 5.0
 """The time, in s, for which an answer is awaited after the time limit of a skill."""
 
@@ -39,14 +40,17 @@ class ActionClient:
         interfaces: Interfaces,
         transport: Transport,
         read_feedback: ReadFeedback,
+        *,
+        clock: Callable[[], float],
     ) -> None:
         self._name, self._types, self._interfaces = name, types, interfaces
-        self._transport, self._read_feedback = transport, read_feedback
+        self._transport, self._read_feedback, self._clock = transport, read_feedback, clock
         self._cancel = interfaces.find_service(CANCEL)
         self._current: tuple[bytes, Execution] | None = None
+        self._cancellations: deque[Cancellation] = deque(maxlen=GOALS)
         self.find_problem()  # over DDS, this connects to the services, so that the first goal can be sent at once
-        for service, wire in (("get_result", types.get_result.wire), ("cancel_goal", self._cancel.wire)):
-            transport.find_service_problem(f"{name}/_action/{service}", wire)
+        transport.find_service_problem(f"{name}/_action/get_result", types.get_result.wire)
+        self._find_cancel_problem()
         transport.watch(f"{name}/_action/feedback", types.feedback_message, self._hear_feedback)
 
     def find_problem(self) -> str:
@@ -56,42 +60,62 @@ class ActionClient:
         )
 
     def start(self, goal: Any, execution: Execution, *, timeout_s: float) -> None:
-        """Send a goal; the execution ends when the robot says so, or leaves."""
+        """Send a goal; the execution ends when the robot reports it, or an answer is lost.
+
+        If one is lost, the goal may run on: it is cancelled, and may be so while later goals run.
+        """
         id, service = uuid.uuid4().bytes, f"{self._name}/_action/send_goal"
         send_goal, timeout_s = self._types.send_goal, timeout_s + GRACE_S
         if problem := self.find_problem():
             execution.end(REJECTED, problem)
             return
         self._current = (id, execution)
-        execution.cancel = lambda: self._send_cancel(id, CANCELS)
+        cancellation = Cancellation(partial(self._send_cancel, id), self._find_cancel_problem, self._clock)
+        self._cancellations.append(cancellation)
         request = self._interfaces.make(send_goal.request, goal_id=self._make_id(id), goal=goal)
 
         def accepted(answer: bytes | None) -> None:
             response = self._decode(send_goal.response, answer)
             if response is None:
                 execution.end(ABORTED, f"{self._name} did not answer")
+                cancellation.start_anew()
             elif not response.accepted:
+                cancellation.finish()
                 execution.end(REJECTED, f"{self._name} did not accept the goal")
             elif execution.runs:
-                self._ask_for_result(id, execution, timeout_s)
+                self._ask_for_result(id, execution, cancellation, timeout_s)
             else:  # cancelled before the robot had heard of the goal
-                self._send_cancel(id, CANCELS)
+                cancellation.start_anew()
 
         data = self._interfaces.encode(send_goal.request, request)
         self._transport.call(service, send_goal.wire, data, accepted, timeout_s=timeout_s)
 
-    def _ask_for_result(self, id: bytes, execution: Execution, timeout_s: float) -> None:
+    def cancel(self) -> None:
+        """Cancel all goals that may still run."""
+        for each in self._cancellations:
+            each.start()
+
+    def repeat_cancellations(self) -> None:
+        """Send requests to cancel goals again that were not answered; call this often."""
+        for each in self._cancellations:
+            each.repeat()
+
+    def _ask_for_result(
+        self, id: bytes, execution: Execution, cancellation: Cancellation, timeout_s: float
+    ) -> None:
         get_result = self._types.get_result
 
         def ended(answer: bytes | None) -> None:
             response = self._decode(get_result.response, answer)
             if response is None:
                 execution.end(ABORTED, f"{self._name} left")
-            elif response.status == GOAL_SUCCEEDED:
-                execution.result = response.result
+                cancellation.start()
+                return
+            cancellation.finish()
+            execution.result = response.result
+            if response.status == GOAL_SUCCEEDED:
                 execution.end(SUCCEEDED)
             else:
-                execution.result = response.result
                 execution.end(ABORTED, f"{self._name} ended with status {response.status}")
 
         request = self._interfaces.make(get_result.request, goal_id=self._make_id(id))
@@ -99,19 +123,15 @@ class ActionClient:
         service = f"{self._name}/_action/get_result"
         self._transport.call(service, get_result.wire, data, ended, timeout_s=timeout_s)
 
-    def _send_cancel(self, id: bytes, times: int) -> None:
-        """Ask the robot to cancel a goal, again if it does not answer."""
+    def _find_cancel_problem(self) -> str:
+        return self._transport.find_service_problem(f"{self._name}/_action/cancel_goal", self._cancel.wire)
 
-        def answered(answer: bytes | None) -> None:
-            if answer is None and times > 1:
-                self._send_cancel(id, times - 1)
-
+    def _send_cancel(self, id: bytes, answered: Answered) -> None:
         request = self._interfaces.make(self._cancel.request)
         request.goal_info.goal_id = self._make_id(id)
         data = self._interfaces.encode(self._cancel.request, request)
         service = f"{self._name}/_action/cancel_goal"
-        if not self._transport.find_service_problem(service, self._cancel.wire):
-            self._transport.call(service, self._cancel.wire, data, answered, timeout_s=CANCEL_S)
+        self._transport.call(service, self._cancel.wire, data, answered, timeout_s=CANCEL_S)
 
     def _hear_feedback(self, data: bytes, at_s: float) -> None:
         message = self._decode(self._types.feedback_message.name, data)

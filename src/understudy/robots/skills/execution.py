@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from threading import Lock
 from typing import Any
 
@@ -11,7 +11,7 @@ CANCELLED = "cancelled"
 
 
 class Execution:
-    """An execution of a skill since `began_s` (s); `cancel` asks the robot to end it.
+    """An execution of a skill since `began_s` (s).
 
     The first outcome counts: later answers of the robot change nothing.
     """
@@ -24,7 +24,6 @@ class Execution:
         """The message that was sent; None before that."""
         self.result: Any = None
         """The robot's answer at the end, if there was one."""
-        self.cancel: Callable[[], None] = lambda: None
         self._lock = Lock()
 
     @property

@@ -37,6 +37,8 @@ class Skill:
         interfaces: Interfaces,
         transport: Transport,
         path: Path | str,
+        *,
+        clock: Callable[[], float],
     ) -> None:
         self.name, self.spec = name, file.skills[name]
         spec, endpoint = self.spec, file.topic(self.spec.endpoint)
@@ -60,7 +62,9 @@ class Skill:
                 if isinstance(made, DecodeProblem):
                     raise self._wrong(path, DecodeProblem("feedback", made.problem, made.remedy))
                 self._extractors[name_feedback_reading(name, place)] = made[2]
-            self._client = ActionClient(endpoint, types, interfaces, transport, self._read_feedback)
+            self._client = ActionClient(
+                endpoint, types, interfaces, transport, self._read_feedback, clock=clock
+            )
         else:
             service = interfaces.find_service(spec.type)
             self.fields = GoalFields(spec, interfaces, service.request)
@@ -90,6 +94,14 @@ class Skill:
             execution.goal = goal
             self._client.start(goal, execution, timeout_s=self.spec.timeout_s)
         return execution
+
+    def cancel(self) -> None:
+        """Cancel all its goals that may still run, also those whose answer was lost."""
+        self._client.cancel()
+
+    def repeat_cancellations(self) -> None:
+        """Send requests to cancel goals again that were not answered; call this often."""
+        self._client.repeat_cancellations()
 
     def list_values(self) -> dict[ReadingKey, float]:
         """Return a value for each of its readings; feedback is absent before the first message."""
@@ -128,7 +140,7 @@ class RobotSkills:
             folder = None if file.definitions is None else self._path.parent / file.definitions
             interfaces = Interfaces(folder)
             for name in file.skills:
-                self.skills[name] = Skill(name, file, interfaces, transport, path)
+                self.skills[name] = Skill(name, file, interfaces, transport, path, clock=clock)
         self.readings = tuple(reading for each in self.skills.values() for reading in each.readings)
         self._records = SkillRecords(transport, file.namespace) if file.skills else None
         self._calls: list[tuple[str, Binding]] = []
@@ -169,6 +181,7 @@ class RobotSkills:
         with self._lock:
             asked = (number, issued) if number else None
             if asked == self._asked:
+                self._repeat_cancellations()
                 return
             self._end(CANCELLED, "its state was left")
             self._asked = asked
@@ -182,12 +195,16 @@ class RobotSkills:
             self._end(ABORTED, cause)
 
     def values(self, now: float) -> dict[ReadingKey, float]:
-        """Return a value for each reading at time `now` (s), and cancel what has taken too long."""
+        """Return a value for each reading at time `now` (s), and cancel what has taken too long.
+
+        Requests to cancel goals are repeated, too, if they were not answered.
+        """
         with self._lock:
             if self._running is not None:
                 skill, execution = self._running
                 if now - execution.began_s >= skill.spec.timeout_s:
                     self._end(TIMED_OUT, f"took longer than {skill.spec.timeout_s:g} s")
+            self._repeat_cancellations()
         for each in self.skills.values():
             self._record(each)
         return {key: value for each in self.skills.values() for key, value in each.list_values().items()}
@@ -198,12 +215,17 @@ class RobotSkills:
         return {name: problem for name, problem in found.items() if problem}
 
     def _end(self, outcome: str, cause: str) -> None:
-        if self._running is not None:
-            skill, execution = self._running
-            if execution.end(outcome, cause):
-                execution.cancel()
-            self._running = None
-            self._record(skill)
+        running, self._running = self._running, None
+        if running is not None:
+            running[1].end(outcome, cause)
+        for each in self.skills.values():  # also goals whose answer was lost
+            each.cancel()
+        if running is not None:
+            self._record(running[0])
+
+    def _repeat_cancellations(self) -> None:
+        for each in self.skills.values():
+            each.repeat_cancellations()
 
     def _record(self, skill: Skill) -> None:
         """Publish what is new of the last execution of a skill, if there was one."""

@@ -27,6 +27,12 @@ class ServiceClient:
         """Return why requests cannot be sent now; empty if they can."""
         return self._transport.find_service_problem(self._name, self._types.wire)
 
+    def cancel(self) -> None:
+        """Do nothing: a request cannot be taken back."""
+
+    def repeat_cancellations(self) -> None:
+        """Do nothing: there are none."""
+
     def start(self, request: Any, execution: Execution, *, timeout_s: float) -> None:
         """Send a request; the execution ends with its answer."""
         types = self._types
