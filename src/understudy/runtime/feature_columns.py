@@ -51,17 +51,21 @@ class FeatureColumns:
                 )
             keys[get_feature_key(bound)] = None
         self.keys: tuple[ReadingKey, ...] = tuple(keys)
-        kinds = list(enumerate(bound.kind for bound in self.features))
-        self._labels = {index: len(kind.labels) for index, kind in kinds if isinstance(kind, Categorical)}
+        finite = np.finfo(np.float64)
+        kinds = [bound.kind for bound in self.features]
+        ranges = [
+            (0.0, len(kind.labels) - 1.0) if isinstance(kind, Categorical) else (finite.min, finite.max)
+            for kind in kinds
+        ]
+        self._least, self._most = np.array(ranges, np.float64).reshape(-1, 2).T[:, :, None]
+        self._whole = np.array([isinstance(kind, Categorical) for kind in kinds], np.bool_)[:, None]
 
     def columns(self, percept: Percept) -> NDArray[np.float64]:
         """Return the values [F, N] of the features in one snapshot; KindError for a value outside its kind."""
         values = np.empty((len(self.features), self.agents))
         for index, bound in enumerate(self.features):
             values[index] = read_feature_column(bound, percept, agents=self.agents)
-        outside = np.isinf(values)
-        for index, labels in self._labels.items():
-            outside[index] = _no_label(values[index], labels)
+        outside = (values < self._least) | (values > self._most) | (self._whole & (np.floor(values) < values))
         if outside.any():
             index, agent = (int(places[0]) for places in np.nonzero(outside))
             _refuse(get_body_feature(self.features[index]), values[index], agent)
@@ -93,29 +97,33 @@ def get_feature_key(bound: BoundFeature) -> ReadingKey:
 def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -> Column:
     """Read the values [N] of one feature, with its targets, from a snapshot; check those of a Python function."""
     feature = get_body_feature(bound)
-    what = f"feature {feature.name!r}"
     if feature.function is None:
-        found, gave = percept[get_feature_key(bound)], f"the body's reading {feature.reading!r} has"
-    else:
-        targets = [ReadingsView(percept, bound.binding[parameter]) for parameter in feature.parameters]
-        found, gave = (
-            call_user_function(what, feature.function, [ReadingsView(percept), *targets]),
-            "it returned",
-        )
-    column = check_float_column(found, what=what, remedy="return one number per agent")
+        found: object = percept[get_feature_key(bound)]
+        if isinstance(found, np.ndarray) and found.dtype == np.float64 and found.shape == (agents,):
+            return found  # as nearly all bodies give it, at every tick
+        return _check_column(found, feature, f"the body's reading {feature.reading!r} has", agents)
+    targets = [ReadingsView(percept, bound.binding[parameter]) for parameter in feature.parameters]
+    returned = call_user_function(
+        f"feature {feature.name!r}", feature.function, [ReadingsView(percept), *targets]
+    )
+    column = _check_column(returned, feature, "it returned", agents)
+    labels = len(feature.kind.labels) if isinstance(feature.kind, Categorical) else 0
+    outside = np.flatnonzero(_no_label(column, labels) if labels else np.isinf(column))
+    if len(outside):
+        _refuse(feature, column, int(outside[0]))
+    return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
+
+
+def _check_column(values: object, feature: Feature, gave: str, agents: int) -> Column:
+    what = f"feature {feature.name!r}"
+    column = check_float_column(values, what=what, remedy="return one number per agent")
     if column.shape != (agents,):
         raise DefinitionError(
             what=what,
             problem=f"{gave} shape {column.shape}",
             remedy=f"return one value per agent: shape ({agents},)",
         )
-    if feature.function is None:
-        return column
-    labels = len(feature.kind.labels) if isinstance(feature.kind, Categorical) else 0
-    outside = np.flatnonzero(_no_label(column, labels) if labels else np.isinf(column))
-    if len(outside):
-        _refuse(feature, column, int(outside[0]))
-    return feature.kind.wrap(column) if isinstance(feature.kind, Toroidal) else column
+    return column
 
 
 def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:

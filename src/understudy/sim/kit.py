@@ -271,11 +271,12 @@ def _column(channel: str, column: Column, agents: int) -> Column:
             problem=f"it has shape {values.shape}",
             remedy=f"give one value per robot: shape ({agents},)",
         )
-    wrong = np.flatnonzero(~np.isfinite(values))
-    if len(wrong):
+    finite = np.isfinite(values)
+    if not finite.all():
+        wrong = int(np.argmin(finite))
         raise DefinitionError(
             what=f"command {channel!r}",
-            problem=f"it is {values[wrong[0]]} for robot {wrong[0]}",
+            problem=f"it is {values[wrong]} for robot {wrong}",
             remedy="give finite numbers",
         )
     return values

@@ -241,15 +241,29 @@ class World(EditableWorld):
             A finite column [B*N] per channel; omitted channels are 0. UnknownName or DefinitionError otherwise.
         """
         table = self.check_commands(commands)
-        if not self._skills.columns:
-            apply_commands(self._context(()), self.worlds, table)
-            return
-        self._skills.begin(self, commands)
-        running = list(self._skills.list_running(self))
+        running = self.begin_skills(commands)
         table[running] = 0.0
         apply_commands(self._context(()), self.worlds, table)
         for agent in running:
             self._skills.advance(self, agent)
+
+    def begin_skills(self, commands: Commands) -> list[int]:
+        """Start and end skills by the commands of a tick, as `act` does; doing it again changes nothing.
+
+        Parameters
+        ----------
+        commands
+            The commands of the tick, as `act` takes them.
+
+        Returns
+        -------
+        list[int]
+            The robots that carry out a skill in this tick, by index.
+        """
+        if not self._skills.columns:
+            return []
+        self._skills.begin(self, commands)
+        return list(self._skills.list_running(self))
 
     def measure(self, keys: tuple[ReadingKey, ...]) -> NDArray[np.float64]:
         """Measure readings as `sense` does, without its checks, as one table.

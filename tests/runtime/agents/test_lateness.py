@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.runtime.agents.lateness import REMEMBERED, WINDOW_S, LatenessMeter
+from understudy.runtime.agents.lateness import FORMER, WINDOW_S, LatenessMeter
 
 MESSAGES = [  # sent by the sender's clock, arrives by the receiver's, late by
     (50.0, 3.0, 0.0),  # the first one
@@ -42,7 +42,14 @@ def test_a_clock_that_was_stopped_is_believed_again_after_a_while() -> None:
 
 def test_few_programs_are_remembered() -> None:
     meter = LatenessMeter()
-    for start in range(10 * REMEMBERED):
+    for start in range(10 * FORMER):
         meter.measure(start, 0.0, 0.0)
-    assert meter.measure(10 * REMEMBERED - 1, 0.0, 1.0) == 1.0
+    assert meter.measure(10 * FORMER - 1, 0.0, 1.0) == 1.0
     assert meter.measure(0, 0.0, 1.0) == 0.0
+
+
+def test_all_senders_are_remembered_however_many_there_are() -> None:
+    meter = LatenessMeter(senders=3 * FORMER)
+    for start in range(3 * FORMER):
+        meter.measure(start, 0.0, 0.0)
+    assert [meter.measure(start, 0.0, 1.0) for start in range(3 * FORMER)] == [1.0] * (3 * FORMER)

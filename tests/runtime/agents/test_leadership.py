@@ -61,6 +61,14 @@ def test_a_leader_that_only_others_hear_is_not_replaced() -> None:
         assert candidate.update(tick * TICK_S, ALL) == ((tick - 19) * TICK_S > SILENT_S - 1e-9)
 
 
+def test_a_message_that_members_report_later_counts_from_when_it_was_sent() -> None:
+    candidate = Leadership("scout_1", ALL, 0.0)
+    candidate.hear_orders(1, "lead", 0.0, message=7)
+    for tick in range(1, 20):
+        candidate.hear_report("scout_2", 1, 7, tick * TICK_S)
+        assert candidate.update(tick * TICK_S, ALL) == (tick * TICK_S > SILENT_S - 1e-9)
+
+
 def test_who_is_cut_off_does_not_begin_to_lead() -> None:
     """Its own robot reports to it, too; a term of its own would outrank that of the others when it is back."""
     candidate = Leadership("scout_1", ALL, 0.0)

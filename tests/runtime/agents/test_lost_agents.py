@@ -261,7 +261,7 @@ def test_no_robot_obeys_two_coordinators_in_one_term() -> None:
     )
     team = make_team(network, near=-1e9)
     obeyed: dict[tuple[str, int], set[str]] = {}
-    for tick in range(400):
+    for tick in range(1200):
         if tick % 23 == 0:
             name = draws.choice(["pair_0", *NAMES])
             (team.start if name in team.stopped else team.stop)(name)

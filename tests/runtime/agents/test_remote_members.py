@@ -6,8 +6,8 @@ import msgspec
 import pytest
 from tests.bodies import Scripted
 
-from understudy.runtime.agents.messages import MemberReport, compute_layout
-from understudy.runtime.agents.remote_members import RemoteMembers
+from understudy.runtime.agents.messages import MemberReport, OrderId, compute_layout
+from understudy.runtime.agents.remote_members import RemoteMembers, RemoteRunner
 from understudy.runtime.team.comms import SILENT_S
 
 
@@ -45,3 +45,22 @@ def test_a_report_that_was_held_up_counts_from_when_it_would_have_come() -> None
     held = msgspec.structs.replace(report(5, 2), sent_s=7.2)
     assert members.receive(held) == pytest.approx(0.2)
     assert members.failed[0]
+
+
+@pytest.mark.parametrize(
+    ("order", "answered", "counts"),
+    [
+        ((1, 1), (1, 1), True),
+        ((1, 2), (1, 1), False),
+        ((1, 1), None, False),
+        (None, (1, 1), False),
+        (None, None, False),  # what a robot that is alone has done answers no coordinator
+    ],
+)
+def test_a_flag_counts_in_reports_that_answer_the_present_order(
+    order: OrderId | None, answered: OrderId | None, counts: bool
+) -> None:
+    members = RemoteMembers(["scout"], Scripted.readings, [], Scripted())
+    members.receive(msgspec.structs.replace(report(5, 1), order=answered, flag="done"))
+    members.order = order
+    assert RemoteRunner(members).find_raised("done").tolist() == [counts]

@@ -28,8 +28,9 @@ def message(
     sequence: int, *, trainer: str = "laptop", start: int = 7, lease_s: float = 0.5, drive: float = 1.0
 ) -> DriveMessage:
     return DriveMessage(
-        trainer=trainer, start=start, sequence=sequence, lease_s=lease_s, commands={"drive": drive}
-    )
+        trainer=trainer, start=start, sequence=sequence, sent_s=sequence * TICK_S, lease_s=lease_s,
+        commands={"drive": drive},
+    )  # fmt: skip
 
 
 HEARD = [  # messages before, the message, whether it is obeyed
@@ -47,7 +48,7 @@ HEARD = [  # messages before, the message, whether it is obeyed
 def test_whom_a_member_obeys(before: list[DriveMessage], heard: DriveMessage, obeyed: bool) -> None:
     follower = DriveFollower("laptop")
     for each in before:
-        assert follower.receive(each, 0.0)
+        assert follower.receive(each, 0.9)
     assert follower.receive(heard, 1.0) is obeyed
     assert follower.holds(1.4) is obeyed
     assert not follower.holds(1.5)
@@ -100,6 +101,21 @@ def test_a_trainer_that_dies_leaves_the_member_to_itself() -> None:
     assert driven == [False] * 3 + [True] * 8 + [False] * 9  # after the tick, when a tenth more has passed
     assert agent.beginnings == 2  # nothing while it was driven, and what it does alone afterwards
     assert agent.begun_s == pytest.approx(12 * TICK_S)
+
+
+def test_a_command_that_the_network_held_up_moves_nothing() -> None:
+    """It was sent in tick 4, and arrives in tick 14."""
+    network = LocalNetwork()
+    agent, body = make_agent(network)
+    laptop = network.join("laptop")
+    arrivals = {3: 3, 14: 4, 15: 5, 16: 13}  # tick -> the tick in which what arrives then was sent
+    for number in range(20):
+        if number in arrivals:
+            sent = message(arrivals[number], drive=-0.25)
+            laptop.publish(drive_key("scout_1"), msgspec.msgpack.encode(sent))
+        tick(agent)
+    drives = [commands["drive"][0] for commands in body.commanded]
+    assert drives == [1.0] * 3 + [-0.25] * 5 + [1.0] * 8 + [-0.25] * 2 + [1.0] * 2  # 0.3 of 0.5 s late: 0.2 s
 
 
 def test_a_member_without_a_trainer_in_its_team_file_obeys_none() -> None:

@@ -117,7 +117,7 @@ class Agent:
         clock: Callable[[], float] | None = None,
         shared: tuple[Run, int] | None = None,
     ) -> None:
-        self._clock = clock
+        self._read_clock = clock or (lambda: body.time_s)
         self.spec, self.body, self._network, self._unfit = spec, body, network, unfit
         programs = spec.list_programs()
         if shared is None:
@@ -138,7 +138,7 @@ class Agent:
         self.renew_start()
         self.follower: OrderFollower | None = None
         self.driver: DriveFollower | None = None
-        """Whether a trainer drives it now; None if none may."""
+        """What it hears of its trainer; None if it has none."""
         self._was_driven = False
         if spec.trainer is not None:
             self.driver = DriveFollower(spec.trainer)
@@ -185,7 +185,7 @@ class Agent:
             heard=follower.heard,
             order=follower.order,
             library=self.spec.library,
-            unfit=self._unfit() or self._lacking or ("is being trained" if self.is_driven else ""),
+            unfit=self.unfitness,
             flag=self.interpreter.root.flag,
             path=list(self.path),
             layout=self._layout,
@@ -195,20 +195,29 @@ class Agent:
         self._network.publish(report_key(link.squad), pack_message(message))
 
     @property
+    def unfitness(self) -> str:
+        """The reason why it must not be counted as a member now; empty if it is fit."""
+        return self._unfit() or self._lacking or ("is being trained" if self.is_driven else "")
+
+    @property
     def is_driven(self) -> bool:
         """Whether a trainer drives it now."""
         return self.driver is not None and self.driver.holds(self._now)
 
     def obey(self) -> None:
         """Hear the orders that have arrived, and begin what holds now if that is new."""
-        now = self._now
-        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
-        self._obey_trainer(now, slept=slept)
         follower = self.follower
+        orders = [] if follower is None else self._inbox.take_all()
+        drives = [] if self.driver is None else self._drives.take_all()
+        now = self._now  # after they were taken: the program may have been frozen at any moment before
+        slept, self._ran_s = now - self._ran_s > FROZEN_S, now
+        if slept:  # those that came before it was frozen are too old
+            orders, drives = [], []
+        self._obey_trainer(drives, now)
         if follower is None:
             return
-        arrived, renewed = self._inbox.take_all(), False
-        for data in [] if slept else arrived:  # those that came before this program was frozen are too old
+        renewed = False
+        for data in orders:
             try:
                 refused = follower.receive(decode_orders(data), now)
             except UnreadableMessage:
@@ -223,14 +232,13 @@ class Agent:
 
     @property
     def _now(self) -> float:
-        return self.body.time_s if self._clock is None else self._clock()
+        return self._read_clock()
 
-    def _obey_trainer(self, now: float, *, slept: bool) -> None:
+    def _obey_trainer(self, arrived: Sequence[bytes], now: float) -> None:
         """Hear a trainer; do nothing by itself while it drives the agent, and then begin what holds without it."""
         if self.driver is None:
             return
-        arrived = self._drives.take_all()
-        for data in [] if slept else arrived:
+        for data in arrived:
             with suppress(UnreadableMessage):
                 self.driver.receive(decode_drive(data), now)
         is_driven = self.is_driven

@@ -108,8 +108,10 @@ class SquadCoordinator:
         lease_clock: Callable[[], float] | None = None,
     ) -> None:
         self.spec, self.squad, self._clock, self._network = spec, squad, clock, network
-        self._lease_clock = lease_clock
-        self.groups = _make_groups(squad, clock, lease_clock)
+        self._read_clock = lease_clock or (lambda: clock.time_s)
+        self._now = self._read_clock()
+        """The time of this tick, s."""
+        self.groups = _make_groups(squad, clock, lambda: self._now)
         self.squads = _make_body(squad, self.groups, clock)
         self.agent = Agent(spec, self.squads, network, unfit=self._find_unfitness, clock=lease_clock)
         self._keys = list(self.agent.keys)
@@ -121,7 +123,7 @@ class SquadCoordinator:
             network.listen(order_key(spec.name)),
             network.listen(report_key(spec.name)),
         )
-        self._lateness = LatenessMeter()
+        self._lateness = LatenessMeter(len(candidates))
         self._remembered: OrderedDict[OrderId | None, tuple[Orders, float]] = OrderedDict()
         self._issued = np.nan
         self._counted = np.zeros(len(squad.members), np.bool_)
@@ -129,10 +131,6 @@ class SquadCoordinator:
         """The number of messages that it has sent in its term."""
         self._start, self._number = randbits(53), 0
         self._led = False
-
-    @property
-    def _now(self) -> float:
-        return self._clock.time_s if self._lease_clock is None else self._lease_clock()
 
     @property
     def leads(self) -> bool:
@@ -149,14 +147,15 @@ class SquadCoordinator:
 
         Who only follows computes those that depend on the past.
         """
-        now = self._now
-        for message in _decoded(self._orders.take_all(), decode_orders):
+        orders, reports = self._orders.take_all(), self._reports.take_all()
+        self._now = now = self._read_clock()  # after they were taken: the program may have been frozen before
+        for message in _decoded(orders, decode_orders):
             if message.leader == self.leadership.name or self.squad.library not in (None, message.library):
                 continue
             heard_s = now - self._lateness.measure(message.start, message.sent_s, now)
-            if self.leadership.hear_orders(message.term, message.leader, heard_s):
+            if self.leadership.hear_orders(message.term, message.leader, heard_s, message.sequence):
                 self._remember(message, heard_s)
-        for report in _decoded(self._reports.take_all(), decode_report):
+        for report in _decoded(reports, decode_report):
             for body in self.members:
                 if (sent_s := body.receive(report)) is not None:
                     self.leadership.hear_report(report.member, report.term, report.heard, sent_s)
@@ -335,7 +334,7 @@ class SquadCoordinator:
 
 
 def _make_groups(
-    squad: SquadPlan, clock: Clock, lease_clock: Callable[[], float] | None
+    squad: SquadPlan, clock: Clock, lease_clock: Callable[[], float]
 ) -> list[tuple[RemoteMembers, MemberGroup]]:
     """Make the members of each sort, in the order in which the sorts first occur."""
     groups = []

@@ -13,8 +13,8 @@ from math import inf
 
 WINDOW_S = 15.0
 """Differences are forgotten after one to two of these times, because clocks drift and computers are suspended, s."""
-REMEMBERED = 64
-"""The number of senders' programs that are remembered."""
+FORMER = 64
+"""The number of programs that are remembered besides one for each sender: those that have ended."""
 
 
 @dataclass(slots=True)
@@ -27,9 +27,16 @@ class SmallestDifference:
 
 
 class LatenessMeter:
-    """Measure how late the messages of any number of programs are."""
+    """Measure how late the messages of other programs are.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    senders
+        The number of programs that may send at the same time.
+    """
+
+    def __init__(self, senders: int = 1) -> None:
+        self._most = senders + FORMER
         self._smallest: OrderedDict[int, SmallestDifference] = OrderedDict()
 
     def measure(self, start: int, sent_s: float, now: float) -> float:
@@ -42,7 +49,8 @@ class LatenessMeter:
         sent_s
             The time by the sender's clock when it was sent, s.
         now
-            The time by the receiver's clock, s.
+            The time by the receiver's clock after the message was taken, s. A time before it, such as that of the
+            tick's beginning, would make all later messages seem late if the program stood still in between.
 
         Returns
         -------
@@ -51,7 +59,7 @@ class LatenessMeter:
         """
         found = self._smallest.pop(start, None) or SmallestDifference(now)
         self._smallest[start] = found
-        if len(self._smallest) > REMEMBERED:
+        if len(self._smallest) > self._most:
             self._smallest.popitem(last=False)
         if now - found.began_s >= WINDOW_S:
             found.former = found.present if now - found.began_s < 2 * WINDOW_S else inf

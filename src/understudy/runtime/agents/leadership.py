@@ -59,13 +59,14 @@ class Leadership:
         """Whether this candidate leads."""
         return self.leader == self.name
 
-    def hear_orders(self, term: int, leader: str, now: float) -> bool:
-        """Take note of a leader's message; return False if it is of a leader that was replaced."""
+    def hear_orders(self, term: int, leader: str, now: float, message: int = 0) -> bool:
+        """Take note of a leader's message, and of its number; return False if it is of a leader that was replaced."""
         if term < self.term or not is_term_of(term, leader, self.candidates):
             return False
         if term > self.term or self.leader is None:
             self._message = 0
         self._heard_s = max(self._heard_s, now)
+        self._message = max(self._message, message)
         self.term, self.leader = term, leader
         return True
 

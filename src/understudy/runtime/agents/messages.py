@@ -7,6 +7,7 @@ are of the sender's clock; receivers compare them only with other times of the s
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Annotated, TypeAlias
 from zlib import crc32
 
@@ -110,8 +111,9 @@ def decode_report(data: bytes) -> MemberReport:
         raise UnreadableMessage(str(error)) from None
 
 
+@lru_cache(maxsize=64)
 def decode_orders(data: bytes) -> Orders:
-    """Decode a coordinator's message; raise UnreadableMessage if it is none."""
+    """Decode a coordinator's message, once for all members in one program; raise UnreadableMessage if it is none."""
     try:
         return msgspec.msgpack.decode(data, type=Orders)
     except UNREADABLE as error:

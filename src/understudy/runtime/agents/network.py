@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from random import Random
 from typing import NamedTuple, Protocol, TypeAlias
 
@@ -99,16 +99,30 @@ class LocalNetwork:
         self.fate = fate
         self.step_number = 0
         self._nodes: dict[str, LocalNode] = {}
+        self._listeners: dict[str, list[LocalNode]] = {}
+        """The nodes that listen to each key, since one joined, left or began to listen."""
         self._under_way: list[tuple[Envelope, str]] = []
 
     def join(self, name: str) -> LocalNode:
         """Return the access of an agent of this name; a former one of the same name is replaced."""
         self._nodes[name] = node = LocalNode(self, name)
+        self._listeners.clear()
         return node
 
     def leave(self, name: str) -> None:
         """Remove an agent."""
         self._nodes.pop(name, None)
+        self._listeners.clear()
+
+    def forget_listeners(self) -> None:
+        """Forget who listens to each key; it is found again at the next message."""
+        self._listeners.clear()
+
+    def find_listeners(self, key: str) -> Sequence[LocalNode]:
+        """Find the agents that listen to a key."""
+        if key not in self._listeners:
+            self._listeners[key] = [node for node in self._nodes.values() if key in node.inboxes]
+        return self._listeners[key]
 
     @property
     def names(self) -> frozenset[str]:
@@ -118,15 +132,16 @@ class LocalNetwork:
     def send(self, sender: str, key: str, content: bytes) -> None:
         """Send a message to all agents that listen to its key."""
         at_once = self.fate is deliver_at_once
-        for name, node in self._nodes.items():
-            if key not in node.inboxes:
+        for node in self.find_listeners(key):
+            if at_once or node.name == sender:
+                node.deliver(key, content)
                 continue
-            for steps in (0,) if at_once or name == sender else self.fate(sender, name, self.step_number):
+            for steps in self.fate(sender, node.name, self.step_number):
                 if steps == 0:
                     node.deliver(key, content)
                 else:
                     envelope = Envelope(self.step_number + steps, sender, key, content)
-                    self._under_way.append((envelope, name))
+                    self._under_way.append((envelope, node.name))
 
     def step(self) -> None:
         """Advance by one step: deliver what arrives in it."""
@@ -145,18 +160,19 @@ class LocalNode:
     """One agent's access to a `LocalNetwork`."""
 
     def __init__(self, network: LocalNetwork, name: str) -> None:
-        self._network, self._name = network, name
+        self._network, self.name = network, name
         self.inboxes: dict[str, list[Inbox]] = {}
         self.is_announced = False
 
     def publish(self, key: str, message: bytes) -> None:
         """Send a message to all who listen to a key."""
-        self._network.send(self._name, key, message)
+        self._network.send(self.name, key, message)
 
     def listen(self, key: str, observe: Observe | None = None) -> Inbox:
         """Receive the messages of a key from now on."""
         inbox = Inbox(observe=observe)
         self.inboxes.setdefault(key, []).append(inbox)
+        self._network.forget_listeners()
         return inbox
 
     def deliver(self, key: str, message: bytes) -> None:
@@ -175,4 +191,4 @@ class LocalNode:
 
     def close(self) -> None:
         """Leave the network."""
-        self._network.leave(self._name)
+        self._network.leave(self.name)

@@ -10,7 +10,7 @@ from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.leadership import is_term_of
 from understudy.runtime.agents.messages import Duty, OrderId, Orders
 
-KEPT_S = 0.1
+KEPT_S = 0.15
 """A leader that was not heard for longer may be replaced soon, s: members then report its last message."""
 
 

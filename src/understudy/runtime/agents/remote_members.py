@@ -96,7 +96,7 @@ class RemoteMembers:
         self._by_name = {member.name: member for member in self.members}
         self.readings, self._keys, self._clock, self._library = tuple(readings), tuple(keys), clock, library
         self._layout = compute_layout(self._keys)
-        self._lateness = LatenessMeter()
+        self._lateness = LatenessMeter(len(names))
         self.order: OrderId | None = None
         """The present order: flags count only in reports that answer it."""
 
@@ -204,7 +204,8 @@ class RemoteRunner:
             [
                 member.report is not None
                 and member.report.flag == flag
-                and (body.order is None or member.report.order == body.order)
+                and body.order is not None
+                and member.report.order == body.order
                 for member in body.members
             ],
             np.bool_,

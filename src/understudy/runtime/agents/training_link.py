@@ -1,7 +1,8 @@
 """The messages with which a computer that trains a member drives it, and what the member lets it see (docs/agents.md).
 
-A drive message holds for a short lease, counted from its arrival on the member's own clock. When no further one comes,
-because the trainer ended, or its computer died, the member does again what holds for it without a trainer.
+A drive message holds for a short lease, counted on the member's own clock from when it would have arrived if nothing
+had held it up. When no further one comes, because the trainer ended, or its computer died, the member does again what
+holds for it without a trainer.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from typing import Annotated, TypeAlias
 import msgspec
 import numpy as np
 
-from understudy.runtime.agents.messages import UNREADABLE, Count, Duty, UnreadableMessage
+from understudy.runtime.agents.lateness import LatenessMeter
+from understudy.runtime.agents.messages import UNREADABLE, Count, Duty, Seconds, UnreadableMessage
 from understudy.runtime.body import Commands
 
 DRIVE_LEASE_S = 0.5
-"""The time for which a drive message holds after it was received, s."""
+"""The time for which a drive message holds, s."""
 DriveLease: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 """The time for which a drive message holds, s."""
 
@@ -30,6 +32,8 @@ class DriveMessage(msgspec.Struct, frozen=True, array_like=True):
     """A random number of the trainer's program: one that was started again counts its messages from 1 again."""
     sequence: Count
     """The number of the message since this start."""
+    sent_s: Seconds
+    """When it was sent."""
     lease_s: DriveLease
     commands: dict[str, float]
     """The value of each channel; channels that are left out rest."""
@@ -97,6 +101,7 @@ class DriveFollower:
         self._message: DriveMessage | None = None
         self._until_s = -inf
         self._ended: set[int] = set()
+        self._lateness = LatenessMeter()
 
     def receive(self, message: DriveMessage, now: float) -> bool:
         """Take a message at a time (s) of the member's clock; return False if it is not obeyed."""
@@ -105,9 +110,12 @@ class DriveFollower:
             return False
         if last is not None and message.start == last.start and message.sequence <= last.sequence:
             return False
+        late_s = self._lateness.measure(message.start, message.sent_s, now)
+        if late_s >= message.lease_s:
+            return False
         if last is not None and message.start != last.start:
             self._ended.add(last.start)
-        self._message, self._until_s = message, now + message.lease_s
+        self._message, self._until_s = message, now - late_s + message.lease_s
         return True
 
     def holds(self, now: float) -> bool:

@@ -126,6 +126,10 @@ class MemberReports:
     ) -> None:
         self.roster, self.bands, self._radio, self._drops, self._tick_s = roster, bands, radio, drops, tick_s
         self._delayed: dict[ReadingKey | str, DelayedValues] = {}
+        self._of_band = [
+            (roster.band == number, roster.row[roster.band == number]) for number in range(len(bands))
+        ]
+        """Which members are of each band, and their rows in it."""
         self._failing = [isinstance(band.layer.body, HasFailures) for band in bands]  # which is slow to ask
 
     @property
@@ -140,10 +144,9 @@ class MemberReports:
     def readings(self, key: ReadingKey, now: float) -> Column:
         """Return the reading of each member [M]; absent where it has no such reading."""
         values = np.full(len(self.roster), np.nan)
-        for number, band in enumerate(self.bands):
+        for band, (there, rows) in zip(self.bands, self._of_band, strict=True):
             if key in band.layer.percept:
-                there = self.roster.band == number
-                values[there] = np.asarray(band.layer.percept[key])[self.roster.row[there]]
+                values[there] = np.asarray(band.layer.percept[key])[rows]
         return self._through(key, values, now)
 
     def flags(self, flag: str, answering: Column, issued: Column, now: float) -> Column:
@@ -153,9 +156,8 @@ class MemberReports:
         present order (`issued` [M]).
         """
         up = np.zeros(len(self.roster))
-        for number, band in enumerate(self.bands):
-            there = self.roster.band == number
-            up[there] = band.layer.runner.find_raised(flag)[self.roster.row[there]]
+        for band, (there, rows) in zip(self.bands, self._of_band, strict=True):
+            up[there] = band.layer.runner.find_raised(flag)[rows]
         if self._radio is None:
             return up
         up, about = self._through(f"flag {flag}", up, now), self._through("about", answering, now)
@@ -167,8 +169,8 @@ class MemberReports:
         for number, band in enumerate(self.bands):
             if self._failing[number]:
                 body: Any = band.layer.body
-                mine = self.roster.band == number
-                there[mine] = ~body.failed[self.roster.row[mine]]
+                mine, rows = self._of_band[number]
+                there[mine] = ~body.failed[rows]
         if self._radio is not None:
             heard = self._through("heard", np.where(there, now, np.nan), now)
             there = now - heard <= SILENT_S + self._radio.ticks * self._tick_s
