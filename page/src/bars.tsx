@@ -1,4 +1,4 @@
-/** Bars under the header: the connection is lost; somebody else directs. */
+/** Bars under the header: the connection is lost; another person directs. */
 
 import { useStudio } from "./context";
 

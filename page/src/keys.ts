@@ -1,4 +1,4 @@
-/** The keys: what each does while nobody types. */
+/** The keys: what each does while no text field has the focus. */
 
 import type { State } from "./protocol";
 import type { Studio } from "./studio";

@@ -14,7 +14,7 @@ export class Panel {
   /** The selected edge, "from to". */
   edge: string | null = null;
   example: number | null = null;
-  /** The automaton of which somebody asked why. */
+  /** The automaton for which "why" was asked. */
   why: string | null = null;
   /** The behavior of the library that was asked for, another object each time. */
   behavior: { name: string } | null = null;

@@ -13,7 +13,7 @@ export interface Mark {
 }
 
 export class Past {
-  /** When the run began as far as is known, where it is now, and how far it went before somebody went back. */
+  /** When the run began as far as is known, where it is now, and how far it went before the person went back. */
   start = 0;
   now = 0;
   latest = 0;
@@ -30,7 +30,7 @@ export class Past {
     this.marks = [];
   }
 
-  /** A moment of the run was seen: it went on, or somebody went back. */
+  /** A moment of the run was seen: it went on, or the person went back. */
   see(time: number): void {
     if (time > this.now + HAIR_S) this.goOn(time);
     else this.now = time;

@@ -1,4 +1,4 @@
-/** The sound of a question: two short notes, off until somebody wants it; this browser keeps the choice. */
+/** The sound of a question: two short notes, off until it is switched on; this browser keeps the choice. */
 
 const KEPT = "understudy-sound";
 const NOTES_HZ = [660, 880] as const;

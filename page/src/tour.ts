@@ -82,7 +82,7 @@ export class Tour {
     return seed === this.seed;
   }
 
-  /** Whether nobody has pressed in this world so far. */
+  /** Whether there was no press in this world so far. */
   alone({ taught }: Moment): boolean {
     return this.world !== null && this.world.taught === taught;
   }

@@ -16,7 +16,7 @@ describe("the sound of a question", () => {
     expect(isAskedAnew(now, before)).toBe(heard);
   });
 
-  it("is off until somebody wants it", () => {
+  it("is off until it is switched on", () => {
     expect(soundIsOn({ getItem: () => null })).toBe(false);
     expect(soundIsOn({ getItem: () => "on" })).toBe(true);
   });

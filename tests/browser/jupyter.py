@@ -9,12 +9,16 @@ import secrets
 import signal
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
+from urllib.request import urlopen
 
 from playwright.sync_api import Locator, Page, TimeoutError, expect
 
 READY = re.compile(r"(http://127\.0\.0\.1:\d+)/lab")
+STARTS, START_S = 3, 60.0
+"""How often it is started, and how long each start may take."""
 QUIET = {
     "notification": {"fetchNews": "false", "checkForUpdates": False},
     "themes": {"theme": "JupyterLab Light"},
@@ -31,10 +35,11 @@ class Jupyter:
         """`folder` holds the notebooks; `settings` are those of JupyterLab's plugin for its application."""
         self.folder, self._settings = folder, {**QUIET, **settings}
         self.address, self.token = "", secrets.token_hex(16)
-        self._process: subprocess.Popen[str] | None = None
+        self._log = folder / ".jupyter.log"
+        self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Start it, and wait until it says where it is."""
+        """Start it, and wait until it listens."""
         own = self.folder / ".jupyter"
         plugins = own / "settings" / "@jupyterlab" / "apputils-extension"
         plugins.mkdir(parents=True, exist_ok=True)
@@ -53,21 +58,30 @@ class Jupyter:
             f"--ServerApp.root_dir={self.folder}", f"--IdentityProvider.token={self.token}",
             "--LabApp.extension_manager=readonly",
         )  # fmt: skip
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "jupyterlab", *options],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env={**os.environ, **{name: str(path) for name, path in places.items()}},
-        )
-        assert self._process.stdout is not None
-        said = []
-        for line in self._process.stdout:
-            said.append(line)
-            if found := READY.search(line):
-                self.address = found[1]
+        environment = {**os.environ, **{name: str(path) for name, path in places.items()}}
+        for _ in range(STARTS):  # between picking a free port and listening there, another may take it
+            with self._log.open("wb") as log:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "jupyterlab", *options],
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    env=environment,
+                )
+            if self._wait_until_it_listens(self._process):
                 return
-        raise AssertionError("JupyterLab did not start: " + "".join(said))
+        raise AssertionError("JupyterLab did not start: " + self._log.read_text("utf-8", errors="replace"))
+
+    def _wait_until_it_listens(self, process: subprocess.Popen[bytes]) -> bool:
+        """Tell whether it listens, which it does some time after it says where."""
+        end = time.monotonic() + START_S
+        while process.poll() is None and time.monotonic() < end:
+            if found := READY.search(self._log.read_text("utf-8", errors="replace")):
+                self.address = found[1]
+                with suppress(OSError), urlopen(f"{self.address}/api/status?token={self.token}", timeout=5):
+                    return True  # by its token: not another program that took its port
+            time.sleep(0.05)
+        self.stop()
+        return False
 
     def open(self, page: Page, notebook: str) -> Notebook:
         """Open a notebook, and wait until its kernel is there."""
@@ -88,12 +102,8 @@ class Jupyter:
         """Ask it to end, as the system does, with its kernels."""
         if self._process is None:
             return
-        assert self._process.stdout is not None
         self._process.send_signal(signal.SIGTERM)
-        for _ in self._process.stdout:  # what it says must go somewhere, or it waits
-            pass
         self._process.wait(30)
-        self._process.stdout.close()
         self._process = None
 
 

@@ -102,6 +102,26 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str, elsewher
     expect(field).to_have_count(0)
 
 
+def test_escape_closes_the_field_for_a_name_as_soon_as_it_is_there(teacher: Teacher) -> None:
+    """Before the browser has drawn the field once: a busy computer draws late."""
+    page = teacher.page
+    teacher.press("ArrowUp")
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
+    teacher.click("Save")
+    page.get_by_role("tab", name="Library").click()
+    page.evaluate(
+        """() => new MutationObserver((_, watch) => {
+            if (!document.querySelector(".naming input")) return;
+            watch.disconnect();
+            dispatchEvent(new KeyboardEvent("keydown", {key: "Escape"}));
+            window.pressedEscape = true;
+        }).observe(document.body, {childList: true, subtree: true})"""
+    )
+    teacher.click("Duplicate goto")
+    page.wait_for_function("window.pressedEscape")
+    expect(page.locator(".naming input")).to_have_count(0)
+
+
 def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
     """On every tab and in the form, in the rules and in what is said of a press."""
     page = teacher.page

@@ -71,7 +71,8 @@ def test_a_robot_is_armed_taught_and_stopped(
     expect(page.get_by_role("button", name="New world")).to_have_count(0)
     camera = page.get_by_role("img", name="What the camera sees")
     expect(camera).to_be_visible()
-    assert camera.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [160, 120]
+    expect(camera).to_have_js_property("naturalWidth", 160)
+    expect(camera).to_have_js_property("naturalHeight", 120)
 
     teacher.click("Teach something new")
     form = page.locator("form.choice")
@@ -81,13 +82,13 @@ def test_a_robot_is_armed_taught_and_stopped(
     teacher.begin_as_in_the_paper()
     bar.get_by_role("button", name="Arm").click()
     expect(bar).to_contain_text("humanoid armed")
-    before = camera.get_attribute("src")
+    before = camera.get_attribute("src") or ""
     teacher.directing("turn_left").click()
     readings = page.get_by_role("complementary")
     expect(readings).to_contain_text("px", timeout=15_000)  # the ball comes into sight
     teacher.directing("walk_forward").click()
     expect(page.get_by_role("tab", name="Lesson")).to_contain_text("4")  # each directive has its default
-    assert camera.get_attribute("src") != before
+    expect(camera).not_to_have_attribute("src", before)
     snap(page, "robot")
 
     page.keyboard.press("Escape")

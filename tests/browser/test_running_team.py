@@ -16,10 +16,11 @@ pytest.importorskip("zenoh", reason="needs the extra ros2")
 
 from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
 
-from understudy.robots.team_network.agent_process import AgentStatus
+from understudy.robots.team_network.agent_questions import AgentStatus
 
 pytestmark = [pytest.mark.long, pytest.mark.timed]
 PATIENCE_MS = 30_000
+ROBOTS = [f"pioneer_{number}" for number in range(1, 5)]
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +98,41 @@ def test_silent_and_missing_agents_are_marked(
     snap(page, "team-without-coordinator")
     agents.start(SQUAD)
     expect(team).to_contain_text("5 of 5 agents are heard", timeout=PATIENCE_MS)
+
+
+def test_a_coordinator_is_trained_and_its_robots_are_left_alone_afterwards(
+    visit: Callable[[], Page], studio: Studio, agents: AgentProcesses, snap: Callable[[Page, str], None]
+) -> None:
+    page = visit()
+    team = page.get_by_role("main", name="Team")
+    squad = team.get_by_role("region", name=SQUAD)
+    expect(team).to_contain_text("5 of 5 agents are heard", timeout=PATIENCE_MS)
+    squad.locator("header").get_by_role("button", name="Train").click()
+    teacher = Teacher(page)
+    teacher.click("Teach something new")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("gather")
+    for label in ("disperse", "patrol", "all done", "present"):
+        form.get_by_role("checkbox", name=label, exact=True).check()
+    teacher.begin_as_in_the_paper()
+    teacher.directing("disperse").click()
+    expect(page.get_by_role("tab", name="Lesson")).to_contain_text("2")
+    wait_until(
+        lambda: all(status(agents, name).trainer == "laptop" for name in ROBOTS),
+        "the robots were never driven",
+    )
+    assert status(agents, SQUAD).trainer == ""
+    snap(page, "team-coordinator-training")
+    teacher.click("Save")
+    page.get_by_role("group", name="View").get_by_role("button", name="Team").click()
+    for name in ROBOTS:
+        row = squad.get_by_role("listitem", name=name)
+        expect(row).to_contain_text("trained from laptop", timeout=PATIENCE_MS)
+    page.close()
+    studio.stop()
+    wait_until(
+        lambda: all(status(agents, name).trainer == "" for name in ROBOTS), "the robots were not left alone"
+    )
 
 
 def test_a_robot_is_trained_and_left_alone_when_the_studio_dies(

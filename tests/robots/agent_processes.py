@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 from tests.robots.routers import free_port
 
-from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, ask
+from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion, ask, ask_to_arm
 from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.storage.library_folder import save_automaton
@@ -51,6 +51,10 @@ class AgentProcesses:
     def ask(self, do: str) -> Mapping[str, AgentAnswer]:
         """Ask all agents."""
         return ask(self.visitor, AgentQuestion(do, by="a trial"))
+
+    def arm(self) -> Mapping[str, AgentAnswer]:
+        """Arm all robots that can be, and return the answers."""
+        return ask_to_arm(self.visitor, "a trial")
 
     def find_leaders(self) -> list[str]:
         """Find the agents that lead the squad."""
@@ -100,7 +104,7 @@ def run_patrol(seed: int, *, trainer: str | None = None) -> Iterator[AgentProces
             agents.start(name)
         wait_until(lambda: visitor.present >= set(team.agents), "the agents never came")
         time.sleep(SETTLES_S)
-        agents.ask("arm")
+        agents.arm()
         yield agents
 
 

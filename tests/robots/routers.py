@@ -8,12 +8,12 @@ from typing import Any, Self
 
 
 class Router:
-    """Listens on a free port of this machine, until closed."""
+    """Listens on a free port of this machine, until closed, or at an endpoint where one was before."""
 
-    def __init__(self) -> None:
+    def __init__(self, endpoint: str | None = None) -> None:
         import zenoh
 
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
         config = zenoh.Config()
         config.insert_json5("mode", '"router"')
         config.insert_json5("listen/endpoints", json.dumps([self.endpoint]))
@@ -24,6 +24,9 @@ class Router:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
         self._session.close()
 
 

@@ -127,7 +127,10 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
     shown = run("why", merged, "--agent", SQUAD, "--time", (last_ns - start_ns) / 1e9, "-l", library)
     assert shown.exit_code == 0
     assert f"{SQUAD} (led by {deputy}) at" in shown.stdout
-    alone = run("why", merged.parent / f"{follower}.mcap", "--agent", follower, "--time", 10, "-l", library)
-    assert "is not in this file" in alone.stdout
+    ticks_ns = team.read_part(follower).logged_ns
+    lasts_s = (int(ticks_ns[-1]) - int(ticks_ns[0])) / 1e9
+    own = merged.parent / f"{follower}.mcap"
+    alone = run("why", own, "--agent", follower, "--time", lasts_s, "-l", library)
+    assert "is not in this file" in alone.stdout, alone.output
     assert run("why", merged, "--agent", "nobody", "--time", 1, "-l", library).exit_code == 2
     assert run("why", merged, "--agent", SQUAD, "--time", 1e6, "-l", library).exit_code == 2

@@ -163,9 +163,11 @@ def test_only_operators_train(certificates: Path, name: str, obeyed: bool) -> No
         assert hears(other.listen("status/*"), robot, "status/pioneer_1")
         assert hears(other.listen("view/pioneer_1"), robot, "view/pioneer_1")
         robot.declare_token("claim/pioneer_1/7")
+        robot.answer("claim/pioneer_1/7", lambda question: b"")
         robot.declare_token("held/pioneer_1")
         wait_until(lambda: len(other.list_tokens("claim/pioneer_1/*")) == 1)
         wait_until(lambda: len(other.list_tokens("held/*")) == 1)
+        assert other.ask("claim/pioneer_1/*", b"") == {"claim/pioneer_1/7": b""}
         assert hears(robot.listen("drive/pioneer_1"), other, "drive/pioneer_1") == obeyed
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from understudy.errors import FileError
+from understudy.robots.team_network import library_push
 from understudy.robots.team_network.library_push import LibraryFolder, read_library_files
 
 
@@ -81,7 +86,145 @@ def test_a_kill_between_the_renames_leaves_a_whole_library(
     monkeypatch.undo()
     assert not folder.folder.exists()
     folder.recover()
+    assert read_library_files(folder.folder) == {"go.json": b"old"}  # to which the others go back, too
+    assert [path.name for path in tmp_path.iterdir()] == ["library"]
+
+
+def test_agents_of_one_folder_that_switch_at_once_keep_the_former_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rename = Path.rename
+
+    def rename_slowly(source: Path, target: Path) -> Path:
+        time.sleep(0.001)  # in which the others look at the folder
+        return rename(source, target)
+
+    monkeypatch.setattr(Path, "rename", rename_slowly)
+    for number in range(30):
+        first = make_folder(tmp_path / str(number))
+        folders = [first, *(LibraryFolder(first.folder, name, fingerprint) for name in ("other", "third"))]
+        assert [each.prepare(NEW) for each in folders] == ["", "", ""]
+        with ThreadPoolExecutor(3) as threads:
+            assert list(threads.map(LibraryFolder.switch, folders)) == ["", "", ""]
+            assert read_library_files(first.folder) == NEW
+            former = first.folder.with_name("library.former")
+            assert read_library_files(former) == {"go.json": b"old"}
+            assert list(threads.map(LibraryFolder.forget, folders)) == ["", "", ""]
+        assert read_library_files(first.folder) == {"go.json": b"old"}
+        assert [path.name for path in (tmp_path / str(number)).iterdir()] == ["library"]
+
+
+def test_a_broken_library_is_replaced(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path)
+    assert folder.prepare(NEW) == ""
+    (folder.folder / "go.json").write_text("broken")
+    assert folder.switch() == ""
     assert read_library_files(folder.folder) == NEW
+
+
+@pytest.mark.parametrize("failing", [1, 2])
+def test_a_folder_that_cannot_be_renamed_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int
+) -> None:
+    folder = make_folder(tmp_path)
+    folder.prepare(NEW)
+    calls, rename = list[Path](), Path.rename
+
+    def rename_until(source: Path, target: Path) -> Path:
+        calls.append(source)
+        if len(calls) == failing:
+            raise PermissionError(errno.EACCES, "Permission denied", str(source))
+        return rename(source, target)
+
+    monkeypatch.setattr(Path, "rename", rename_until)
+    assert "replacing failed: Permission denied" in folder.switch()
+    assert read_library_files(folder.folder) == {"go.json": b"old"}
+    assert folder.forget() == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["library"]
+
+
+def test_a_kill_while_preparing_leaves_no_half_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = LibraryFolder(tmp_path / "library", "scout", fingerprint)  # of a computer without a library
+    split = library_push._split
+
+    def split_once(name: str) -> tuple[str, ...]:
+        if name != "go.json":
+            raise KeyboardInterrupt
+        return split(name)
+
+    monkeypatch.setattr(library_push, "_split", split_once)
+    with pytest.raises(KeyboardInterrupt):
+        folder.prepare(NEW)
+    assert len(list(tmp_path.iterdir())) == 1
+    LibraryFolder(tmp_path / "library", "scout", fingerprint).recover()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="inodes are those of files")
+def test_a_prepared_library_is_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, synced, sync = make_folder(tmp_path), set[int](), os.fsync
+
+    def note_sync(descriptor: int) -> None:
+        synced.add(os.fstat(descriptor).st_ino)
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", note_sync)
+    assert folder.prepare(NEW) == ""
+    prepared = tmp_path / "library.scout.next"
+    assert {path.stat().st_ino for path in (tmp_path, prepared, *prepared.rglob("*"))} <= synced
+    synced.clear()
+    assert folder.switch() == ""
+    assert tmp_path.stat().st_ino in synced
+
+
+def test_going_back_restores_the_former_library(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path)
+    folder.prepare(NEW)
+    folder.switch()
+    assert folder.forget() == ""
+    assert read_library_files(folder.folder) == {"go.json": b"old"}
+    assert [path.name for path in tmp_path.iterdir()] == ["library"]
+
+
+def test_a_library_that_cannot_be_read_is_replaced(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path)
+    (folder.folder / "folder.json").mkdir()
+    assert folder.prepare(NEW) == ""
+    assert folder.switch() == ""
+    assert read_library_files(folder.folder) == NEW
+
+
+def test_a_settled_library_stays(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path)
+    folder.prepare(NEW)
+    folder.switch()
+    folder.settle()
+    assert folder.forget() == ""
+    assert read_library_files(folder.folder) == NEW
+
+
+def test_an_agent_that_did_not_switch_goes_back_for_one_that_did(tmp_path: Path) -> None:
+    first = make_folder(tmp_path)
+    second = LibraryFolder(first.folder, "other", fingerprint)
+    assert [each.prepare(NEW) for each in (first, second)] == ["", ""]
+    assert first.switch() == ""
+    assert [each.forget() for each in (second, first)] == ["", ""]
+    assert read_library_files(first.folder) == {"go.json": b"old"}
+    assert [path.name for path in tmp_path.iterdir()] == ["library"]
+
+
+def test_only_what_was_replaced_goes_back(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path)
+    folder.prepare(NEW)
+    folder.switch()
+    folder.settle()
+    folder.prepare(NEW)  # the same again, which changes nothing
+    folder.switch()
+    assert folder.forget() == ""
+    assert read_library_files(folder.folder) == NEW
+    assert read_library_files(tmp_path / "library.former") == {"go.json": b"old"}
 
 
 def test_a_folder_without_automata_is_not_pushed(tmp_path: Path) -> None:

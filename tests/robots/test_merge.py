@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import random
 import signal
 import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from errno import EPERM
 from pathlib import Path
 
 import numpy as np
@@ -230,4 +232,27 @@ def test_a_killed_merge_leaves_no_file(tmp_path: Path) -> None:
     assert ended.returncode == -signal.SIGKILL
     assert not (tmp_path / "team.mcap").exists()
     merge_recordings(tmp_path / "team.mcap", paths)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["a.mcap", "b.mcap", "team.mcap"]
+
+
+def test_recordings_are_merged_where_the_file_system_has_no_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a memory stick; a file that has come meanwhile stays there, too."""
+
+    def refuse(source: Path, target: Path) -> None:
+        if comes:
+            out.write_text("another one")
+        raise PermissionError(EPERM, "Operation not permitted", str(source))
+
+    monkeypatch.setattr(os, "link", refuse)
+    paths, out = CLOCKS["equal clocks"].record(tmp_path), tmp_path / "team.mcap"
+    comes = False
+    merge_recordings(out, paths)
+    assert list_recorded_parts(out) == ["a", "b"]
+    out.unlink()
+    comes = True
+    with pytest.raises(FileError):
+        merge_recordings(out, paths)
+    assert out.read_text() == "another one"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.mcap", "b.mcap", "team.mcap"]

@@ -113,10 +113,15 @@ def test_a_robot_that_is_not_trained_is_left_to_its_agent(rig: Rig) -> None:
 
 
 def test_readings_of_a_silent_agent_are_absent(rig: Rig) -> None:
+    """Of the robot, and of the fleet that the studio shows."""
+    key = "sonar_ahead", None
     rig.tick()
-    assert rig.remote.sense([("sonar_ahead", None)])["sonar_ahead", None][0] == 2.0
+    assert rig.fleet.sense([key])[key][0] == 2.0
+    assert rig.remote.senses.value("x", rig.now) == 3.0
+    assert rig.remote.sense([key])[key][0] == 2.0
     rig.now += 0.6
-    assert np.isnan(rig.remote.sense([("sonar_ahead", None)])["sonar_ahead", None][0])
+    assert np.isnan(rig.fleet.sense([key])[key][0])
+    assert np.isnan(rig.remote.sense([key])[key][0])
     assert (rig.remote.armed, rig.remote.stop_cause) == (False, "its agent is not there")
 
 

@@ -84,7 +84,7 @@ export class Driving implements WorldSource {
     this.send({ do: "let_drive" });
   }
 
-  /** Begin to drive if nobody does; the world waits for the stick. */
+  /** Begin to drive unless it is driven already; the world waits for the stick. */
   begin(): void {
     if (
       this.driving ||

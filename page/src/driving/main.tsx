@@ -1,4 +1,4 @@
-/** The page on which somebody drives a robot begins here. */
+/** The page on which a person drives a robot begins here. */
 
 import { render } from "preact";
 import "../style/base.css";

@@ -1,4 +1,4 @@
-/** The page on which somebody drives: the timeline that grows, the world, the stick, and the review of the drive. */
+/** The page on which a person drives: the timeline that grows, the world, the stick, and the review of the drive. */
 
 import { useEffect } from "preact/hooks";
 import { useNews } from "../news";
@@ -130,7 +130,7 @@ function Hint({ driving }: { driving: Driving }) {
   );
 }
 
-/** Keys: the space bar drives and pauses; while somebody drives, arrows and letters are the stick's. */
+/** Keys: the space bar drives and pauses; while a person drives, arrows and letters are the stick's. */
 function steer(driving: Driving): () => void {
   const down = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLInputElement) return;

@@ -1,4 +1,4 @@
-/** The world in which somebody drives, with the way of the robot in the colors of its labels. */
+/** The world in which a person drives, with the way of the robot in the colors of its labels. */
 
 import { useEffect, useRef } from "preact/hooks";
 import { nearest, pieces } from "../recording/path";

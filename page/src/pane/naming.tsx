@@ -1,6 +1,6 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
-import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Studio } from "../studio";
 
 export type Way = "rename" | "duplicate";
@@ -19,7 +19,8 @@ export function Naming({ way, name, studio, close }: Props) {
     field.current?.focus(); // selecting alone leaves Escape and letters to the page
     field.current?.select();
   }, []);
-  useEffect(() => {
+  useLayoutEffect(() => {
+    // As soon as the field is there: an effect after the next frame would miss an Escape pressed before it.
     const leave = (event: KeyboardEvent): void => {
       if (event.key === "Escape") close(); // wherever the focus is by then
     };

@@ -1,4 +1,4 @@
-/** The library as a zip: out as a download, and in again, where nothing is replaced that nobody was asked about. */
+/** The library as a zip: out as a download, and in again, where nothing is replaced without a question. */
 
 import { useRef, useState } from "preact/hooks";
 import type { Studio } from "../studio";

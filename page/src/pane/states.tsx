@@ -46,7 +46,7 @@ export function States({ offers, chosen, choose }: StatesProps) {
   );
 }
 
-/** Whether names matter here: somebody gave one, or took a behavior twice. */
+/** Whether names matter here: one was given, or a behavior was taken twice. */
 function named(chosen: readonly Chosen[]): boolean {
   const plain = stateNames(chosen.map(({ runs }) => fresh(runs)));
   return stateNames(chosen).some((name, index) => name !== plain[index]);

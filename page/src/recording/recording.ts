@@ -60,7 +60,7 @@ export class Recording {
     this.news.tell();
   }
 
-  /** Show what there is by now, while somebody drives; what cannot be had stays as it was. */
+  /** Show what there is by now, while a person drives; what cannot be had stays as it was. */
   async refresh(): Promise<void> {
     const [series, review] = await Promise.all([this.fetch("series"), this.fetch("review")]);
     if (series === null || review === null) return;

@@ -19,14 +19,14 @@ const ZOOM = 1.6;
 const MOST_ZOOM = 40;
 /** The width of a letter of a label, about, px. */
 const LETTER = 7.4;
-/** What is shown while somebody drives, s. */
+/** What is shown while a person drives, s. */
 const LIVE_S = 20;
 
 interface TimelineProps {
   recording: Recording;
   review: Review;
   series: readonly Series[];
-  /** Whether somebody drives: its end is shown then, at one scale. */
+  /** Whether a person drives: its end is shown then, at one scale. */
   live?: boolean;
 }
 

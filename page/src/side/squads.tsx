@@ -30,9 +30,9 @@ export function Squads({ studio, squads }: Props) {
 interface LevelProps {
   studio: Studio;
   squads: readonly Squad[];
-  /** Whether those below are shown where nobody has asked for the contrary. */
+  /** Whether those below are shown by default. */
   shown: boolean;
-  /** Those that somebody unfolded or folded, by name. */
+  /** Those that were unfolded or folded, by name. */
   turned: ReadonlyMap<string, boolean>;
   toggle: (squad: Squad, open: boolean) => void;
 }

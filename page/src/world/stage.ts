@@ -36,7 +36,7 @@ export class Stage<S extends WorldSource = Studio> {
   readonly overlays = new Set<Overlay>(OVERLAYS.filter((each) => each !== "camera"));
   marked: Mark | null = null;
   dragged: (Mark & { x: number; y: number }) | null = null;
-  /** What turns the chosen robot, and whether somebody holds it. */
+  /** What turns the chosen robot, and whether a person holds it. */
   handle: Handle | null = null;
   turning = false;
   screen: Size = { width: 1, height: 1 };

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
@@ -15,6 +14,7 @@ from understudy.errors import SettingError
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
+from understudy.robots.arming_order import ArmingOrder
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
@@ -44,6 +44,8 @@ class Fleet:
         skilled = any(robot.file.skills for robot in self.robots)
         self.channels: Sequence[Channel] = (*MOVING, *(SKILL_CHANNELS if skilled else ()))
         self._skills: list[tuple[str, Binding]] = []
+        self._channels = [{channel.name for channel in each.channels} for each in self.robots]
+        self._offered: dict[tuple[ReadingKey, ...], Sequence[Sequence[ReadingKey]]] = {}
         self._has = [{reading.name: reading.of_targets for reading in each.readings} for each in self.robots]
 
     @property
@@ -73,14 +75,11 @@ class Fleet:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return the latest values, a column [N] for each key; NaN where absent."""
-        where = f"the robots of {self.name}"
-        check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
         rows = [
-            robot.sense([key for key in keys if self._can(agent, key)])
-            for agent, robot in enumerate(self.robots)
+            robot.read_values(mine)
+            for robot, mine in zip(self.robots, self._list_offered(tuple(keys)), strict=True)
         ]
-        absent = np.array([np.nan])
-        return {key: np.concatenate([row.get(key, absent) for row in rows]) for key in keys}
+        return {key: np.array([row.get(key, np.nan) for row in rows]) for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Command each robot for one tick; if one fails, command the others, then raise the first exception."""
@@ -105,8 +104,7 @@ class Fleet:
 
     def _select(self, commands: Commands, agent: int) -> dict[str, Column]:
         """Return the commands of one robot, with the number that it has given to its skill."""
-        robot, found = self.robots[agent], dict[str, Column]()
-        names = {channel.name for channel in robot.channels}
+        robot, found, names = self.robots[agent], dict[str, Column](), self._channels[agent]
         for channel, column in commands.items():
             if channel not in (SKILL, ISSUED) or channel in names:
                 found[channel] = column[agent : agent + 1]
@@ -127,15 +125,7 @@ class Fleet:
 
         Their watchdogs are started first, in parallel, which blocks for about 0.5 s.
         """
-        with ThreadPoolExecutor(len(self.robots)) as side_by_side:
-            for each in [side_by_side.submit(robot.prepare) for robot in self.robots]:
-                each.result()
-        try:
-            for robot in self.robots:
-                robot.arm(by)
-        except BaseException:
-            self.disarm("another robot of the team could not be armed")
-            raise
+        ArmingOrder(self.robots, by).carry_out()
 
     def disarm(self, cause: str) -> None:
         """Send a stop to each armed robot and disarm it, even if another one raises an exception."""
@@ -174,6 +164,16 @@ class Fleet:
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self.close(describe_exit_reason(error))
+
+    def _list_offered(self, keys: tuple[ReadingKey, ...]) -> Sequence[Sequence[ReadingKey]]:
+        """List for each robot which readings it has; the same are asked for at every tick."""
+        if keys not in self._offered:
+            where = f"the robots of {self.name}"
+            check_reading_keys(keys, readings=self.readings, targets=self.targets, where=where)
+            self._offered[keys] = [
+                [key for key in keys if self._can(agent, key)] for agent in range(self.agents)
+            ]
+        return self._offered[keys]
 
     def _can(self, agent: int, key: ReadingKey) -> bool:
         name, target = key

@@ -216,6 +216,15 @@ class SensorInputs:
         self.readings: Sequence[Reading] = tuple(readings.values())
         seen = () if file.camera is None else (*file.camera.colors, *targets)
         self.targets: Sequence[str] = tuple(dict.fromkeys((*seen, *file.targets)))
+        self._keys: Sequence[ReadingKey] = [
+            (each.name, target)
+            for each in self.readings
+            for target in (self.targets if each.of_targets else (None,))
+        ]
+        self._source_of: dict[ReadingKey, str] = {}
+        for source in found:
+            for key in source.keys:
+                self._source_of.setdefault(key, source.name)
         for topic, type in dict.fromkeys(
             (source.topic, source.type) for source in found if source.name != FRAMES
         ):
@@ -230,15 +239,10 @@ class SensorInputs:
     def values(self, now: float) -> dict[ReadingKey, float]:
         """Return a value for each reading at time `now` (s, `time.monotonic`); NaN if absent."""
         found: dict[ReadingKey, float] = {}
-        for name, source in self.sources.items():
-            fresh = self.read_fresh(name, now)
-            found.update({key: fresh.get(key, nan) for key in source.keys})
+        for name in self.sources:
+            found.update(self.read_fresh(name, now))
         found.update(compute_ranges_and_bearings(self._places, found))
-        return {
-            (each.name, target): found.get((each.name, target), nan)
-            for each in self.readings
-            for target in (self.targets if each.of_targets else (None,))
-        }
+        return {key: found.get(key, nan) for key in self._keys}
 
     def read_fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
         """Return the values of one source; empty if they are older than its limit at time `now` (s)."""
@@ -247,10 +251,8 @@ class SensorInputs:
 
     def value(self, reading: str, now: float) -> float:
         """Return the value of a reading of the robot itself at time `now` (s); NaN if absent."""
-        for name, source in self.sources.items():
-            if (reading, None) in source.keys:
-                return self.read_fresh(name, now).get((reading, None), nan)
-        return nan
+        source = self._source_of.get((reading, None))
+        return nan if source is None else self.read_fresh(source, now).get((reading, None), nan)
 
     def locate(self, target: str, now: float) -> tuple[float, float] | None:
         """Return the place (x, y) of a target, from the robot file or a topic, or None if it is unknown."""

@@ -47,6 +47,9 @@ from understudy.sim.kit import COLUMNS, MOVING, list_type_readings, make_command
 from understudy.sim.scenario.schema import RobotType, Scenario
 from understudy.sim.skill_parts import SKILL_CHANNELS
 
+_DRIVE, _TURN = COLUMNS.index("drive"), COLUMNS.index("turn")
+"""The columns of the channels by which robots move."""
+
 
 class Robot:
     """One robot behind a transport: a body with N = 1, which sends no commands until a person arms it.
@@ -94,6 +97,8 @@ class Robot:
         self.skills = RobotSkills(file, transport, path=path, locate=self._locate, clock=clock)
         """Its skills, which are carried out by the robot itself."""
         self.channels: Sequence[Channel] = (*MOVING, *(SKILL_CHANNELS if file.skills else ()))
+        self._channel_names = [channel.name for channel in self.channels]
+        self._where = f"robot {file.name!r}"
         self.readings: Sequence[Reading] = (
             *self.senses.readings,
             *self._derived.readings,
@@ -176,6 +181,10 @@ class Robot:
 
         All calls return the same values until `act` or the next tick.
         """
+        return {key: np.array([value]) for key, value in self.read_values(keys).items()}
+
+    def read_values(self, keys: Sequence[ReadingKey]) -> dict[ReadingKey, float]:
+        """Return the latest values, a number for each key, as `sense` does."""
         now = self._clock()
         if self._snapshot is None or now - self._at >= self.tick_s:
             self._at = now
@@ -189,7 +198,7 @@ class Robot:
                 name = reading if target is None else f"{reading}({target})"
                 known = [each if target is None else f"{each}({target})" for each, target in values]
                 raise UnknownName(what="reading", name=name, where=self._where, known=known)
-        return {key: np.array([values[key]]) for key in keys}
+        return {key: values[key] for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Send one command within the limits, or a stop if the robot must not move; start and cancel skills.
@@ -199,8 +208,7 @@ class Robot:
         the watchdog stops the robot.
         """
         try:
-            known = [channel.name for channel in self.channels]
-            table = make_command_table(commands, agents=1, channels=known, where=self._where)
+            table = make_command_table(commands, agents=1, channels=self._channel_names, where=self._where)
         except UnderstudyError:
             self.guard.stop_until_next_command("a command that makes no sense")
             raise
@@ -208,11 +216,12 @@ class Robot:
         self._snapshot = None
         if self.status_publisher is not None:
             self.status_publisher.update(self._clock(), time_s=self._stamp_s)
-        drive, turn = (float(table[0, COLUMNS.index(name)]) for name in ("drive", "turn"))
-        of = self.file.commands
-        number, issued = (
-            float(np.asarray(commands[name])[0]) if name in commands else 0.0 for name in (SKILL, ISSUED)
-        )
+        drive, turn = float(table[0, _DRIVE]), float(table[0, _TURN])
+        of, number, issued = self.file.commands, 0.0, 0.0
+        if self.file.skills:
+            number, issued = (
+                float(np.asarray(commands[name])[0]) if name in commands else 0.0 for name in (SKILL, ISSUED)
+            )
         if not number:
             self.skills.ask(0, issued)
         if self.skills.will_drive(int(number), issued):
@@ -245,13 +254,20 @@ class Robot:
         """Return the number of a skill with targets, for the channel `skill`."""
         return self.skills.index(name, binding)
 
-    def arm(self, by: str) -> None:
+    @property
+    def stop_count(self) -> int:
+        """The number of orders to stop or disarm it so far, armed or not."""
+        return self.guard.stop_count
+
+    def arm(self, by: str, *, stop_count: int | None = None) -> None:
         """Send the program's commands from now on, because the person `by` orders it; never call this without one.
 
-        ArmingRefused, WatchdogFailed or FileError (the stop log) is raised if it must not be armed. The robot is
-        stopped when the program ends: by `close` at exit, or by the watchdog if the program has no time for that.
+        ArmingRefused, WatchdogFailed or FileError (the stop log) is raised if it must not be armed, such as if another
+        thread stopped it since the order: `stop_count` is that of the moment of the order, if that was earlier. The
+        robot is stopped when the program ends: by `close` at exit, or by the watchdog if the program has no time for
+        that.
         """
-        self.guard.arm(by)
+        self.guard.arm(by, stop_count=stop_count)
         atexit.register(self.close)
 
     def prepare(self) -> None:
@@ -294,10 +310,6 @@ class Robot:
 
     def _locate(self, target: str) -> tuple[float, float] | None:
         return self.senses.locate(target, self._clock())
-
-    @property
-    def _where(self) -> str:
-        return f"robot {self.file.name!r}"
 
     def _danger(self, now: float) -> StopReason | None:
         """Return why the robot's readings forbid it to move now, or None.

@@ -56,12 +56,14 @@ class DigitalTwin:
         self.scenario = _cast(fleet, fleet.scenario)
         self._drawn = World(self.scenario, [0])
         width, height = self.scenario.size
+        self._is_drawn = False
         self._origin = (-fence[0], -fence[1]) if fence else (width / 2, height / 2)
         self._empty()
         self.readings: Sequence[Reading] = self._drawn.readings
         self.channels: Sequence[Channel] = self._drawn.channels
         self.targets: Sequence[str] = self._drawn.targets
         self.agents = self.robots = fleet.agents
+        self._offered: dict[tuple[tuple[ReadingKey, ...], ...], Sequence[ReadingKey]] = {}
         self._can = {(each.name, each.of_targets) for each in fleet.readings}
         self._acted_s = -inf
         self._keys = list_reading_keys(self)
@@ -74,6 +76,7 @@ class DigitalTwin:
     @property
     def display_world(self) -> World:
         """A world with the robots and the known targets in their places, for drawing only."""
+        self._draw()
         return self._drawn
 
     @property
@@ -94,6 +97,7 @@ class DigitalTwin:
     @property
     def state(self) -> WorldState:
         """The state of the drawn world."""
+        self._draw()
         return self._drawn.state
 
     @property
@@ -118,6 +122,7 @@ class DigitalTwin:
 
     def view(self, world: int = 0) -> WorldView:
         """Return the drawn world, as large as the geofence if there is one."""
+        self._draw()
         found = self._drawn.view(world)
         if self._fence is None:
             return found
@@ -126,11 +131,10 @@ class DigitalTwin:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return a column [N] for each key; NaN for robots that have no such sensor."""
-        self._drawn.check_keys(keys)
-        asked = self._keys if self._recording else keys
-        found = self.fleet.sense([key for key in asked if self._senses(key)])
+        asked = tuple(self._keys if self._recording else keys)
+        found = self.fleet.sense(self._list_offered(tuple(keys), asked))
         absent = np.full(self.agents, nan)
-        self._see()
+        self._is_drawn = False
         # Recorded is what is decided on: sensed after a slow decision, it would be another snapshot.
         self._sensed = {key: found.get(key, absent) for key in asked}
         return {key: self._sensed[key] for key in keys}
@@ -209,17 +213,26 @@ class DigitalTwin:
         if self.fleet.robots[0].now_s - self._acted_s < self.tick_s:
             return False
         self._obey({})
-        self._see()
+        self._is_drawn = False
         return True
 
     def _obey(self, commands: Commands) -> None:
         self._acted_s = self.fleet.robots[0].now_s
         self.fleet.act(commands)
-        self.state.tick[0] += 1
+        self._drawn.state.tick[0] += 1
 
     def close(self) -> None:
         """Stop the robots and disconnect from them."""
         self.fleet.close()
+
+    def _list_offered(
+        self, keys: tuple[ReadingKey, ...], asked: tuple[ReadingKey, ...]
+    ) -> Sequence[ReadingKey]:
+        """List which of the readings `asked` the robots have; the same are asked for at every tick."""
+        if (keys, asked) not in self._offered:
+            self._drawn.check_keys(keys)
+            self._offered[keys, asked] = [key for key in asked if self._senses(key)]
+        return self._offered[keys, asked]
 
     def _senses(self, key: ReadingKey) -> bool:
         name, target = key
@@ -229,14 +242,16 @@ class DigitalTwin:
 
     def _empty(self) -> None:
         """Remove the scenario's objects, whose places are unknown until a robot file or topic gives them."""
-        state = self.state
+        state = self._drawn.state
         state.objects["present"] = 0
         state.objects["due"] = -1
 
-    def _see(self) -> None:
-        """Draw robots and targets where they are now."""
+    def _draw(self) -> None:
+        """Draw robots and targets where they are now, when they are first looked at in a tick."""
+        if self._is_drawn:
+            return
         for agent, robot in enumerate(self.fleet):
-            row = self.state.robots[agent]
+            row = self._drawn.state.robots[agent]
             pose = dict(zip(POSE, (robot.senses.value(name, robot.now_s) for name in POSE), strict=True))
             if isnan(pose["x"]) or isnan(pose["y"]):
                 row["x"], row["y"] = self._spare(agent)
@@ -245,6 +260,7 @@ class DigitalTwin:
             row["heading"] = 0.0 if isnan(pose["heading"]) else pose["heading"] % tau % tau
             for name, target in robot.file.targets.items():
                 self._place(agent, name, target)
+        self._is_drawn = True
 
     def _spare(self, agent: int) -> tuple[float, float]:
         """Return where a robot is drawn whose place is unknown: in a row through the middle."""
@@ -260,10 +276,11 @@ class DigitalTwin:
         of = self.scenario.targets.get(name)
         if of is None or of.object is None:
             return
-        robot, row = self.fleet.robots[agent], self.state.robots[agent]
+        state = self._drawn.state
+        robot, row = self.fleet.robots[agent], state.robots[agent]
         place = robot.senses.locate(name, robot.now_s)
         kind = self.rules.classes[self.names.classes.index(of.object)]
-        thing = self.state.objects[0, int(kind["first"]) + of.index]
+        thing = state.objects[0, int(kind["first"]) + of.index]
         if place is None:
             return
         x, y = place

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from tests.ui.cli.commands import run
 
+from understudy.errors import SettingError
 from understudy_lab import study
 from understudy_lab.figures import panels
 from understudy_lab.results import StudyResult, save
@@ -98,6 +99,20 @@ def test_for_programs(here: Path) -> None:
     told = json.loads(done.stdout)
     assert told["passed"]
     assert [row["square"] for row in told["result"]["rows"]] == [1, 4]
+
+
+def test_one_that_cannot_run_here_is_refused_and_left_out_of_all(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def check_machine() -> None:
+        raise SettingError(where="experiment", setting="this machine", problem="has no legs", remedy="walk")
+
+    use(replace(squares(), check_machine=check_machine), monkeypatch)
+    monkeypatch.setattr("understudy_lab.commands.experiment.QUESTIONS", {"forage": "?"})
+    done = run("experiment", "forage", "--quick")
+    assert (done.exit_code, "has no legs" in done.output) == (2, True)
+    done = run("experiment", "all", "--quick")
+    assert (done.exit_code, "Skipped: " in done.output) == (0, True), done.output
 
 
 def test_what_was_not_published_is_counted(here: Path) -> None:

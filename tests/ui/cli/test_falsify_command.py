@@ -167,6 +167,11 @@ def test_a_behavior_that_does_not_exist(library: Path) -> None:
     assert "forag" in result.stderr
 
 
+def heed_interrupts() -> None:
+    """End at SIGINT, which programs ignore that a shell has started in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.timed
 def test_an_interrupted_search_keeps_what_it_found(planted: Path, tmp_path: Path) -> None:
@@ -183,7 +188,13 @@ def test_an_interrupted_search_keeps_what_it_found(planted: Path, tmp_path: Path
     ]
     command += ["--limit", "600", "-o", str(out), "--json"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as begun:
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+        preexec_fn=heed_interrupts,
+    ) as begun:
         time.sleep(20.0)
         begun.send_signal(signal.SIGINT)
         printed, _ = begun.communicate(timeout=120.0)

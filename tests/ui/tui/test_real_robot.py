@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from asyncio import sleep
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import pytest
 
@@ -14,6 +16,7 @@ from tests.ui.tui.desks import GOTO, Hand, trainer
 from tests.ui.tui.test_main_screen import run
 
 from understudy.model.library import Library
+from understudy.robots.safety.guard import ArmingRefused
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.controller.training_plan import TrainingPlan
 
@@ -33,6 +36,15 @@ async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
         await hand.wait(0.1)
 
 
+async def end_of_arming(hand: Hand, before: str = "Arming…") -> None:
+    """Wait until the thread that arms has ended, and something else is said than `before`."""
+    for _ in range(500):
+        if hand.said != before:
+            return
+        await hand.pilot.pause(0.01)
+    raise AssertionError(f"still {before!r}")
+
+
 @run
 async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
     rig = Rig(("one",))
@@ -40,7 +52,9 @@ async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
     async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await wait(hand, rig, 0.2)
         assert hand.teaching.query_one("#world").border_title == "one: not armed (y)"
-        await hand.press("y", "up")
+        await hand.press("y")
+        await end_of_arming(hand)
+        await hand.press("up")
         await wait(hand, rig, 0.3)
         assert rig.sent(0) == (0.4, 0.0)
         assert hand.teaching.query_one("#world").border_title == "one: armed (Esc)"
@@ -61,12 +75,68 @@ async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
 
 
 @run
+async def test_time_goes_on_while_it_is_armed_and_a_stop_wins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such as over a network, where an agent may take its time to answer."""
+    rig, answered = Rig(("one",)), Event()
+    rig.seen()
+    monkeypatch.setattr(rig.robots[0], "prepare", lambda: answered.wait(10))
+    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+        await hand.press("y")
+        assert hand.said == "Arming…"
+        before = hand.trainer.session.body.time_s
+        await wait(hand, rig, 0.3)
+        assert hand.trainer.session.body.time_s > before
+        await hand.press("escape", "y")
+        assert "has not ended yet" in hand.said
+        before_end = hand.said
+        answered.set()
+        await end_of_arming(hand, before_end)
+        assert "it was stopped meanwhile" in hand.said
+        assert not rig.robots[0].armed
+
+
+@run
+async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, answered, armings = Rig(("one",)), Event(), list[str]()
+    rig.seen()
+    robot = rig.robots[0]
+    arm = robot.arm
+
+    def arm_and_note(by: str, *, stop_count: int | None = None) -> None:
+        try:
+            arm(by, stop_count=stop_count)
+            armings.append("armed")
+        except ArmingRefused:
+            armings.append("refused")
+            raise
+
+    monkeypatch.setattr(robot, "prepare", lambda: answered.wait(1.0))
+    monkeypatch.setattr(robot, "arm", arm_and_note)
+    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+        await hand.press("y", "q")
+        await hand.pilot.pause(0.1)
+    answered.set()
+    for _ in range(500):
+        if armings:
+            break
+        await sleep(0.01)
+    assert armings == ["refused"]
+    assert not robot.armed
+
+
+@run
 async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
     """Another screen on top lets time stand still: the robot rests, and is armed still."""
     rig = Rig(("one",))
     rig.seen()
     async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
-        await hand.press("y", "up")
+        await hand.press("y")
+        await end_of_arming(hand)
+        await hand.press("up")
         await wait(hand, rig, 0.2)
         teaching = hand.teaching
         await hand.press("h")
@@ -85,7 +155,9 @@ async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
     rig.seen()
     async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         for key in ("h", "l", "c"):
-            await hand.press("y", "up", key, "escape")
+            await hand.press("y")
+            await end_of_arming(hand)
+            await hand.press("up", key, "escape")
             await wait(hand, rig, 0.2)
             assert rig.sent(0) == (0.0, 0.0)
             assert [stop.cause for stop in rig.robots[0].stops] == ["emergency: stopped in the terminal"]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Event
+from time import monotonic, sleep
 from typing import Any
 
 import pytest
@@ -25,6 +27,7 @@ from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 
 ARENA_GOTO = {**GOTO, "targets": {"A": "red_flag"}}
+PATIENCE_S = 10.0
 
 
 class Lab:
@@ -53,10 +56,18 @@ class Lab:
         while viewer.next() is not None:
             pass
         self.studio.handle_text(viewer, json.dumps({"id": 7, **message}))
-        while (waiting := viewer.next()) is not None:
-            text, binary = waiting
-            if not binary and (answer := json.loads(text)).get("re") == 7:
-                return dict(answer)
+        return self.hear(viewer)
+
+    def hear(self, viewer: Client, number: int = 7) -> dict[str, Any]:
+        """Hear the answer, for which a slow action takes a while."""
+        until = monotonic() + PATIENCE_S
+        while monotonic() < until:
+            while (waiting := viewer.next()) is not None:
+                text, binary = waiting
+                if not binary and (answer := json.loads(text)).get("re") == number:
+                    return dict(answer)
+            self.studio.answer_slow_actions()
+            sleep(0.001)
         raise AssertionError("no answer")
 
     def shown(self) -> list[dict[str, Any]]:
@@ -170,18 +181,57 @@ def test_it_stops_where_the_page_is_loaded_again(lab: Lab) -> None:
     assert not lab.shown()[0]["armed"]
 
 
-def test_the_time_that_arming_takes_is_no_silence(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    fleet = lab.rig.twin.fleet
-    arm = fleet.arm
+@pytest.fixture
+def watchdog(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Iterator[Event]:
+    """The watchdog of the robot starts when the event is set."""
+    starts = Event()
+    monkeypatch.setattr(lab.rig.robots[0], "prepare", lambda: starts.wait(PATIENCE_S))
+    yield starts
+    starts.set()
 
-    def slowly(by: str) -> None:
-        arm(by)
-        lab.wall.now += 2.0  # a watchdog is started for each
 
-    monkeypatch.setattr(fleet, "arm", slowly)
-    lab.say(do="arm")
-    lab.studio.run_due_ticks()
+def test_the_time_that_arming_takes_is_no_silence(lab: Lab, watchdog: Event) -> None:
+    lab.studio.handle_text(lab.page, json.dumps({"id": 7, "do": "arm"}))
+    assert lab.studio.host.status.text == "Arming…"
+    lab.wait(2.0)
+    assert not lab.shown()[0]["armed"]
+    watchdog.set()
+    assert lab.hear(lab.page)["ok"]
+    lab.wait(0.1)
     assert lab.shown()[0]["armed"]
+    assert lab.studio.host.status.text.startswith("Armed")
+
+
+CANCELS: dict[str, Callable[[Lab], object]] = {
+    "the emergency stop": lambda lab: lab.say(do="stop"),
+    "a stop from another page": lambda lab: lab.say(lab.studio.connect(None), do="stop_robot", name="one"),
+    "control is handed over": lambda lab: lab.say(do="hand_over"),
+    "the page is closed": lambda lab: lab.studio.disconnect(lab.page),
+    "the page is loaded again": lambda lab: lab.studio.connect(lab.page.key),
+    "the page is silent": lambda lab: lab.wait(0.7, here=False),
+}
+
+
+@pytest.mark.parametrize("cancel", CANCELS)
+def test_a_stop_while_it_is_armed_wins(lab: Lab, watchdog: Event, cancel: str) -> None:
+    lab.studio.handle_text(lab.page, json.dumps({"id": 8, "do": "arm"}))
+    CANCELS[cancel](lab)
+    assert not watchdog.is_set()
+    watchdog.set()
+    answer = lab.hear(lab.page, 8)
+    assert answer["error"] == "robot 'one' stays disarmed: it was stopped meanwhile; arm again"
+    assert not lab.shown()[0]["armed"]
+    assert not lab.moves()
+
+
+def test_a_stop_between_the_arming_and_its_answer_is_not_said_to_be_armed(lab: Lab) -> None:
+    lab.studio.handle_text(lab.page, json.dumps({"id": 8, "do": "arm"}))
+    until = monotonic() + PATIENCE_S
+    while not lab.shown()[0]["armed"] and monotonic() < until:
+        sleep(0.001)
+    lab.studio.host.robots.stop("a key")
+    assert "it was stopped meanwhile" in lab.hear(lab.page, 8)["error"]
+    assert not lab.shown()[0]["armed"]
 
 
 def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,14 +239,14 @@ def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: py
     lab.say(**ARENA_GOTO)
     lab.say(do="pause", paused=False)
     lab.wait(0.3)
-    fleet = lab.rig.twin.fleet
-    arm = fleet.arm
+    robot = lab.rig.robots[0]
+    arm = robot.arm
 
-    def slowly(by: str) -> None:
+    def slowly(by: str, *, stop_count: int | None = None) -> None:
         lab.rig.now += 0.4
-        arm(by)
+        arm(by, stop_count=stop_count)
 
-    monkeypatch.setattr(fleet, "arm", slowly)
+    monkeypatch.setattr(robot, "arm", slowly)
     lab.say(do="arm")
     lab.say(do="press", state="forward")
     lab.wait(0.3)

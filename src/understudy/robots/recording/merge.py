@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from errno import EEXIST
 from functools import cached_property
 from hashlib import blake2b
 from pathlib import Path
@@ -357,10 +358,22 @@ def _write(out: Path, surveys: Mapping[str, _Survey], routes: Mapping[str, _Rout
                 _write_records(file, surveys, routes, clock)
                 file.flush()
                 os.fsync(file.fileno())
-            os.link(unfinished, out)  # unlike a renaming, it replaces no file that has come since
+            _give_name(unfinished, out)
         finally:
             unfinished.unlink(missing_ok=True)
         sync_folder(out.parent)
+
+
+def _give_name(unfinished: Path, out: Path) -> None:
+    """Give a file its name, unless another one has it by now."""
+    try:
+        os.link(unfinished, out)
+    except FileExistsError:
+        raise
+    except OSError:  # no links there, as on memory sticks
+        if out.exists():
+            raise FileExistsError(EEXIST, os.strerror(EEXIST), str(out)) from None
+        unfinished.rename(out)
 
 
 def _write_records(

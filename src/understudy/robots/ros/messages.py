@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from understudy.errors import UnderstudyError
@@ -21,7 +21,8 @@ LONGEST_IMAGE = 2**26
 """The largest size of images, in bytes."""
 JAZZY, HUMBLE = "jazzy", "humble"
 """The releases of ROS 2 whose definitions of some types differ."""
-
+TWIST = "geometry_msgs/msg/Twist"
+"""The type of messages with a speed and a turning rate."""
 
 DEFAULTS: Mapping[str, Mapping[str, float]] = {"geometry_msgs/msg/Quaternion": {"w": 1.0}}
 """The values of fields that ROS 2's definitions give and rosbags leaves out: a zero quaternion is no orientation."""
@@ -159,15 +160,22 @@ def encode_twist(
 
     `time_s` is the time of the stamp, in s since 1970.
     """
-    vector = "geometry_msgs/msg/Vector3"
-    moved = make_message(
-        "geometry_msgs/msg/Twist",
-        linear=make_message(vector, x=float(speed_m_s)),
-        angular=make_message(vector, z=float(turn_rad_s)),
-    )
-    if type == "geometry_msgs/msg/Twist":
-        return encode_message(type, moved)
+    if type == TWIST:
+        return _encode_plain_twist(float(speed_m_s) + 0.0, float(turn_rad_s) + 0.0)  # -0.0 is sent as 0.0
+    moved = _make_twist(float(speed_m_s), float(turn_rad_s))
     seconds = int(time_s)
     stamp = make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
     header = make_message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
     return encode_message(type, make_message(type, header=header, twist=moved))
+
+
+@lru_cache(maxsize=256)
+def _encode_plain_twist(speed_m_s: float, turn_rad_s: float) -> bytes:
+    """Encode a Twist; the same one is sent many times a second."""
+    return encode_message(TWIST, _make_twist(speed_m_s, turn_rad_s))
+
+
+def _make_twist(speed_m_s: float, turn_rad_s: float) -> Any:
+    types = load_typestore().types
+    vector = types["geometry_msgs/msg/Vector3"]
+    return types[TWIST](linear=vector(x=speed_m_s, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=turn_rad_s))

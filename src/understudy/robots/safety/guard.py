@@ -122,7 +122,9 @@ class Guard:
         self._hold_s = file.tick_s + file.safety.deadline_s
         self._lock, self._arming, self._end = RLock(), Lock(), Event()
         self._thread: Thread | None = None
-        self._by, self._orders = "", 0
+        self._by = ""
+        self.stop_count = 0
+        """The number of orders to stop or disarm the robot so far, armed or not."""
         self.stopped = NOT_ARMED
         """The reason why the last command was a stop; empty while the robot may move."""
         self.speeds = STILL
@@ -155,11 +157,12 @@ class Guard:
             self._monitor.shut_watchdog_down()
         self._refuse_closed()
 
-    def arm(self, by: str) -> None:
+    def arm(self, by: str, *, stop_count: int | None = None) -> None:
         """Send the program's commands from now on, because the person `by` orders it; start the guard's thread.
 
         Nothing happens if it is armed already. The first call blocks for about 0.5 s, until the watchdog has
-        discovered the robot. If another thread stops the robot meanwhile, arming is refused.
+        discovered the robot. If another thread stops the robot meanwhile, arming is refused. `stop_count` is that of
+        the moment at which the person ordered it, if that was earlier.
 
         ArmingRefused is raised if a required reading is absent, the robot is outside its geofence, another publisher
         commands it, or it was stopped meanwhile or closed; WatchdogFailed or FileError (the stop log cannot be
@@ -169,7 +172,7 @@ class Guard:
             if self.armed:
                 return
             self._refuse_closed()
-            orders = self._orders
+            stop_count = self.stop_count if stop_count is None else stop_count
             self._expect_others()
             if not by.strip():
                 self._refuse("no person is named", "give a person's name")
@@ -179,7 +182,7 @@ class Guard:
                 self._start()
                 self._refuse_danger()  # it took a while
             with self._lock:
-                if orders != self._orders:
+                if stop_count != self.stop_count:
                     self._refuse("it was stopped meanwhile", "arm again")
                 now = self._clock()
                 self._by, self.stopped, self.speeds = by, "", STILL
@@ -275,7 +278,7 @@ class Guard:
     def disarm(self, cause: str) -> None:
         """Send a stop at once and disarm the robot; if it is not armed, only cancel an arming in progress."""
         with self._lock:
-            self._orders += 1
+            self.stop_count += 1
             if self.armed:
                 self._disarm(cause, "program")
 
@@ -285,7 +288,7 @@ class Guard:
         A failure to send is not raised: an armed robot is then stopped by its watchdog.
         """
         with self._lock:
-            self._orders += 1
+            self.stop_count += 1
             if not self._end.is_set():
                 self._disarm(f"emergency: {cause}", "program")
         self._watch()
@@ -297,7 +300,7 @@ class Guard:
         the thread and the watchdog have ended, which takes 3 s at most for the latter.
         """
         with self._lock:
-            self._orders += 1
+            self.stop_count += 1
             if self.armed:
                 self._disarm(cause, "program")
         self._end.set()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from secrets import token_hex
 
 from understudy.errors import SettingError
@@ -11,13 +10,15 @@ from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
 HEARD_S = 0.3
 """The time in s in which two agents that have joined the network hear of each other's claims."""
+ALIVE_S = 2.0
+"""The longest time in s to wait for the answer of an agent that holds a name; one that does not answer has died."""
 
 
-def claim_name(network: ZenohNetwork, name: str, *, team: str, answers: Callable[[], bool]) -> None:
-    """Claim the name of an agent.
+def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
+    """Claim the name of an agent, and from then on answer all who ask whether it is taken.
 
-    Each claim has a random number: of two at the same moment, the smaller one wins. Whoever comes later finds that the
-    name is held. An agent whose computer has died holds its name for a while, but does not answer.
+    Each claim has a random number: of two at the same moment, the smaller one wins. An agent whose computer has died
+    keeps its claim in the network for some seconds, but does not answer: such a claim does not count.
 
     Parameters
     ----------
@@ -27,24 +28,31 @@ def claim_name(network: ZenohNetwork, name: str, *, team: str, answers: Callable
         The name of the agent.
     team
         The name of the team.
-    answers
-        A function that returns whether an agent of this name answers questions.
 
     Raises
     ------
     SettingError
         If another agent of this name is running or starting.
     """
-    held_before = is_held(network, name)
-    if held_before and answers():
+    former = _list_claims(network, name)
+    was_held = bool(former) or is_held(network, name)
+    if was_held and network.ask(f"claim/{name}/*", b"", timeout_s=ALIVE_S):
         raise _refuse(name, team, "is running already", "stop the other one first")
     mine = token_hex(8)
-    network.declare_token(f"claim/{name}/{mine}")
-    time.sleep(HEARD_S)
-    others = [key.rpartition("/")[2] for key in network.list_tokens(f"claim/{name}/*")]
-    if any(other < mine for other in others) or (not held_before and is_held(network, name)):
+    came_first = was_held and bool(_list_claims(network, name) - former)  # while the dead were asked
+    if not came_first:
+        network.answer(f"claim/{name}/{mine}", lambda question: b"")
+        network.declare_token(f"claim/{name}/{mine}")
+        time.sleep(HEARD_S)
+        others = _list_claims(network, name) - former
+        came_first = any(other < mine for other in others) or (not was_held and is_held(network, name))
+    if came_first:
         raise _refuse(name, team, "was started twice at the same moment", "let the other one run")
     network.declare_token(f"held/{name}")
+
+
+def _list_claims(network: ZenohNetwork, name: str) -> set[str]:
+    return {key.rpartition("/")[2] for key in network.list_tokens(f"claim/{name}/*")}
 
 
 def is_held(network: ZenohNetwork, name: str) -> bool:

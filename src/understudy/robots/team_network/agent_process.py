@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack
 from functools import partial
 from math import inf
 from pathlib import Path
 from queue import Empty, Queue
-from threading import Event
-from typing import Any
 
 import msgspec
 
@@ -23,14 +22,17 @@ from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
 from understudy.robots.team_network.agent_claim import claim_name
+from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion, AgentStatus
 from understudy.robots.team_network.agent_recorder import AgentRecorder, RecordedNetwork
 from understudy.robots.team_network.agent_views import STATUS, STATUS_S, RobotViews, is_watched
+from understudy.robots.team_network.arming_permits import ArmingPermits
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
+from understudy.runtime.agents.messages import UNREADABLE
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.remote_members import Clock
 
@@ -40,57 +42,6 @@ LOGGED = 500
 """The number of lines of an agent's log that are kept."""
 ANSWER_S = 2.0
 """The longest time in s that a command waits for the agent to carry it out."""
-ASK_S = 8.0
-"""The longest time in s to wait for the answers of all agents."""
-
-
-class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """What an agent says of itself."""
-
-    name: str
-    sort: str
-    path: list[str]
-    duty: str
-    """The behavior that its order names; empty without an order."""
-    order: tuple[int, int] | None
-    order_age_s: float | None
-    """For how long it has executed this order, s."""
-    leader: str | None
-    """The agent whose orders it obeys."""
-    term: int
-    armed: bool | None
-    """Whether the robot is armed; None for coordinators."""
-    trainer: str
-    """The agent that drives it to train it; empty if none does."""
-    unfit: str
-    """Why it is not counted as a member; empty if it is."""
-    leads: dict[str, int]
-    """The squads that it leads, and in which term."""
-    decides: dict[str, list[str]]
-    """The state of every level of these squads' coordinators."""
-    missing: dict[str, str]
-    """The members of these squads that are not counted, and why."""
-    library: str
-    refused: dict[str, int]
-    """The number of orders that were refused, by reason."""
-    ticks: int
-    late: int
-
-
-class AgentQuestion(msgspec.Struct, frozen=True):
-    """A question to an agent: what it shall `do`, who asks (`by`), and the documents of a library to prepare."""
-
-    do: str
-    by: str = ""
-    files: dict[str, bytes] = {}
-
-
-class AgentAnswer(msgspec.Struct, frozen=True):
-    """An agent's answer: a status, lines of its log, or why it did not do what it was asked; empty if it did."""
-
-    status: AgentStatus | None = None
-    log: list[str] = []
-    problem: str = ""
 
 
 class WallClock:
@@ -141,18 +92,14 @@ class AgentProcess:
     ) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        claim_name(
-            network,
-            name,
-            team=team.name,
-            answers=lambda: bool(ask(network, AgentQuestion("status"), agent=name, wait_s=ANSWER_S)),
-        )
+        claim_name(network, name, team=team.name)
         self.name, self.team, self._network = name, team, network
         self._recorder = None if record is None else AgentRecorder(record, name, team)
         self._messages: Network = network if record is None else RecordedNetwork(network, record, name)
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
-        self._asked: Queue[tuple[AgentQuestion, list[AgentAnswer], Event]] = Queue()
+        self._asked: Queue[tuple[AgentQuestion, Future[AgentAnswer]]] = Queue()
+        self._permits = ArmingPermits()
         self.ticks = self.late = 0
         self.left = False
         """Whether the agent was told to leave."""
@@ -173,6 +120,7 @@ class AgentProcess:
                 candidates=team.plan.list_candidates(squad),
                 clock=self._clock,
                 network=self._messages,
+                lease_clock=time.monotonic,
             )
             for squad in team.plan.list_led_squads(name)
         ]
@@ -199,7 +147,7 @@ class AgentProcess:
             twin,
             self._messages,
             unfit=lambda: robot.unfitness,
-            clock=None if robot.simulation_clock is None else time.monotonic,
+            clock=time.monotonic,
         )
         twin.follow(self._list_paths)
         if recorder is not None:
@@ -311,36 +259,48 @@ class AgentProcess:
         """Answer a question; it is called in a thread of the network, and waits for the next tick."""
         try:
             question = msgspec.msgpack.decode(data, type=AgentQuestion)
-        except msgspec.MsgspecError:
+        except UNREADABLE:
             return msgspec.msgpack.encode(
                 AgentAnswer(problem="was asked something that it does not understand")
             )
         if question.do == "stop" and self.robot is not None:
             self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
-        if question.do in ("arm", "ready") and self.robot is not None:
-            try:
-                self.robot.prepare()  # which takes half a second, in which decisions go on
-            except UnderstudyError as error:
-                return msgspec.msgpack.encode(AgentAnswer(problem=str(error)))
-        found, done = list[AgentAnswer](), Event()
-        self._asked.put((question, found, done))
-        answer = found[0] if done.wait(ANSWER_S) else AgentAnswer(problem="did not answer in time")
+        if question.do == "ready":
+            return msgspec.msgpack.encode(self._make_ready())
+        if question.do in ("prepare", "forget"):  # which takes a while, in which decisions go on
+            return msgspec.msgpack.encode(AgentAnswer(problem=self._prepare_library(question)))
+        waiting = Future[AgentAnswer]()
+        self._asked.put((question, waiting))
+        try:
+            answer = waiting.result(ANSWER_S)
+        except TimeoutError:  # what cannot be withdrawn any more is being carried out
+            late = AgentAnswer(problem="did not answer in time")
+            answer = late if waiting.cancel() else waiting.result()
         return msgspec.msgpack.encode(answer)
+
+    def _make_ready(self) -> AgentAnswer:
+        """Prepare to arm the robot, and give a permit for it; it takes half a second, in which decisions go on."""
+        if self.robot is None:
+            return AgentAnswer(problem="has no robot")
+        stop_count = self.robot.stop_count
+        try:
+            self.robot.prepare()
+        except UnderstudyError as error:
+            return AgentAnswer(problem=str(error))
+        return AgentAnswer(permit=self._permits.give(stop_count))
 
     def _carry_out(self) -> None:
         while True:
             try:
-                question, found, done = self._asked.get_nowait()
+                question, waiting = self._asked.get_nowait()
             except Empty:
                 return
-            found.append(self._carry_out_one(question))
-            done.set()
+            if waiting.set_running_or_notify_cancel():
+                waiting.set_result(self._carry_out_one(question))
 
     def _carry_out_one(self, question: AgentQuestion) -> AgentAnswer:
         if question.do == "status":
             return AgentAnswer(status=self.describe())
-        if question.do == "ready":
-            return AgentAnswer(problem="has no robot" if self.robot is None else "")
         if question.do == "logs":
             return AgentAnswer(log=list(self._log))
         if question.do == "stop":
@@ -351,31 +311,42 @@ class AgentProcess:
             self.left = True
             return AgentAnswer()
         if question.do == "arm":
-            return self._arm(question.by)
-        if question.do in ("prepare", "switch", "forget"):
-            return AgentAnswer(problem=self._replace_library(question))
+            return self._arm(question.by, question.permits.get(self.name, ""))
+        if question.do in ("switch", "restart"):
+            return AgentAnswer(problem=self._take_over(question))
         return AgentAnswer(problem=f"does not know {question.do!r:.40}")
 
-    def _replace_library(self, question: AgentQuestion) -> str:
-        """Prepare, take over or forget another library; return why that is impossible, or nothing."""
+    def _prepare_library(self, question: AgentQuestion) -> str:
+        """Prepare or forget another library, in a thread of the network; return why that is impossible, or nothing."""
         if question.do == "forget":
-            self._library.forget()
-            return ""
-        if self.robot is not None and self.robot.armed:
-            return "is armed: stop it first"
-        if question.do == "prepare":
-            return self._library.prepare(question.files)
-        problem = self._library.switch()
-        if not problem:
-            self.note(f"took over the library of {question.by}")
-            self.left = self.restarts = True
-        return problem
+            return self._library.forget()
+        self._library.settle()  # an earlier push has ended, however it did
+        return self._find_armed() or self._library.prepare(question.files)
 
-    def _arm(self, by: str) -> AgentAnswer:
+    def _take_over(self, question: AgentQuestion) -> str:
+        """Replace the library, or restart with the new one; return why that is impossible, or nothing."""
+        if question.do == "restart":
+            self._library.settle()  # all agents have it
+        if problem := self._find_armed():
+            return problem
+        if question.do == "switch":
+            return self._library.switch()
+        self.note(f"took over the library of {question.by}")
+        self.left = self.restarts = True
+        return ""
+
+    def _find_armed(self) -> str:
+        """Return why the library cannot be replaced now: the robot is armed; empty if it is not."""
+        return "is armed: stop it first" if self.robot is not None and self.robot.armed else ""
+
+    def _arm(self, by: str, permit: str) -> AgentAnswer:
         if self.robot is None:
             return AgentAnswer(problem="has no robot")
+        stop_count = self._permits.use(permit)
+        if stop_count is None:
+            return AgentAnswer(problem="was told to arm too late: arm it again")
         try:
-            self.robot.arm(by)
+            self.robot.arm(by, stop_count=stop_count)
         except UnderstudyError as error:
             return AgentAnswer(problem=str(error))
         self.note(f"armed by {by}")
@@ -413,7 +384,7 @@ class AgentProcess:
             trainer=""
             if self.agent is None or not self.agent.is_driven
             else self.team.settings.trainer or "",
-            unfit="" if self.robot is None else self.robot.unfitness,
+            unfit="" if self.agent is None else self.agent.unfitness,
             leads={each.spec.name: each.leadership.term for each in leading},
             decides={each.spec.name: list(each.agent.path) for each in leading},
             missing=missing,
@@ -436,36 +407,3 @@ def _stamp() -> str:
     """Return the time of day, to a millisecond."""
     now = time.time()
     return f"{time.strftime('%H:%M:%S', time.localtime(now))}.{int(now * 1000) % 1000:03d}"
-
-
-def ask(
-    network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
-) -> dict[str, AgentAnswer]:
-    """Ask the agents of a team.
-
-    Parameters
-    ----------
-    network
-        An access to the team's network.
-    question
-        The question.
-    agent
-        The name of the agent; `*` asks all.
-    wait_s
-        The longest time to wait for answers, s.
-
-    Returns
-    -------
-    dict
-        The answer of each agent that gave one, by its name.
-    """
-    found = {}
-    answers: dict[str, Any] = network.ask(
-        f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
-    )
-    for key, data in answers.items():
-        try:
-            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
-        except msgspec.MsgspecError:
-            continue
-    return dict(sorted(found.items()))

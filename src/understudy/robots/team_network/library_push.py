@@ -1,12 +1,15 @@
-"""Hand a library to all agents of a team: each checks it first, then all take it over, or none does."""
+"""An agent's folder of automata, which a library handed to all agents of a team replaces as a whole."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from threading import Lock
 
 from understudy.errors import FileError, UnderstudyError
+from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder, write_atomically
 
 MOST_BYTES = 50_000_000
 """The largest size of a library that an agent takes over, bytes."""
@@ -34,14 +37,15 @@ def read_library_files(folder: Path | str) -> dict[str, bytes]:
 class LibraryFolder:
     """An agent's folder of automata, which can be replaced as a whole.
 
-    The former content stays beside it, in a folder whose name ends with `.former`.
+    The former content stays beside it, in a folder whose name ends with `.former`. Several agents of one computer may
+    share the folder: the first one replaces it, and the others find it replaced.
 
     Parameters
     ----------
     folder
         The folder.
     agent
-        The name of the agent, which keeps those of several agents of one computer apart.
+        The name of the agent, which distinguishes what several agents of one computer prepare.
     compute_fingerprint
         A function that opens the library in a folder and returns its fingerprint; it raises an UnderstudyError if the
         library cannot be used.
@@ -51,18 +55,25 @@ class LibraryFolder:
         self.folder, self._compute = Path(folder), compute_fingerprint
         self._next = self.folder.with_name(f"{self.folder.name}.{agent}.{NEXT}")
         self._former = self.folder.with_name(f"{self.folder.name}.{FORMER}")
+        self._files: dict[str, bytes] | None = None
+        """The documents of the library that was prepared last; None if there is none."""
+        self._can_go_back = False
+        self._busy = Lock()
 
     def recover(self) -> None:
-        """Complete a replacement that was interrupted: afterwards the folder is the new one or the former one."""
-        if not self.folder.exists():
-            for left in (self._next, self._former):
-                if left.is_dir():
-                    left.rename(self.folder)
-                    break
-        self.forget()
+        """Undo a replacement that was interrupted by a kill or a power cut, and remove what was prepared.
+
+        It was not acknowledged, so all agents go back.
+        """
+        if not self.folder.parent.is_dir():
+            return
+        with self._lock("recovering"):
+            if not self.folder.exists() and self._former.is_dir():
+                self._former.rename(self.folder)
+        self._discard()
 
     def prepare(self, files: Files) -> str:
-        """Write a new library beside the present one and check it.
+        """Write a new library beside the present one, wait until it is on disk, and check it.
 
         Parameters
         ----------
@@ -74,36 +85,111 @@ class LibraryFolder:
         str
             Why it cannot be used; empty if it can.
         """
-        self.forget()
-        if sum(map(len, files.values())) > MOST_BYTES:
-            return f"is larger than {MOST_BYTES // 1_000_000} MB"
-        try:
-            for name, content in files.items():
-                path = self._next.joinpath(*_split(name))
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(content)
-            self._compute(self._next)
-        except (UnderstudyError, OSError, ValueError) as error:
-            self.forget()
-            return str(error)
-        return ""
+        with self._busy:
+            self._discard()
+            if sum(map(len, files.values())) > MOST_BYTES:
+                return f"is larger than {MOST_BYTES // 1_000_000} MB"
+            try:
+                with convert_os_errors(self._next, "writing"):
+                    _write(self._next, files)
+                self._compute(self._next)
+                self._files = read_library_files(self._next)
+            except (UnderstudyError, OSError, ValueError) as error:
+                self._discard()
+                return str(error)
+            self._can_go_back = not self._contains(self._files)
+            return ""
 
     def switch(self) -> str:
-        """Take the prepared library over; return why that is impossible, or nothing."""
-        if not self._next.is_dir():
-            return "has no library prepared"
-        if self.folder.is_dir() and self._compute(self.folder) == self._compute(self._next):
-            self.forget()  # another agent of this computer was first
+        """Replace the folder by the prepared library; return why that is impossible, or nothing."""
+        if not self._busy.acquire(blocking=False):
+            return "is still checking another library"
+        try:
+            if self._files is None or not self._next.is_dir():
+                return "has no library prepared"
+            with self._lock("replacing"):
+                if not self._contains(self._files):  # otherwise another agent of this computer was first
+                    self._replace()
+            shutil.rmtree(self._next, ignore_errors=True)
             return ""
+        except UnderstudyError as error:
+            return str(error)
+        finally:
+            self._busy.release()
+
+    def settle(self) -> None:
+        """Keep a library that was taken over: from now on, `forget` does not go back to the former one."""
+        self._can_go_back = False
+
+    def forget(self) -> str:
+        """Remove a prepared library, and go back to the former one if it was taken over and is not settled.
+
+        Returns
+        -------
+        str
+            Why going back is impossible; empty if the folder is the former one.
+        """
+        with self._busy:
+            try:
+                if self._files is not None and self._can_go_back:
+                    with self._lock("going back"):
+                        if self._contains(self._files):  # otherwise another agent of this computer was first
+                            self._go_back()
+            except UnderstudyError as error:
+                return str(error)
+            self._discard()
+            return ""
+
+    @contextmanager
+    def _lock(self, doing: str) -> Iterator[None]:
+        """Keep the other agents of this computer from replacing the folder; raise a FileError if that fails."""
+        with convert_os_errors(self.folder, doing), lock_folder(self.folder.parent):
+            yield
+
+    def _contains(self, files: Files) -> bool:
+        """Say whether the folder's documents are these; one that cannot be read is to be replaced."""
+        try:
+            return read_library_files(self.folder) == files
+        except (UnderstudyError, OSError):
+            return False
+
+    def _replace(self) -> None:
+        # If there is no folder, an agent was killed between the renames, and the former library is the only one.
         if self.folder.exists():
             shutil.rmtree(self._former, ignore_errors=True)
             self.folder.rename(self._former)
-        self._next.rename(self.folder)
-        return ""
+        try:
+            self._next.rename(self.folder)
+        except OSError:
+            if self._former.is_dir():
+                self._former.rename(self.folder)
+            raise
+        sync_folder(self.folder.parent)
 
-    def forget(self) -> None:
-        """Remove a prepared library."""
+    def _go_back(self) -> None:
         shutil.rmtree(self._next, ignore_errors=True)
+        self.folder.rename(self._next)
+        try:
+            if self._former.is_dir():  # otherwise there was no library
+                self._former.rename(self.folder)
+        except OSError:
+            self._next.rename(self.folder)
+            raise
+        sync_folder(self.folder.parent)
+
+    def _discard(self) -> None:
+        self._files, self._can_go_back = None, False
+        shutil.rmtree(self._next, ignore_errors=True)
+
+
+def _write(folder: Path, files: Files) -> None:
+    """Write documents to a new folder, and wait until they are on disk."""
+    for name, content in files.items():
+        path = folder.joinpath(*_split(name))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, content)
+    for each in (folder, *(path for path in folder.rglob("*") if path.is_dir())):
+        sync_folder(each.parent)
 
 
 def _split(name: str) -> tuple[str, ...]:

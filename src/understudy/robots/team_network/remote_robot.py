@@ -10,18 +10,20 @@ from collections.abc import Mapping, Sequence
 from math import inf, nan
 from pathlib import Path
 from secrets import randbits
+from threading import Lock
 
 import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.features import Percept, ReadingKey
+from understudy.model.features import ReadingKey
 from understudy.robots.fleet import Fleet
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import POSE, RobotFile
 from understudy.robots.ros.transport import Answered, Publish, Publisher, Received, WireType
-from understudy.robots.team_network.team_watch import TeamWatch
+from understudy.robots.safety.guard import ArmingRefused
+from understudy.robots.team_network.team_watch import NO_ANSWER, TeamWatch
 from understudy.runtime.agents.messages import Duty, UnreadableMessage, compute_layout
 from understudy.runtime.agents.training_link import (
     DRIVE_LEASE_S,
@@ -114,6 +116,7 @@ class RemoteRobot(Robot):
         self.is_driven = False
         """Whether this program drives it; its agent decides otherwise."""
         self._is_armed_here = False
+        self._arming = Lock()
 
     @property
     def armed(self) -> bool:
@@ -134,8 +137,8 @@ class RemoteRobot(Robot):
         """Why it must not be counted as a member of its squad; empty if it is fit."""
         return self.stop_cause
 
-    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """Return what its agent has sent last, a column [1] for each key; NaN where absent or too old."""
+    def read_values(self, keys: Sequence[ReadingKey]) -> dict[ReadingKey, float]:
+        """Return what its agent has sent last, a number for each key; NaN where absent or too old."""
         now = self._clock()
         self._at = now
         for data in self._views.take_all():
@@ -149,7 +152,7 @@ class RemoteRobot(Robot):
         values: Mapping[ReadingKey, float] = {}
         if known is not None and now - self._heard_s <= STALE_S:
             values = dict(zip(self._keys, known.readings, strict=True))
-        return {key: np.array([values.get(key, nan)]) for key in keys}
+        return {key: values.get(key, nan) for key in keys}
 
     def _fits(self, view: MemberView) -> bool:
         sizes = len(view.readings), len(view.pose)
@@ -182,6 +185,7 @@ class RemoteRobot(Robot):
             trainer=self._trainer,
             start=self._start,
             sequence=self._sequence,
+            sent_s=self._clock(),
             lease_s=DRIVE_LEASE_S,
             commands=given,
             skill=self._calls[number - 1] if number else None,
@@ -194,15 +198,38 @@ class RemoteRobot(Robot):
 
     def prepare(self) -> None:
         """Ask its agent to prepare arming; raise SettingError if it cannot."""
-        self._order("ready", "the studio")
+        self._refuse(self._watch.order("ready", "the studio", self.file.name))
 
-    def arm(self, by: str) -> None:
-        """Ask its agent to arm it, because the person `by` orders it; raise SettingError if it does not."""
-        self._order("arm", by)
-        self._is_armed_here = True
+    def arm(self, by: str, *, stop_count: int | None = None) -> None:
+        """Ask its agent to arm it, because the person `by` orders it, and wait for the answer.
 
-    def _order(self, do: str, by: str) -> None:
-        problem = self._watch.order(do, by, self.file.name)
+        SettingError is raised if the agent refuses or does not answer, ArmingRefused if another thread stopped the
+        robot since the order: `stop_count` is that of the moment of the order, if that was earlier. Unless it refused,
+        its agent is then asked to stop it.
+        """
+        with self._arming:
+            stop_count = self.stop_count if stop_count is None else stop_count
+            self._refuse_stopped(stop_count)
+            self._is_armed_here = True  # before the answer, which may get lost
+            try:
+                problem = self._watch.order("arm", by, self.file.name)
+            except BaseException:
+                self.emergency_stop("arming failed")
+                raise
+            was_stopped = stop_count != self.stop_count  # and the agent may have got the stop first
+            if was_stopped or problem == NO_ANSWER:
+                self.emergency_stop("arming failed")
+            elif problem:
+                self._is_armed_here = False
+            if was_stopped:
+                self._refuse_stopped(stop_count)
+            self._refuse(problem)
+
+    def _refuse_stopped(self, stop_count: int) -> None:
+        if stop_count != self.stop_count:
+            raise ArmingRefused(robot=self.file.name, problem="it was stopped meanwhile", remedy="arm again")
+
+    def _refuse(self, problem: str) -> None:
         if problem:
             raise SettingError(
                 where=f"robot {self.file.name!r}", setting="arming", problem=f"was refused: {problem}",
@@ -210,13 +237,15 @@ class RemoteRobot(Robot):
             )  # fmt: skip
 
     def disarm(self, cause: str = "disarmed") -> None:
-        """Ask its agent to stop it, if it was armed by this program or is driven by it."""
+        """Ask its agent to stop it, if it was armed by this program or is driven by it; cancel arming under way."""
+        self.guard.disarm(cause)  # it is never armed here: it counts the stops
         if self._is_armed_here or (self.is_driven and self.armed):
             self._is_armed_here = False
             self._watch.order_soon("stop", f"the studio: {cause}", self.file.name)
 
     def emergency_stop(self, cause: str) -> None:
-        """Ask its agent to stop it at once."""
+        """Ask its agent to stop it at once; cancel arming under way."""
+        self.guard.disarm(cause)
         self._is_armed_here = False
         self._watch.order_soon("stop", f"the studio: {cause}", self.file.name)
 
@@ -224,8 +253,10 @@ class RemoteRobot(Robot):
         """Do nothing: a hold-to-run key must be held at the robot's own computer."""
 
     def close(self, cause: str = "its program left") -> None:
-        """Drive it no longer."""
+        """Drive it no longer; wait for the end of arming that was cancelled, at which its agent is asked to stop it."""
         self.is_driven = False
+        with self._arming:
+            pass
 
 
 def make_remote_fleet(watch: TeamWatch) -> Fleet:

@@ -12,7 +12,13 @@ from time import monotonic
 
 import msgspec
 
-from understudy.robots.team_network.agent_process import AgentAnswer, AgentQuestion, AgentStatus, ask
+from understudy.robots.team_network.agent_questions import (
+    AgentAnswer,
+    AgentQuestion,
+    AgentStatus,
+    ask,
+    ask_to_arm,
+)
 from understudy.robots.team_network.agent_views import STATUS, VIEWER
 from understudy.robots.team_network.load_plan import LoadedTeam
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
@@ -20,8 +26,11 @@ from understudy.runtime.agents.messages import UNREADABLE
 
 SILENT_S = 0.8
 """An agent that was not heard for so long is said to be silent, s; it reports every 0.2 s."""
-ASKING = 8
-"""The number of agents that are asked at the same time."""
+ASKING = 1000
+"""The number of questions whose answers are awaited at the same time, so that none waits for a silent agent."""
+
+NO_ANSWER = "did not answer: look whether it stands"
+"""Why an agent did not do something, if nothing was heard of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,20 +107,16 @@ class TeamWatch:
             self._heard[status.name] = status, self._clock()
 
     def order(self, do: str, by: str, name: str) -> str:
-        """Ask an agent to arm or stop its robot, wait for its answer, and return why it did not; empty if it did."""
-        answer: AgentAnswer | None = ask(self.network, AgentQuestion(do, by), agent=name).get(name)
-        if answer is None:
-            return "did not answer: look whether it stands"
-        return answer.problem
+        """Ask an agent to make its robot ready, arm or stop it; wait, and return why it did not; empty if it did."""
+        if do == "arm":
+            answers: dict[str, AgentAnswer] = ask_to_arm(self.network, by, name)
+        else:
+            answers = ask(self.network, AgentQuestion(do, by), agent=name)
+        return answers[name].problem if name in answers else NO_ANSWER
 
     def order_soon(self, do: str, by: str, name: str) -> None:
-        """Ask an agent without waiting for its answer."""
+        """Ask an agent without waiting for its answer, nor for those of others who were asked before."""
         self._asking.submit(self.order, do, by, name)
-
-    def order_all(self, do: str, by: str) -> dict[str, str]:
-        """Ask the agents of all robots at once, and return for each why it did not do it; empty if it did."""
-        names = self.team.plan.robots
-        return dict(zip(names, self._asking.map(lambda name: self.order(do, by, name), names), strict=True))
 
     def close(self) -> None:
         """Finish what was asked, and leave the network."""

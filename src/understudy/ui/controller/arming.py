@@ -10,6 +10,7 @@ from __future__ import annotations
 from msgspec import Struct
 
 from understudy.errors import SessionError, UnknownName
+from understudy.robots.arming_order import ArmingOrder
 from understudy.robots.robot import Robot
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.ui.controller.clock import WallClock
@@ -59,22 +60,16 @@ class RobotArming:
             for robot in self._twin.fleet
         ]
 
-    def arm(self) -> None:
-        """Arm all robots, or none, because a person asks for it; blocks for about 0.5 s the first time.
+    def order_arming(self, name: str | None = None) -> ArmingOrder:
+        """Return a person's order to arm the robot of this name, or all or none; carry it out in another thread.
 
-        Raises SessionError with simulated robots, and what `Fleet.arm` raises.
+        Raises SessionError with simulated robots.
         """
         if self._twin is None:
             raise SessionError("these robots are simulated and need not be armed")
-        self._twin.fleet.arm(self._place)
-        self._heard_s = self._wall()  # arming took a while, and reports since are unread
-
-    def arm_one(self, name: str) -> None:
-        """Arm the robot of this name, because a person asks for it; blocks for about 0.5 s the first time."""
-        robot = self._find_robot(name)
-        robot.prepare()
-        robot.arm(self._place)
         self._heard_s = self._wall()
+        robots = self._twin.fleet.robots if name is None else [self._find_robot(name)]
+        return ArmingOrder(robots, self._place)
 
     def stop_one(self, name: str, cause: str) -> None:
         """Send the robot of this name a stop at once and disarm it, armed or not."""
@@ -92,8 +87,8 @@ class RobotArming:
             self._twin.fleet.emergency_stop(cause)
 
     def disarm(self, cause: str) -> None:
-        """Stop and disarm the robots, since nobody supervises them any more."""
-        if self._twin is not None and self.armed:
+        """Stop and disarm the robots, since nobody supervises them any more; cancel arming under way."""
+        if self._twin is not None:
             self._twin.fleet.disarm(cause)
 
     def refresh_heartbeat(self, *, holding: bool) -> None:
@@ -103,14 +98,15 @@ class RobotArming:
             self._twin.fleet.hold_key(HELD_S if holding else 0.0)
 
     def idle(self) -> bool:
-        """Command rest if no tick came for its length; disarm after SILENT_S without a sign of the person.
+        """Command rest if no tick came for its length; `disarm` after SILENT_S without a sign of the person.
 
         Return whether there is something new to draw.
         """
         if self._twin is None:
             return False
-        if self.armed and self._wall() - self._heard_s > SILENT_S:
-            self._twin.fleet.disarm(f"{self._place} stopped responding")
+        if self._wall() - self._heard_s > SILENT_S:
+            self.disarm(f"{self._place} stopped responding")
+            self._heard_s = self._wall()  # not again at once, while agents elsewhere have not answered
         return self._twin.idle()
 
     def close(self) -> None:

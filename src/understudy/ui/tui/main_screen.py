@@ -13,9 +13,11 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
+from textual.worker import get_current_worker
 
 from understudy.errors import UnderstudyError
 from understudy.model.plain_names import format_names
+from understudy.robots.arming_order import ArmingOrder
 from understudy.sim.body_world import BodyWorld
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.coach import go_to_next_situation, set_up_advised_situation, skip_ahead
@@ -86,6 +88,7 @@ class TeachingScreen(Screen[str]):
         self._show_failures = show_failures
         self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
         self.explaining = False
+        self._is_arming = False
         self._drawn: dict[str, Text] = {}
 
     def compose(self) -> ComposeResult:
@@ -104,6 +107,10 @@ class TeachingScreen(Screen[str]):
         self.trainer.suspend(False)
         self.set_interval(BEAT_S, self.run_due_ticks)
         self.call_after_refresh(self.draw)
+
+    def on_unmount(self) -> None:
+        """Disarm real robots, and cancel arming under way, when the person leaves."""
+        self.robots.disarm("the person left the terminal")
 
     def on_screen_suspend(self) -> None:
         """Suspend the world while another screen lies on top."""
@@ -175,15 +182,42 @@ class TeachingScreen(Screen[str]):
         self.draw()
 
     def action_arm(self) -> None:
-        """Arm real robots, so that they can move."""
+        """Order to arm real robots, so that they can move; it is carried out in another thread, and a stop wins."""
 
-        def arm() -> None:
-            self.robots.arm()
+        def begin() -> None:
+            if self._is_arming:
+                self.trainer.status = StatusMessage("Arming has not ended yet. Press y again in a moment")
+                return
+            order = self.robots.order_arming()
+            self._is_arming = True
+            self.trainer.status = StatusMessage("Arming…")
+            self.run_worker(lambda: self._carry_out(order), name="arm", thread=True)
+
+        self._guarded(begin)
+        self.draw()
+
+    def _carry_out(self, order: ArmingOrder) -> None:
+        """Carry out an order to arm, and show in the screen's thread how it ended."""
+        problem: UnderstudyError | None = None
+        try:
+            order.carry_out()
+        except UnderstudyError as error:
+            problem = error
+
+        def finish() -> None:
+            if problem is not None:
+                raise problem
+            order.refuse_overtaken()
             self.trainer.session.refresh_percept()  # what it read before is old by now
             self.trainer.status = StatusMessage("Armed: the robot moves while time runs. Esc stops it")
 
-        self._guarded(arm)
-        self.draw()
+        def show() -> None:
+            self._is_arming = False
+            self._guarded(finish)
+            self.draw()
+
+        if not get_current_worker().is_cancelled:  # as it is if the person has left
+            self.app.call_from_thread(show)
 
     def action_stop(self) -> None:
         """Stop real robots at once."""

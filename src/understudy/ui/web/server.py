@@ -28,6 +28,7 @@ from understudy.ui.web.places import PlacesData
 from understudy.ui.web.property_list import LibraryPropertiesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.slow_actions import SlowAction, SlowActions
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
@@ -135,6 +136,7 @@ class StudioServer:
         self._directed: Client | None = None
         self._places = self._list_places()
         self._said, self._said_number = host.status, 0
+        self._slow = SlowActions()
         self._left: tuple[str, float] | None = None  # key of the page whose leaving stopped the run, and when
         self._due_s = 0.0
 
@@ -199,7 +201,7 @@ class StudioServer:
             self.host.pause(False, RETURNED)
 
     def handle_text(self, viewer: Client, text: str | bytes) -> None:
-        """Execute the message of a page and queue the answer."""
+        """Execute the message of a page and queue the answer; that of a slow action follows at its end."""
         began = perf_counter()
         number: int | None = None
         try:
@@ -215,6 +217,10 @@ class StudioServer:
                 raise
             number = message.id
             reply = self._do(viewer, message)
+            if isinstance(reply, SlowAction):
+                self._slow.begin(reply, viewer, number)
+                self.show()
+                return
             timed = isinstance(message, m.PressState | m.Confirm)
             ms = round((perf_counter() - began) * 1e3, 3) if timed else UNSET
             answer = AnswerData(re=number, ok=True, ms=ms)
@@ -223,8 +229,18 @@ class StudioServer:
         viewer.send_reply(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
         self.show()
 
-    def _do(self, viewer: Client, message: Message) -> Data | None:
-        """Execute a message and return the fields of the answer.
+    def answer_slow_actions(self) -> None:
+        """Finish the slow actions whose work is done, and queue the answers."""
+        for each in self._slow.take_done():
+            try:
+                self.host.status = each.finish()
+                answer = AnswerData(re=each.number, ok=True)
+            except Exception as error:
+                answer = AnswerData(re=each.number, error=describe_error(error))
+            each.viewer.send_reply(_encode(answer))
+
+    def _do(self, viewer: Client, message: Message) -> Data | SlowAction | None:
+        """Execute a message and return the fields of the answer, or what is left to do in another thread.
 
         Raises UnderstudyError if it cannot be executed.
         """
@@ -243,6 +259,8 @@ class StudioServer:
         if isinstance(result, StatusMessage):
             self.host.status = result
             return None
+        if isinstance(result, SlowAction):
+            self.host.status = result.status
         return result
 
     # Time
@@ -259,6 +277,7 @@ class StudioServer:
 
     def run_due_ticks(self) -> None:
         """Run the ticks that are due and send the changes to the pages."""
+        self.answer_slow_actions()
         if self._watch is not None:
             drive_trained_robots(self.host)
             self._show_team(self._watch)

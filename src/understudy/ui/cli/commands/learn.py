@@ -9,6 +9,15 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from understudy.ui.cli.options import Json, KitName
+from understudy.ui.cli.recording_options import (
+    DrivenBehaviors,
+    DrivenFeatures,
+    DriverNames,
+    MapFile,
+    RecordedAgent,
+    RecordedTargets,
+    TrustedDriver,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,22 +63,8 @@ def learn_lesson(
             "make one lesson.",
         ),
     ] = None,
-    driver: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--driver",
-            metavar="NAME",
-            help="Name of the driver of each recording, in their order; those of their files if left out.",
-        ),
-    ] = None,
-    trust: Annotated[
-        str | None,
-        typer.Option(
-            "--trust",
-            metavar="NAME",
-            help="Driver who is right where drivers contradict each other: such examples of others are left out.",
-        ),
-    ] = None,
+    driver: DriverNames = None,
+    trust: TrustedDriver = None,
     presses: Annotated[
         Path | None,
         typer.Option(
@@ -84,14 +79,7 @@ def learn_lesson(
             "--states", metavar="A,B(C)", help="States of the automaton; those pressed if left out."
         ),
     ] = None,
-    features: Annotated[
-        str | None,
-        typer.Option(
-            "--features",
-            metavar="A,B(C)",
-            help="Features that decisions depend on; those of a drive also help to find when its driver switched.",
-        ),
-    ] = None,
+    features: DrivenFeatures = None,
     flags: Annotated[
         str | None,
         typer.Option(
@@ -102,14 +90,7 @@ def learn_lesson(
         str | None,
         typer.Option("--parameters", metavar="A,B", help="Parameters, to be bound to targets later."),
     ] = None,
-    targets: Annotated[
-        str | None,
-        typer.Option(
-            "--targets",
-            metavar="A=TARGET",
-            help="Targets of the parameters during the recording; a drive to them teaches to drive to any.",
-        ),
-    ] = None,
+    targets: RecordedTargets = None,
     reaction: Annotated[
         float | None,
         typer.Option(
@@ -120,31 +101,15 @@ def learn_lesson(
             help="Reaction time by which presses are shifted earlier.",
         ),
     ] = None,
-    agent: Annotated[
-        int, typer.Option("--agent", "-a", min=0, help="Index of the robot in the recording, from 0.")
-    ] = 0,
+    agent: RecordedAgent = 0,
     session: Annotated[
         int | None,
         typer.Option(
             "--session", min=1, help="Number of the session in the recording, from 1; the last if left out."
         ),
     ] = None,
-    mapping: Annotated[
-        Path | None,
-        typer.Option(
-            "--map",
-            metavar="MAP.toml",
-            help="Which columns, or fields of messages, of a recording are readings and commands.",
-        ),
-    ] = None,
-    behaviors: Annotated[
-        str | None,
-        typer.Option(
-            "--behaviors",
-            metavar="A,B(C)",
-            help="Behaviors and automata that may explain the commands of a recording without presses.",
-        ),
-    ] = None,
+    mapping: MapFile = None,
+    behaviors: DrivenBehaviors = None,
     define: Annotated[
         list[str] | None,
         typer.Option(

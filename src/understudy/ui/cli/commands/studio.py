@@ -18,6 +18,15 @@ from understudy.ui.cli.options import (
     SameWorld,
     ScenarioName,
 )
+from understudy.ui.cli.recording_options import (
+    DrivenBehaviors,
+    DrivenFeatures,
+    DriverNames,
+    MapFile,
+    RecordedAgent,
+    RecordedTargets,
+    TrustedDriver,
+)
 from understudy.ui.cli.robot_options import RobotFileOption, TeamFileOption, connect_twin
 from understudy.ui.cli.robot_options import find_robots_file as real
 
@@ -58,44 +67,16 @@ def start_studio(
             help="Recording without presses, to review its labels; may be repeated.",
         ),
     ] = None,
-    driver: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--driver",
-            metavar="NAME",
-            help="Who drove a recording, once for each, in order; otherwise the names are those of the files.",
-        ),
-    ] = None,
-    trust: Annotated[
-        str | None,
-        typer.Option(
-            "--trust", metavar="NAME", help="Driver who is right where drivers contradict each other."
-        ),
-    ] = None,
-    mapping: Annotated[
-        Path | None,
-        typer.Option("--map", metavar="MAP", help="File that says what the recording's columns mean."),
-    ] = None,
+    driver: DriverNames = None,
+    trust: TrustedDriver = None,
+    mapping: MapFile = None,
     name: Annotated[
         str | None, typer.Option("--name", "-n", metavar="NAME", help="Name of the recording's automaton.")
     ] = None,
-    behaviors: Annotated[
-        str | None,
-        typer.Option("--behaviors", metavar="A,B(C)", help="Behaviors that may explain the recording."),
-    ] = None,
-    features: Annotated[
-        str | None,
-        typer.Option("--features", metavar="A,B(C)", help="Features that the driver's decisions depend on."),
-    ] = None,
-    targets: Annotated[
-        str | None,
-        typer.Option(
-            "--targets", metavar="A=TARGET", help="Targets of the recording that parameters stand for."
-        ),
-    ] = None,
-    agent: Annotated[
-        int, typer.Option("--agent", "-a", min=0, help="Index of the recorded robot, from 0.")
-    ] = 0,
+    behaviors: DrivenBehaviors = None,
+    features: DrivenFeatures = None,
+    targets: RecordedTargets = None,
+    agent: RecordedAgent = 0,
     drive: Annotated[
         bool, typer.Option("--drive", help="Drive the robot with a stick, and learn from the drive.")
     ] = False,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import getpass
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +18,7 @@ from understudy.ui.cli.options import Json
 
 if TYPE_CHECKING:
     from understudy.robots.recording.merge import MemberClock
-    from understudy.robots.team_network.agent_process import AgentAnswer, AgentStatus
+    from understudy.robots.team_network.agent_questions import AgentAnswer, AgentStatus
     from understudy.robots.team_network.load_plan import LoadedTeam
     from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 
@@ -38,7 +39,7 @@ def show_status(file: TeamFileArgument, as_json: Json = False) -> None:
 
     [dim]understudy team status team.toml[/]
     """
-    from understudy.robots.team_network.agent_process import AgentQuestion, ask
+    from understudy.robots.team_network.agent_questions import AgentQuestion, ask
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
@@ -94,7 +95,9 @@ def stop_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
 
     [dim]understudy team stop team.toml[/]
     """
-    _order_robots(file, "stop", name, "stopped", as_json=as_json)
+    from understudy.robots.team_network.agent_questions import ask_to_stop
+
+    _order_robots(file, name, "stopped", ask_to_stop, as_json=as_json)
 
 
 @app.command("arm")
@@ -104,6 +107,7 @@ def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False
     [dim]understudy team arm team.toml[/]
     """
     from understudy.errors import SettingError
+    from understudy.robots.team_network.agent_questions import ask_to_arm
 
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise SettingError(
@@ -117,7 +121,7 @@ def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False
             where=str(file), setting="arming", problem="was not confirmed; nothing moved",
             remedy="type arm to let them move",
         )  # fmt: skip
-    _order_robots(file, "arm", name, "armed", as_json=as_json)
+    _order_robots(file, name, "armed", ask_to_arm, as_json=as_json)
 
 
 @app.command("logs")
@@ -128,7 +132,7 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
 
     [dim]understudy team logs team.toml --name scout_2[/]
     """
-    from understudy.robots.team_network.agent_process import AgentQuestion, ask
+    from understudy.robots.team_network.agent_questions import AgentQuestion, ask
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
@@ -144,7 +148,7 @@ def show_logs(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = Fals
 
 
 @app.command("push")
-def push_library(
+def push_to_team(
     file: TeamFileArgument,
     library: Annotated[
         Path | None,
@@ -152,38 +156,30 @@ def push_library(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Hand a library to all agents of a team: all take it over, or none does. Each keeps the former one.
+    """Hand a library to all agents of a team: all take it over and keep the former one, or all go back to it.
 
-    The robots must be disarmed. The exit code is 1 if an agent is missing or refuses.
+    The robots must be disarmed. The exit code is 1 if an agent is missing, refuses, or does not answer; then the output
+    says which library each agent has.
 
     [dim]understudy team push team.toml --library library[/]
     """
-    from understudy.robots.team_network.agent_process import AgentQuestion, ask
+    from understudy.robots.team_network.agent_questions import ask
     from understudy.robots.team_network.library_push import read_library_files
+    from understudy.robots.team_network.team_push import describe_push, push_library
     from understudy.ui.cli.output import print_json
 
     with _connect(file) as (team, network):
         by = f"{getpass.getuser()} in a terminal"
         files = read_library_files(library or team.library)
-        answers = ask(network, AgentQuestion("prepare", by, files))
-        said = {
-            agent: answers[agent].problem if agent in answers else "is not there" for agent in team.agents
-        }
-        ready = not any(said.values())
-        answers = ask(network, AgentQuestion("switch" if ready else "forget", by))
-        if ready:
-            said = {
-                agent: answers[agent].problem if agent in answers else "did not answer"
-                for agent in team.agents
-            }
+        results = push_library(partial(ask, network), files, agents=team.agents, by=by)
     if as_json:
-        print_json({"agents": said})
+        problems = {agent: result.problem for agent, result in results.items()}
+        print_json(
+            {"agents": problems, "libraries": {agent: each.library for agent, each in results.items()}}
+        )
     else:
-        for agent, problem in said.items():
-            typer.echo(f"{agent}: {problem or ('has it' if ready else 'could take it over')}")
-        if not ready:
-            typer.echo("Nothing was changed.")
-    if any(said.values()):
+        typer.echo("\n".join(describe_push(results)))
+    if any(result.problem or result.library != "new" for result in results.values()):
         raise typer.Exit(1)
 
 
@@ -247,16 +243,22 @@ def _describe_clock(each: MemberClock, reference: str) -> str:
     )
 
 
-def _order_robots(file: TeamFileArgument, do: str, name: str, done: str, *, as_json: bool) -> None:
-    """Ask the agents of robots to do something; only the names in the files are needed, no library."""
-    from understudy.robots.team_network.agent_process import AgentQuestion, ask
+def _order_robots(
+    file: TeamFileArgument,
+    name: str,
+    done: str,
+    order: Callable[[ZenohNetwork, str, str], Mapping[str, AgentAnswer]],
+    *,
+    as_json: bool,
+) -> None:
+    """Arm or stop robots; only the names in the files are needed, no library."""
     from understudy.robots.team_network.load_plan import load_team_names, make_network_options
     from understudy.ui.cli.output import print_json
 
     team, names = load_team_names(file)
     _check_name(name, names, what="robot", team=team.name)
     with _join(team.name, make_network_options(team.agents)) as network:
-        answers = ask(network, AgentQuestion(do, by=f"{getpass.getuser()} in a terminal"), agent=name)
+        answers = order(network, f"{getpass.getuser()} in a terminal", name)
     said = {robot: _describe(answers, robot, done) for robot in names if name in ("*", robot)}
     if as_json:
         print_json({"robots": said})

@@ -19,10 +19,11 @@ from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.slow_actions import SlowAction
 from understudy.ui.web.views import explanation, lesson_test
 
-Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | None]
-"""Do what a message asks for; return the fields of the answer, or what the studio says of it."""
+Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | SlowAction | None]
+"""Do what a message asks for; return the fields of the answer, what the studio says of it, or what is left to do."""
 
 
 def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:

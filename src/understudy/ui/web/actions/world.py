@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from understudy.errors import SettingError
+from understudy.robots.arming_order import ArmingOrder
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.slow_actions import SlowAction
 
 FOOD = 10
 """Units of food in a source that a person adds."""
@@ -65,22 +67,27 @@ def handle_remove_obstacle(host: SessionHost, message: m.RemoveObstacle) -> None
     host.note_world_change()
 
 
-def handle_arm(host: SessionHost, _: m.Arm) -> StatusMessage:
+def handle_arm(host: SessionHost, _: m.Arm) -> SlowAction:
     """Arm the real robots."""
-    host.robots.arm()
-    if host.trainer is not None:
-        host.trainer.session.refresh_percept()  # what it read before is old by now
-    host.frame_version += 1
-    return StatusMessage("Armed: the robot moves while time runs. Esc stops it")
+    return _arm(host, host.robots.order_arming(), "Armed: the robot moves while time runs. Esc stops it")
 
 
-def handle_arm_robot(host: SessionHost, message: m.ArmRobot) -> StatusMessage:
+def handle_arm_robot(host: SessionHost, message: m.ArmRobot) -> SlowAction:
     """Arm one real robot."""
-    host.robots.arm_one(message.name)
-    if host.trainer is not None:
-        host.trainer.session.refresh_percept()
-    host.frame_version += 1
-    return StatusMessage(f"{message.name} is armed")
+    return _arm(host, host.robots.order_arming(message.name), f"{message.name} is armed")
+
+
+def _arm(host: SessionHost, order: ArmingOrder, said: str) -> SlowAction:
+    """Return the action that carries out an order to arm robots, at whose end `said` is said."""
+
+    def finish() -> StatusMessage:
+        order.refuse_overtaken()
+        if host.trainer is not None:
+            host.trainer.session.refresh_percept()  # what it read before is old by now
+        host.frame_version += 1
+        return StatusMessage(said)
+
+    return SlowAction(StatusMessage("Arming…"), order.carry_out, finish)
 
 
 def handle_stop_robot(host: SessionHost, message: m.StopRobot) -> StatusMessage:

@@ -1,0 +1,136 @@
+"""The questions that agents answer: what each does, whether its robot can be armed, what its log says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.runtime.agents.messages import UNREADABLE
+
+ASK_S = 8.0
+"""The longest time in s to wait for the answers of all agents; longer than a permit to arm holds."""
+READY_S = 4.0
+"""The longest time in s to wait until robots are ready to be armed, which takes them half a second."""
+
+
+class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """What an agent says of itself."""
+
+    name: str
+    sort: str
+    path: list[str]
+    duty: str
+    """The behavior that its order names; empty without an order."""
+    order: tuple[int, int] | None
+    order_age_s: float | None
+    """For how long it has executed this order, s."""
+    leader: str | None
+    """The agent whose orders it obeys."""
+    term: int
+    armed: bool | None
+    """Whether the robot is armed; None for coordinators."""
+    trainer: str
+    """The agent that drives it to train it; empty if none does."""
+    unfit: str
+    """Why it is not counted as a member; empty if it is."""
+    leads: dict[str, int]
+    """The squads that it leads, and in which term."""
+    decides: dict[str, list[str]]
+    """The state of every level of these squads' coordinators."""
+    missing: dict[str, str]
+    """The members of these squads that are not counted, and why."""
+    library: str
+    refused: dict[str, int]
+    """The number of orders that were refused, by reason."""
+    ticks: int
+    late: int
+
+
+class AgentQuestion(msgspec.Struct, frozen=True):
+    """A question to an agent: what it shall `do`, and who asks (`by`)."""
+
+    do: str
+    by: str = ""
+    files: dict[str, bytes] = {}
+    """The documents of a library to prepare."""
+    permits: dict[str, str] = {}
+    """For each robot that is to be armed, the permit that its agent gave."""
+
+
+class AgentAnswer(msgspec.Struct, frozen=True):
+    """An agent's answer: a status, lines of its log, or why it did not do what it was asked; empty if it did."""
+
+    status: AgentStatus | None = None
+    log: list[str] = []
+    problem: str = ""
+    permit: str = ""
+    """With what the robot can be armed, for a short while and until it is stopped."""
+
+
+def ask(
+    network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
+) -> dict[str, AgentAnswer]:
+    """Ask the agents of a team.
+
+    Parameters
+    ----------
+    network
+        An access to the team's network.
+    question
+        The question.
+    agent
+        The name of the agent; `*` asks all.
+    wait_s
+        The longest time to wait for answers, s.
+
+    Returns
+    -------
+    dict
+        The answer of each agent that gave one, by its name.
+    """
+    found = {}
+    answers: dict[str, Any] = network.ask(
+        f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
+    )
+    for key, data in answers.items():
+        try:
+            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
+        except UNREADABLE:
+            continue
+    return dict(sorted(found.items()))
+
+
+def ask_to_stop(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+    """Stop and disarm robots at once, because the person `by` orders it; `agent` and the result are those of `ask`."""
+    return ask(network, AgentQuestion("stop", by), agent=agent)
+
+
+def ask_to_arm(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+    """Arm robots: ask whether they are ready, and arm those that are.
+
+    A robot that was stopped in between stays disarmed, also if the network held the question up; and one whose agent
+    does not answer is not armed later.
+
+    Parameters
+    ----------
+    network
+        An access to the team's network.
+    by
+        The person who orders it.
+    agent
+        The name of the robot's agent; `*` asks all.
+
+    Returns
+    -------
+    dict
+        The answer of each agent that gave one, by its name.
+    """
+    ready = ask(network, AgentQuestion("ready", by), agent=agent, wait_s=READY_S)
+    permits = {name: answer.permit for name, answer in ready.items() if answer.permit}
+    refused = {name: answer for name, answer in ready.items() if not answer.permit}
+    if not permits:
+        return refused
+    armed = ask(network, AgentQuestion("arm", by, permits=permits), agent=agent)
+    return dict(sorted((refused | {name: armed[name] for name in permits if name in armed}).items()))
