@@ -41,7 +41,7 @@ def run_tasks(
     left = [task for task in tasks if task not in kept]
     done = len(tasks) - len(left)
     progress(done, len(tasks))
-    for row in _worked(experiment, left, min(jobs, len(left))):
+    for row in _worked(experiment, left, 1 if experiment.in_real_time else min(jobs, len(left))):
         kept.keep(row)
         done += 1
         progress(done, len(tasks))

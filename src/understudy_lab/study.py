@@ -76,7 +76,8 @@ class Study:
 
     `tasks` returns the tasks of a plan; `work` runs one, with the same result on every machine except for the keys in
     `varies`. `conclude` and `draw` receive the rows in the order of the tasks. `needs` maps optional modules to their
-    install commands; without them `tasks` leaves out the part that needs them.
+    install commands; without them `tasks` leaves out the part that needs them. `check_machine` raises UnderstudyError
+    on a machine that cannot run it. Tasks `in_real_time` run one after the other.
     """
 
     name: str
@@ -89,6 +90,8 @@ class Study:
     worlds: Sequence[str] = ()
     needs: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     varies: Sequence[str] = ()
+    check_machine: Callable[[], None] = lambda: None
+    in_real_time: bool = False
     question: str = ""
     """The question that an experiment of another package answers; those of this package have theirs in `QUESTIONS`."""
 
@@ -105,6 +108,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "ablation": "Which parts of the method matter, and how much?",
         "patrol": "Can a team be taught the patrol of the paper, and what does its coordinator contribute?",
         "roles": "What is a team of different robots worth, and what does its coordinator contribute?",
+        "networks": "Do robots with a computer each work together as well over a network that loses messages?",
         "swarm": "Can two hundred robots and three levels of coordinators be taught, and can ten thousand do the same?",
         "unlearning": "Can bad examples be found from the corrections that they made necessary?",
         "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
@@ -122,6 +126,7 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
         "repertoire": "behavior_suite",
         "coached": "coaching_benefit",
         "learners": "baselines",
+        "networks": "lossy_networks",
         "roles": "mixed_teams",
         "slips": "noisy_teachers",
         "transfer": "sim_to_sim",

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
 from understudy.errors import SettingError
+from understudy.sim.world import World
 from understudy_lab.lossy_networks import study
-from understudy_lab.lossy_networks.distributed_patrol import ROBOTS, measure_cycles
+from understudy_lab.lossy_networks.distributed_patrol import BEHAVIOR, ROBOTS, measure_cycles
+from understudy_lab.lossy_networks.simulated_patrol import make_agents, make_lossy_fate, watch_agents
 from understudy_lab.lossy_networks.simulated_robots import WORLD
-from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME
+from understudy_lab.patrol import practice
+from understudy_lab.patrol.metrics import captures
+from understudy_lab.patrol.practice import make_coordinated_team
+from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, watch
 
 
 def row(one: int, well: int, loses: int) -> dict[str, Any]:
@@ -74,3 +82,23 @@ def test_a_cycle_is_found_in_recordings(tmp_path: Path) -> None:
     found = measure_cycles(tmp_path, dict.fromkeys(ROBOTS, done))
     assert (found["cycles"], found["complete"], found["captures"]) == (1, 1, 1)
     assert found["cycle_s"] == pytest.approx([20.0], abs=0.2)
+
+
+def test_agents_in_simulation_do_what_one_program_does() -> None:
+    """Tick for tick, so that without losses the simulation is that of `understudy experiment patrol`."""
+    taught = teach(1)
+    robots, coordinators = taught.robots.library, taught.coordinators.library
+    one_program = watch(make_coordinated_team(robots, coordinators, [7], BEHAVIOR), 900)
+    world = World(practice.scenario(), [7])
+    agents = watch_agents(make_agents(taught, world), world, 900)
+    np.testing.assert_array_equal(agents.doing, one_program.doing)
+    np.testing.assert_array_equal(agents.x, one_program.x)
+    assert captures(agents) == captures(one_program) != []
+
+
+def test_a_lossy_network_loses_and_delays_messages() -> None:
+    fate = make_lossy_fate(3)
+    arrived = Counter(tuple(fate("one", "two", 0)) for _ in range(10_000))
+    assert set(arrived) == {(), (1,), (2,)}
+    assert 1_800 < arrived[()] < 2_200
+    assert 3_700 < arrived[(1,)] < 4_300

@@ -86,6 +86,15 @@ def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Study:
 PLAN = StudyPlan(range(4))
 
 
+def test_tasks_in_real_time_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr("understudy_lab.runner.open_process_pool")
+    worked: list[Task] = []
+    timed = replace(made(worked), in_real_time=True)
+    assert len(run(timed, PLAN, RowCache("forage", tmp_path), jobs=4)) == 4
+    with pytest.raises(NameError):
+        run(replace(timed, in_real_time=False), PLAN, RowCache("forage", tmp_path / "other"), jobs=4)
+
+
 def test_a_run_that_is_cut_off_goes_on(tmp_path: Path) -> None:
     worked: list[Task] = []
     with pytest.raises(KeyboardInterrupt):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
 from understudy.ui.cli.options import Json
 from understudy_lab.study import QUESTIONS, StudyPlan, list_questions
 
@@ -90,6 +90,8 @@ def experiment(
     [dim]understudy experiment forage --part 2/8[/] on each of 8 computers, then [dim]understudy experiment forage
     --gather[/]
     """
+    from rich.markup import escape
+
     from understudy.ui.cli.commands.eval import parse_seeds
     from understudy.ui.cli.output import make_console, print_json
     from understudy_lab.parts import Part, gather
@@ -106,6 +108,14 @@ def experiment(
     told: dict[str, dict[str, Any]] = {}
     for each in QUESTIONS if name == "all" else [name]:
         found = find_experiment(each)
+        try:
+            found.check_machine()
+        except UnderstudyError as error:
+            if name != "all":
+                raise
+            told[each] = {"skipped": str(error)}
+            make_console(err=True).print(f"[yellow]Skipped:[/] {escape(str(error))}")
+            continue
         folder = (
             (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
         )

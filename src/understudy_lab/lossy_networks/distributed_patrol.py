@@ -186,7 +186,7 @@ def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float)
     found = {}
     for name in ROBOTS:
         lines = [line for line in read_lines(agents.log(name)) if line["ended_s"] >= began_s]
-        found[name] = [(line["ended_s"], _find_activity(line.get("duty"))) for line in lines]
+        found[name] = [(line["ended_s"], find_activity(line.get("duty"))) for line in lines]
     return found
 
 
@@ -195,7 +195,8 @@ def _is_armed(log: Path) -> bool:
     return bool(lines) and bool(lines[-1]["armed"])
 
 
-def _find_activity(duty: Any) -> int:
+def find_activity(duty: Any) -> int:
+    """Find the activity that a duty stands for."""
     if duty is None:
         return OTHER
     target = next(iter(duty[1].values()), None)

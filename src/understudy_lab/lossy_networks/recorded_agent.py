@@ -19,7 +19,8 @@ from typing import TextIO
 
 import msgspec
 
-from understudy.robots.team_network.agent_process import AgentProcess, AgentQuestion
+from understudy.robots.team_network.agent_process import AgentProcess
+from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
 from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 
@@ -59,7 +60,11 @@ class RecordedAgent(AgentProcess):
         """Arm the robot now and whenever it was stopped, as a person would who looks after it."""
         while not ends.wait(LOOKS_S):
             if self.robot is not None and not self.robot.armed:
-                self._answer(msgspec.msgpack.encode(AgentQuestion("arm", by=PERSON)))
+                ready = self._ask_itself(AgentQuestion("ready", PERSON))
+                self._ask_itself(AgentQuestion("arm", PERSON, permits={self.name: ready.permit}))
+
+    def _ask_itself(self, question: AgentQuestion) -> AgentAnswer:
+        return msgspec.msgpack.decode(self._answer(msgspec.msgpack.encode(question)), type=AgentAnswer)
 
 
 def main() -> None:

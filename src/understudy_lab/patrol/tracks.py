@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
+from understudy.model.features import Percept
 from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import SquadBody
@@ -34,6 +35,8 @@ ALONE: Mapping[str, int] = MappingProxyType(
 )
 """The activity of an uncoordinated robot, by the first word of its state."""
 
+Tick: TypeAlias = Callable[[], tuple[NDArray[np.int8], Percept]]
+"""A function that runs one tick, and returns the activity of all robots [W, N] and what they sensed."""
 Reach: TypeAlias = tuple[SquadBody, NDArray[np.intp], NDArray[np.intp]]
 """A layer of squads, and the robots that its orders reach: pairs of a squad member and a robot [K each]."""
 
@@ -162,27 +165,48 @@ def watch(
     """
     world = _world(team)
     told = OrderedActivity(team, world.worlds, homes)
+
+    def tick() -> tuple[NDArray[np.int8], Percept]:
+        team.tick()
+        return told.now(), team.layers[0].percept
+
+    return record_tracks(world, ticks, tick, squad=told.squad, homes=homes, failing=failing)
+
+
+def record_tracks(
+    world: World,
+    ticks: int,
+    tick: Tick,
+    *,
+    squad: NDArray[np.intp],
+    homes: Sequence[str] = ("home",),
+    failing: Mapping[int, Sequence[int]] = NOBODY,
+) -> PatrolTracks:
+    """Call `tick` for each tick of a run and record what it does in the world.
+
+    `squad` [N] is the index of each robot's squad, and `homes` are the homes of the squads. `failing` maps a tick to
+    the robots that fail in it.
+    """
     shape = (ticks, world.worlds, world.robots)
     doing = np.zeros(shape, np.int8)
     x, y, heading = (np.zeros(shape, np.float32) for _ in range(3))
     sees, sees_boss = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
     slots = [_slot(world, name) for name in ("intruder", "boss")]
     things = np.zeros((ticks, world.worlds, 2), world.state.objects.dtype)
-    for tick in range(ticks):
+    for number in range(ticks):
         robots = world.state.robots.reshape(shape[1:])
-        x[tick], y[tick], heading[tick] = robots["x"], robots["y"], robots["heading"]
-        things[tick] = world.state.objects[:, slots]
-        for robot in failing.get(tick, ()):
+        x[number], y[number], heading[number] = robots["x"], robots["y"], robots["heading"]
+        things[number] = world.state.objects[:, slots]
+        for robot in failing.get(number, ()):
             world.freeze(robot)
-        team.tick()
-        doing[tick] = told.now()
-        sees[tick] = _seen(team, "intruder").reshape(shape[1:])
-        sees_boss[tick] = _seen(team, "boss").reshape(shape[1:])
+        doing[number], percept = tick()
+        sees[number] = _find_seen(percept, "intruder", world.agents).reshape(shape[1:])
+        sees_boss[number] = _find_seen(percept, "boss", world.agents).reshape(shape[1:])
     intruder, boss = (_thing(things[:, :, index]) for index in range(2))
     places = [[float(world.state.objects[0, _slot(world, name)][axis]) for axis in "xy"] for name in homes]
     discs = world.state.discs
     obstacles = np.stack([discs[name] for name in ("x", "y", "radius")], axis=-1)
-    home, firsts = np.array(places)[told.squad], np.unique(told.squad, return_index=True)[1]
+    home, firsts = np.array(places)[squad], np.unique(squad, return_index=True)[1]
     return PatrolTracks(
         world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
     )
@@ -204,7 +228,6 @@ def _thing(things: NDArray[Any]) -> ObjectTrack:
     return ObjectTrack(things["present"] != 0, things["x"].astype(np.float32), things["y"].astype(np.float32))
 
 
-def _seen(team: Team, target: str) -> Bools:
-    percept = team.layers[0].percept
+def _find_seen(percept: Percept, target: str, agents: int) -> Bools:
     sizes = percept.get(("blob_size", target), percept.get(("blob_x", target)))
-    return np.zeros(team.ground.agents, np.bool_) if sizes is None else ~np.isnan(sizes)
+    return np.zeros(agents, np.bool_) if sizes is None else ~np.isnan(sizes)

@@ -1,0 +1,128 @@
+"""The agents of the patrol in one program, in simulated worlds: repeatable, and with more cycles than in real time.
+
+    python -m understudy_lab.lossy_networks.simulated_patrol
+
+The network loses 20 % of all messages, and delivers the others in the next tick or the one after it, each half of them.
+"""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from random import Random
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.features import Percept
+from understudy.runtime.agents.agent import Agent
+from understudy.runtime.agents.local_team import LocalTeam
+from understudy.runtime.agents.network import Fate, LocalNetwork, deliver_at_once
+from understudy.runtime.agents.team_plan import TeamPlan
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.world import World
+from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR, find_activity
+from understudy_lab.patrol import practice
+from understudy_lab.patrol.evaluate import TICKS, worlds_of
+from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.teach import PatrolTeaching, teach
+from understudy_lab.patrol.tracks import PatrolTracks, record_tracks
+
+SEEDS = range(67_000, 67_004)
+"""The teachings, which are those of the experiment."""
+WORLDS = 20
+"""The number of unseen worlds for each teaching, in each of which the team patrols for ten minutes."""
+LOSS, TICKS_LATE = 0.2, (1, 2)
+
+
+class CycleCount(NamedTuple):
+    """The counts of all cycles, of those that were complete and of those that never ended, and of captures."""
+
+    cycles: int
+    complete: int
+    never_ended: int
+    captures: int
+
+
+def add_counts(counts: Sequence[CycleCount]) -> CycleCount:
+    """Add counts of cycles."""
+    return CycleCount(*(sum(column) for column in zip(*counts, strict=True)))
+
+
+def make_lossy_fate(seed: int) -> Fate:
+    """Make the fate of the messages of a network that loses and delays them at random."""
+    draws = Random(seed)
+    return lambda sender, receiver, step: [] if draws.random() < LOSS else [draws.choice(TICKS_LATE)]
+
+
+def make_agents(taught: PatrolTeaching, world: World, fate: Fate = deliver_at_once) -> LocalTeam:
+    """Make the agents of a taught patrol in a world; any of them may lead."""
+    tree = assign_team_members(world.scenario)
+    plan = TeamPlan(
+        tree,
+        {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library},
+        {practice.SQUAD: (BEHAVIOR, {}), practice.ROBOT: (ALONE, {})},
+        readings=dict.fromkeys(tree.types, world.readings),
+        targets=world.targets,
+        deputies=lambda members: members,
+    )
+    return LocalTeam(world, plan, LocalNetwork(fate))
+
+
+def watch_agents(team: LocalTeam, world: World, ticks: int) -> PatrolTracks:
+    """Run agents in one world for a number of ticks, and record it, except for what they see."""
+
+    def tick() -> tuple[NDArray[np.int8], Percept]:
+        team.tick()
+        return np.array([[_find_ordered(robot) for robot in team.robots.values()]], np.int8), {}
+
+    return record_tracks(world, ticks, tick, squad=np.zeros(world.robots, np.intp))
+
+
+def _find_ordered(robot: Agent) -> int:
+    follower = robot.follower
+    return find_activity(None if follower is None or follower.order is None else follower.duty)
+
+
+def count_cycles(seed: int, loses: bool, worlds: int = WORLDS, ticks: int = TICKS) -> CycleCount:
+    """Teach a patrol, let its agents patrol in unseen worlds, and count their cycles."""
+    taught, found = teach(seed), []
+    for number in worlds_of(seed)[:worlds]:
+        world = World(practice.scenario(), [number])
+        team = make_agents(taught, world, make_lossy_fate(number) if loses else deliver_at_once)
+        tracks = watch_agents(team, world, ticks)
+        ended = list(cycles(tracks))
+        complete, open_ = sum(each.complete for each in ended), sum(np.isnan(each.seconds) for each in ended)
+        found.append(CycleCount(len(ended), complete, int(open_), len(captures(tracks))))
+    return add_counts(found)
+
+
+def main(given: Sequence[str] | None = None) -> None:
+    """Print how many cycles agents complete, for each teaching and network."""
+    asked = ArgumentParser(description=__doc__.partition("\n")[0])
+    asked.add_argument(
+        "--worlds",
+        type=int,
+        default=WORLDS,
+        choices=range(1, WORLDS + 1),
+        metavar="N",
+        help="for each teaching",
+    )
+    worlds = asked.parse_args(given).worlds
+    networks = {"no loss": False, f"{LOSS:.0%} loss": True}
+    with ProcessPoolExecutor() as pool:
+        runs = {
+            name: [pool.submit(count_cycles, seed, loses, worlds) for seed in SEEDS]
+            for name, loses in networks.items()
+        }
+        for name, each in runs.items():
+            found = [run.result() for run in each]
+            of_each = ", ".join(f"{one.complete} of {one.cycles}" for one in found)
+            sys.stdout.write(f"{name}: {of_each}\n    {add_counts(found)}\n")
+
+
+if __name__ == "__main__":
+    main()
