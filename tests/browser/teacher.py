@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from time import monotonic
 
 from playwright.sync_api import Locator, Page, expect
@@ -80,6 +81,23 @@ class Teacher:
                 return
             self.page.wait_for_timeout(20)
         raise AssertionError(f"not there within {seconds} s")
+
+    def wait_until(self, is_so: Callable[[], bool], *, seconds: float = 10.0) -> None:
+        """Wait until something is so, as a page on a busy machine shows it late."""
+        until = monotonic() + seconds
+        while not is_so():
+            assert monotonic() < until, f"not so within {seconds} s"
+            self.page.wait_for_timeout(20)
+
+    def press_until_shown(self, key: str) -> None:
+        """Press a key that adds an example, and wait until the page counts it."""
+        before = self.examples
+        self.press(key)
+        self.wait_until(lambda: self.examples > before)
+
+    def wait_for_change(self, reading: tuple[float, float]) -> None:
+        """Wait until the distance or the angle to A differs from a former reading."""
+        self.wait_until(lambda: self.reading() != reading)
 
     def press(self, key: str) -> None:
         """Press a key."""

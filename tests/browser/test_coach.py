@@ -136,8 +136,7 @@ def test_a_robot_that_is_unsure_asks_and_the_press_is_the_answer(teacher: Teache
     now = teacher.clock_s
     question.get_by_role("button", name="Carry on").click()
     expect(question).to_have_count(0)
-    page.wait_for_timeout(500)
-    assert teacher.clock_s > now
+    teacher.wait_until(lambda: teacher.clock_s > now)
     assert teacher.examples == before + 2
 
 

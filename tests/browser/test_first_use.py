@@ -73,8 +73,7 @@ def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
     teacher.page.reload()
     expect(teacher.directing("forward")).to_be_visible()
     expect(teacher.page.get_by_role("button", name="Pause")).to_be_visible()
-    teacher.page.wait_for_timeout(500)
-    assert teacher.clock_s > before
+    teacher.wait_until(lambda: teacher.clock_s > before)
 
 
 def test_control_that_would_be_refused_is_not_offered(teacher: Teacher, visit: Visit) -> None:

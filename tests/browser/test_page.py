@@ -88,15 +88,11 @@ def test_an_example_is_edited(teacher: Teacher, snap: Snap) -> None:
 
 def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.press("ArrowLeft")
-    teacher.page.wait_for_timeout(400)
-    before = teacher.examples
-    assert before == 2
+    teacher.wait_until(lambda: teacher.examples == 2)
     teacher.page.reload()
     expect(teacher.directing("rotate_left")).to_be_visible()
-    assert teacher.examples == before
-    teacher.press("ArrowUp")
-    teacher.page.wait_for_timeout(500)
-    assert teacher.examples > before
+    assert teacher.examples == 2
+    teacher.press_until_shown("ArrowUp")
 
 
 def test_a_page_that_is_painted_late_misses_nothing(visit: Visit) -> None:
@@ -142,8 +138,7 @@ def test_who_looks_on_cannot_direct_until_the_other_is_gone(
 
 def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio, snap: Snap) -> None:
     for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
-        teacher.press(key)
-        teacher.page.wait_for_timeout(400)
+        teacher.press_until_shown(key)
     before = teacher.examples
     studio.kill()
     expect(teacher.page.get_by_text(re.compile("[Cc]onnection|lost|gone"))).not_to_have_count(0)
@@ -152,7 +147,7 @@ def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio,
     teacher.page.wait_for_timeout(3_000)
     teacher.page.get_by_role("button", name=re.compile("goto")).first.click()
     expect(teacher.directing("forward")).to_be_visible(timeout=15_000)
-    assert teacher.examples == before
+    teacher.wait_until(lambda: teacher.examples == before)
 
 
 def test_back_on_the_timeline(teacher: Teacher) -> None:
@@ -166,9 +161,8 @@ def test_back_on_the_timeline(teacher: Teacher) -> None:
     for _ in range(3):
         line.press("ArrowLeft")
         teacher.page.wait_for_timeout(250)
+    teacher.wait_for_change(far)
     near = teacher.reading()
-    assert near != far
     assert teacher.examples == before
     teacher.page.get_by_role("button", name=re.compile("Resume")).click()
-    teacher.page.wait_for_timeout(700)
-    assert teacher.reading() != near
+    teacher.wait_for_change(near)

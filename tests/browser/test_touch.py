@@ -84,6 +84,7 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
         start = (x + away * cos(now), y - away * sin(now) + OFF_PX)
         now += radians(turn_deg)
         drag_finger(page, start, (x + away * cos(now), y - away * sin(now)))
+        teacher.wait_for_change(behind)
         page.wait_for_timeout(400)
         distance, angle = teacher.reading()
         assert distance == behind[0]
@@ -99,6 +100,5 @@ def test_a_finger_beside_a_robot_moves_it(teacher: Teacher) -> None:
     x, y = find_robot(page)
     before = teacher.reading()
     drag_finger(page, (x, y - OFF_PX), (x, y - OFF_PX - 80))
-    page.wait_for_timeout(400)
-    assert teacher.reading() != before
+    teacher.wait_for_change(before)
     expect(page.get_by_role("group", name="What was clicked")).to_have_count(0)
