@@ -59,7 +59,8 @@ def follow(teacher: Teacher, late: Random, *, seconds: float = 60.0) -> int:
                 presses += 1
                 page.wait_for_timeout(250)
         page.wait_for_timeout(20)
-    raise AssertionError(f"not there within {seconds} s, after {presses} presses")
+    seen = f"{teacher.state} at {teacher.reading()}, pointed at {pointed_at(page)}"
+    raise AssertionError(f"not there within {seconds} s, after {presses} presses: {seen}")
 
 
 def pointed_at(page: Page) -> list[str]:

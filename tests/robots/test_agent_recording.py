@@ -15,9 +15,11 @@ from tests.robots.agent_processes import COMMAND, SQUAD, AgentProcesses, run_pat
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun
+from understudy.robots.recording.header import format_part
 from understudy.robots.recording.merge import read_team_clock
 from understudy.robots.recording.team_reader import read_team_recording
 from understudy.robots.team_network.load_plan import load_team_plan
+from understudy.runtime.agents.leadership import is_term_of
 
 pytestmark = [pytest.mark.long, pytest.mark.timed]
 
@@ -106,7 +108,8 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
     team = read_team_recording(merged)
     assert team is not None
     last_ns = 0
-    follower = "pioneer_2" if deputy == "pioneer_1" else "pioneer_1"
+    robots = [f"pioneer_{number}" for number in range(1, 5)]
+    follower = next(each for each in robots if format_part(SQUAD, each) not in team.parts)
     for name in (follower, deputy):
         last_ns = int(team.read_part(name).logged_ns[-1])
         why = said("why", merged, "--agent", name, "--time", (last_ns - start_ns) / 1e9, "-l", library)
@@ -114,16 +117,14 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
         assert (robot["agent"], robot["host"], coordinator["agent"]) == (name, name, SQUAD)
         assert robot["order"]["squad"] == SQUAD
         assert robot["order"]["leader"] == deputy
-        assert coordinator["host"] == (SQUAD if robot["order"]["order"][0] == 1 else deputy)
+        assert is_term_of(robot["order"]["order"][0], coordinator["host"], (SQUAD, *robots))
         assert (
             coordinator["time_s"]
             <= robot["order"]["heard_s"] + coordinator["error_s"] + robot["error_s"] + 0.1
         )
         (level,) = coordinator["levels"]
         assert level["decision"]["after"] == level["state"]
-        assert {each["member"] for each in coordinator["reports"]} == {
-            f"pioneer_{each}" for each in range(1, 5)
-        }
+        assert {each["member"] for each in coordinator["reports"]} == set(robots)
     shown = run("why", merged, "--agent", SQUAD, "--time", (last_ns - start_ns) / 1e9, "-l", library)
     assert shown.exit_code == 0
     assert f"{SQUAD} (led by {deputy}) at" in shown.stdout

@@ -19,7 +19,7 @@ from understudy.robots.recording.header import SCENARIO, format_part
 from understudy.robots.recording.message_types import format_reading_label
 from understudy.robots.recording.reader import RecordedDuty, Recording
 from understudy.robots.recording.team_reader import LoggedOrders, TeamRecording
-from understudy.runtime.agents.messages import compute_layout, list_reported_readings
+from understudy.runtime.agents.messages import OrderId, compute_layout, list_reported_readings
 from understudy.runtime.team.comms import SILENT_S
 from understudy.sim.kit import list_readings
 from understudy.sim.scenario.files import parse_scenario
@@ -163,10 +163,13 @@ def explain_team_moment(
         moment, order = _explain(team, part, recording, tick, load)
         if order is None:
             return [*found, moment]
-        decided = _find_first_sent(team, order)
-        above = "" if decided is None else format_part(order.squad, decided.agent)
+        given = list_first_messages(team, order.squad, order.order)
+        if not given:
+            return [*found, replace(moment, missing="no message of who decided on it is in this file")]
+        decided = next((each for each in given if each.is_sent), None)
+        above = format_part(order.squad, given[0].orders.leader)
         if decided is None or above not in team.parts:
-            who = order.leader if decided is None else decided.agent
+            who = given[0].orders.leader
             return [*found, replace(moment, missing=f"the recording of {who} is not in this file")]
         found.append(moment)
         part, agent, at_ns = above, order.squad, _find_deciding_tick(team.read_part(above), decided)
@@ -254,16 +257,16 @@ def _describe_duty(duty: RecordedDuty) -> str:
     return str(Assignment(duty.behavior, Binding(duty.binding))) if duty.behavior else ""
 
 
-def _find_first_sent(team: TeamRecording, order: OrderSummary) -> LoggedOrders | None:
-    """Find the message with which an order was given first: its leader decided on it then."""
-    return next(
-        (
-            each
-            for each in team.orders
-            if each.is_sent and each.orders.squad == order.squad and each.orders.order == order.order
-        ),
-        None,
-    )
+def list_first_messages(team: TeamRecording, squad: str, order: OrderId) -> list[LoggedOrders]:
+    """List the messages with an order of the leader that decided on it, whose term is that of the order.
+
+    A leader that takes over goes on with the order in a later term.
+    """
+    return [
+        each
+        for each in team.orders
+        if (each.orders.squad, each.orders.order, each.orders.term) == (squad, order, order[0])
+    ]
 
 
 def _find_deciding_tick(recording: Recording, decided: LoggedOrders) -> int:
