@@ -59,7 +59,8 @@ def follow(teacher: Teacher, late: Random, *, seconds: float = 60.0) -> int:
                 presses += 1
                 page.wait_for_timeout(250)
         page.wait_for_timeout(20)
-    seen = f"{teacher.state} at {teacher.reading()}, pointed at {pointed_at(page)}"
+    advice = page.get_by_role("region", name="Tour").inner_text()
+    seen = f"{teacher.state} at {teacher.reading()}; the tour says {advice!r}"
     raise AssertionError(f"not there within {seconds} s, after {presses} presses: {seen}")
 
 

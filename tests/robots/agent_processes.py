@@ -13,7 +13,13 @@ from tempfile import TemporaryDirectory
 
 from tests.robots.routers import free_port
 
-from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion, ask, ask_to_arm
+from understudy.robots.team_network.agent_questions import (
+    AgentAnswer,
+    AgentQuestion,
+    ask,
+    ask_to_arm,
+    ask_to_prepare,
+)
 from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.storage.library_folder import save_automaton
@@ -54,6 +60,7 @@ class AgentProcesses:
 
     def arm(self) -> Mapping[str, AgentAnswer]:
         """Arm all robots that can be, and return the answers."""
+        ask_to_prepare(self.visitor, "a trial")
         return ask_to_arm(self.visitor, "a trial")
 
     def find_leaders(self) -> list[str]:

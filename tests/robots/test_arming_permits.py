@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Thread
+from time import sleep
 
 import pytest
 
@@ -17,8 +18,15 @@ from tests.robots.rovers import odometry, sonar
 from tests.robots.test_load_plan import write_team
 from tests.robots.test_zenoh_network import wait_until
 
+from understudy.robots.team_network import agent_questions
 from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.agent_questions import AgentQuestion, ask, ask_to_arm, ask_to_stop
+from understudy.robots.team_network.agent_questions import (
+    AgentQuestion,
+    ask,
+    ask_to_arm,
+    ask_to_prepare,
+    ask_to_stop,
+)
 from understudy.robots.team_network.arming_permits import PERMIT_S, ArmingPermits
 from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
 from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
@@ -81,6 +89,27 @@ def test_a_robot_is_armed(visited: tuple[RigAgent, ZenohNetwork]) -> None:
         assert agent.rig.robot.armed
         ask_to_stop(visitor, "Ada")
         assert not agent.rig.robot.armed
+
+
+def test_a_robot_is_armed_whose_watchdog_takes_long_to_start(
+    visited: tuple[RigAgent, ZenohNetwork], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Longer than a person's order waits: it is prepared before that."""
+    agent, visitor = visited
+    monkeypatch.setattr(agent_questions, "READY_S", 0.3)
+    start = agent.rig.robot.prepare
+    takes_s = [1.0]
+
+    def start_slowly() -> None:
+        sleep(takes_s.pop() if takes_s else 0.0)
+        start()
+
+    monkeypatch.setattr(agent.rig.robot, "prepare", start_slowly)
+    with agent.running():
+        assert ask_to_prepare(visitor, "Ada")[NAME].problem == ""
+        assert not agent.rig.robot.armed
+        assert ask_to_arm(visitor, "Ada")[NAME].problem == ""
+        assert agent.rig.robot.armed
 
 
 def test_a_stop_since_the_permit_holds(visited: tuple[RigAgent, ZenohNetwork]) -> None:

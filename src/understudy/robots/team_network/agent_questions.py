@@ -12,7 +12,9 @@ from understudy.runtime.agents.messages import UNREADABLE
 ASK_S = 8.0
 """The longest time in s to wait for the answers of all agents; longer than a permit to arm holds."""
 READY_S = 4.0
-"""The longest time in s to wait until robots are ready to be armed, which takes them half a second."""
+"""The longest time in s to wait for permits to arm robots; who arms them has prepared them before."""
+PREPARE_S = 16.0
+"""The longest time in s to wait until the watchdogs of robots run: a slow computer may need 15 s to start one."""
 
 
 class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
@@ -105,6 +107,27 @@ def ask(
 def ask_to_stop(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
     """Stop and disarm robots at once, because the person `by` orders it; `agent` and the result are those of `ask`."""
     return ask(network, AgentQuestion("stop", by), agent=agent)
+
+
+def ask_to_prepare(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+    """Start the watchdogs of robots that the person `by` is about to arm; arming them is immediate then.
+
+    Parameters
+    ----------
+    network
+        An access to the team's network.
+    by
+        The person.
+    agent
+        The name of the robot's agent; `*` asks all.
+
+    Returns
+    -------
+    dict
+        The answer of each agent that gave one, by its name. Its permit should not be used: `ask_to_arm` asks for one
+        when the person orders it, so that a stop until then is not overridden.
+    """
+    return ask(network, AgentQuestion("ready", by), agent=agent, wait_s=PREPARE_S)
 
 
 def ask_to_arm(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:

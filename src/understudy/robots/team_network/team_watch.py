@@ -18,6 +18,7 @@ from understudy.robots.team_network.agent_questions import (
     AgentStatus,
     ask,
     ask_to_arm,
+    ask_to_prepare,
 )
 from understudy.robots.team_network.agent_views import STATUS, VIEWER
 from understudy.robots.team_network.load_plan import LoadedTeam
@@ -110,6 +111,8 @@ class TeamWatch:
         """Ask an agent to make its robot ready, arm or stop it; wait, and return why it did not; empty if it did."""
         if do == "arm":
             answers: dict[str, AgentAnswer] = ask_to_arm(self.network, by, name)
+        elif do == "ready":
+            answers = ask_to_prepare(self.network, by, name)
         else:
             answers = ask(self.network, AgentQuestion(do, by), agent=name)
         return answers[name].problem if name in answers else NO_ANSWER

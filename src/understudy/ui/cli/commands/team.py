@@ -65,7 +65,7 @@ def _print_status(
 ) -> None:
     from understudy.ui.cli.output import make_console, make_table
 
-    made = make_table("agent", "doing", "order", "from", "leads")
+    made = make_table("agent", "~doing", "order", "from", "leads")
     problems = {each.name: each.unfit for each in found if each.unfit}
     for each in found:
         doing = " > ".join(filter(None, (each.duty, *each.path)))
@@ -107,7 +107,6 @@ def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False
     [dim]understudy team arm team.toml[/]
     """
     from understudy.errors import SettingError
-    from understudy.robots.team_network.agent_questions import ask_to_arm
 
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise SettingError(
@@ -115,13 +114,25 @@ def arm_team(file: TeamFileArgument, name: OneAgent = "*", as_json: Json = False
             problem="is not a terminal, so that no person can confirm it",
             remedy="run it in one, and have `understudy team stop` ready in another",
         )  # fmt: skip
+    _order_robots(file, name, "armed", partial(_arm_if_confirmed, file), as_json=as_json)
+
+
+def _arm_if_confirmed(
+    file: TeamFileArgument, network: ZenohNetwork, by: str, name: str
+) -> Mapping[str, AgentAnswer]:
+    """Prepare robots, and arm them if a person confirms it."""
+    from understudy.errors import SettingError
+    from understudy.robots.team_network.agent_questions import ask_to_arm, ask_to_prepare
+
+    typer.echo("Starting the watchdogs ...", err=True)
+    ask_to_prepare(network, by, name)
     typer.echo("The robots will move. Type arm and Enter to let them:", err=True)
     if sys.stdin.readline().strip().lower() != "arm":
         raise SettingError(
             where=str(file), setting="arming", problem="was not confirmed; nothing moved",
             remedy="type arm to let them move",
         )  # fmt: skip
-    _order_robots(file, name, "armed", ask_to_arm, as_json=as_json)
+    return ask_to_arm(network, by, name)
 
 
 @app.command("logs")
