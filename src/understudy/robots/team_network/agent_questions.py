@@ -18,7 +18,7 @@ PREPARE_S = 16.0
 
 
 class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """What an agent says of itself."""
+    """The status of an agent."""
 
     name: str
     sort: str
@@ -32,7 +32,7 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
     """The agent whose orders it obeys."""
     term: int
     armed: bool | None
-    """Whether the robot is armed; None for coordinators."""
+    """True if the robot is armed; None if the agent has no robot."""
     trainer: str
     """The agent that drives it to train it; empty if none does."""
     unfit: str

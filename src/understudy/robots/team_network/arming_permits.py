@@ -12,7 +12,7 @@ from secrets import token_hex
 from threading import Lock
 
 PERMIT_S = 6.0
-"""The time in s in which a permit can be used: whoever asked still waits for the answer then."""
+"""The time in s for which a permit holds, shorter than the wait for the answer to an order to arm."""
 
 
 class ArmingPermits:

@@ -23,7 +23,7 @@ class WhichLibrary(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PushResult:
-    """What became of a push at one agent.
+    """The result of a push at one agent.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ def push_library(
 ) -> dict[str, PushResult]:
     """Hand a library to all agents of a team.
 
-    All agents check it while they go on; then all replace theirs on disk; then all start anew with it. If one refuses
+    All agents check it while they go on; then all replace theirs on disk; then all restart with it. If one refuses
     or does not answer before the last step, those that replaced theirs are asked to go back.
 
     Parameters

@@ -138,7 +138,7 @@ class Agent:
         self.renew_start()
         self.follower: OrderFollower | None = None
         self.driver: DriveFollower | None = None
-        """What it hears of its trainer; None if it has none."""
+        """The messages of its trainer; None if it has no trainer."""
         self._was_driven = False
         if spec.trainer is not None:
             self.driver = DriveFollower(spec.trainer)

@@ -87,7 +87,7 @@ class RobotArming:
             self._twin.fleet.emergency_stop(cause)
 
     def disarm(self, cause: str) -> None:
-        """Stop and disarm the robots, since nobody supervises them any more; cancel arming under way."""
+        """Stop and disarm the robots, because no page supervises them any more; cancel arming under way."""
         if self._twin is not None:
             self._twin.fleet.disarm(cause)
 
