@@ -1,7 +1,8 @@
 """Permits to arm a robot over the network: an order that a stop has overtaken, or that comes late, arms nothing.
 
-Who arms a robot first asks its agent for a permit, and arms it with that. The agent notes how often the robot had been
-stopped when it was asked. So a stop after the question holds, whatever the network does with the messages.
+A program that arms a robot first asks its agent for a permit, and arms it with that. The agent notes how often the
+robot had been stopped when it was asked. So a stop after the question holds, whatever the network does with the
+messages.
 """
 
 from __future__ import annotations
