@@ -1,4 +1,4 @@
-"""Which tests `make test` leaves to `make test-all`: by folder here; elsewhere by the markers `long` and `timed`."""
+"""Which tests `make test` leaves to `make test-rest`: by folder here; elsewhere by the markers `long` and `timed`."""
 
 from __future__ import annotations
 
@@ -19,16 +19,11 @@ settings.register_profile(
 settings.load_profile("untimed")
 
 ROOT = Path(__file__).parent
-LONG = ("lab", "sim_mujoco")
-"""Experiments, demos and benchmarks with scripted teachers; simulated physics."""
-TIMED = ("browser", "peers", "robots")
-"""Tests in which time is that of people, robots and other programs."""
+LONG = ("browser", "lab", "peers", "sim_mujoco")
+"""Folders of tests of the page in a browser, of experiments and demos, of compiled peers, and of simulated physics."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        folder = item.path.relative_to(ROOT).parts[0] if item.path.is_relative_to(ROOT) else ""
-        if folder in LONG:
+        if item.path.is_relative_to(ROOT) and item.path.relative_to(ROOT).parts[0] in LONG:
             item.add_marker(pytest.mark.long)
-        elif folder in TIMED:
-            item.add_marker(pytest.mark.timed)
