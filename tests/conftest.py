@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -21,6 +24,15 @@ settings.load_profile("untimed")
 ROOT = Path(__file__).parent
 LONG = ("browser", "lab", "peers", "sim_mujoco")
 """Folders of tests of the page in a browser, of experiments and demos, of compiled peers, and of simulated physics."""
+
+
+PR_SET_PDEATHSIG = 1
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let the kernel kill a worker of pytest-xdist whose parent was killed (Linux)."""
+    if sys.platform == "linux" and hasattr(config, "workerinput"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
