@@ -5,6 +5,7 @@ PYTHON ?= python3
 VENV ?= .venv
 UV ?= uv
 BIN := $(VENV)/bin
+WORKERS ?= 4  # of the tests that mostly wait
 
 # A python3 that is too old gives way to a newer one beside it; a PYTHON that was named is taken at its word.
 ifeq ($(origin PYTHON),file)
@@ -18,9 +19,14 @@ ifneq ($(shell test -x "$(BIN)/python" && cat "$(VENV)/.place" 2>/dev/null),$(CU
 MOVED := moved
 endif
 
-PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# uv, where there is one, installs in a tenth of the time. Files are compiled when they are first imported.
+ifneq ($(shell command -v $(UV)),)
+PIP_INSTALL = $(UV) pip install --quiet --python $(BIN)/python
+else
+PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+endif
 
-.PHONY: help demo studio page protocol test test-all soak bench experiments docs dist format lock clean moved
+.PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs dist format lock clean moved
 .NOTPARALLEL:
 
 help: ## list the targets
@@ -39,27 +45,29 @@ page: ## build the page of the studio from page/ (needs Node and npm; what it bu
 protocol: $(VENV)/.run ## write the page's types of messages, which are generated from those of the studio
 	$(BIN)/python -m understudy.ui.web.protocol page/src/protocol.ts
 
-CHECKS = $(BIN)/ruff check && $(BIN)/ruff format --check && $(BIN)/pydoclint src && $(BIN)/mypy && $(BIN)/lint-imports
+CHECKS = $(BIN)/ruff check && $(BIN)/ruff format --check && $(BIN)/pydoclint src && $(BIN)/lint-imports && $(BIN)/mypy
+PYTEST = $(BIN)/pytest --dist loadgroup
+QUICK = not soak and not long and not timed
+REST = (long or timed) and not soak
 
+# Kernels are compiled beside the checks, so that no two test processes compile the same one.
 test: $(VENV)/.dev ## style, types, layers, and all quick tests (ARGS passes more to pytest)
-	@$(CHECKS)
-	$(BIN)/pytest --numprocesses auto -m "not soak and not long and not timed" $(ARGS)
+	@$(BIN)/python -m tests.compile_kernels & compiling=$$!; $(CHECKS); checked=$$?; wait $$compiling && exit $$checked
+	$(PYTEST) --numprocesses auto -m "$(QUICK)" $(ARGS)
 
-# Timed tests run beside the others, which give way to them. One that fails may have been held up all the same: it runs
-# once more, by itself, and must pass then. What failed is printed either way, and other tests are never repeated.
-TIMED = $(BIN)/pytest -m "timed and not soak" -o cache_dir=build/timed-tests
+test-rest: $(VENV)/.dev ## the tests that make test leaves out; in browsers and with robots, where those are installed
+	$(PYTEST) --numprocesses $(WORKERS) -m "$(REST)" $(ARGS)
 
-test-all: $(VENV)/.dev ## everything that must hold; tests in browsers and with robots are skipped where those are missing
-	@mkdir -p build
-	@$(BIN)/python -m tests.compile_kernels & compiling=$$!; $(CHECKS); checked=$$?; wait $$compiling; exit $$checked
-	@nice -n 19 $(BIN)/pytest --numprocesses auto -m "not soak and not timed" $(ARGS) > build/untimed.log 2>&1 & \
-		untimed=$$!; $(TIMED) $(ARGS); timed=$$?; \
-		wait $$untimed; untimed=$$?; tail -n 60 build/untimed.log; \
-		if [ $$timed -eq 1 ]; then \
-			echo "The timed tests that failed run once more, with nothing beside them."; \
-			$(TIMED) --last-failed --last-failed-no-failures none $(ARGS); timed=$$?; \
-		fi; \
-		exit $$((timed + untimed))
+test-all: ARGS := --durations=20 $(ARGS)
+test-all: test test-rest ## everything that must hold, but for the tests that take long
+
+# Kernels run as compiled code in the tests, and as plain Python in the second run, which shows their branches.
+coverage: $(VENV)/.dev ## branch coverage of the source by the quick tests, with the ten least covered modules
+	@mkdir -p build && rm -f build/coverage*
+	$(BIN)/pytest --numprocesses auto --dist loadgroup -m "$(QUICK)" --cov --cov-report= $(ARGS)
+	UNDERSTUDY_KERNELS=python $(BIN)/coverage run --append -m tests.kernel_modes > build/kernel_modes.json
+	@$(BIN)/coverage report --skip-covered --sort=cover | head -n 12
+	@$(BIN)/coverage report --format=total
 
 soak: $(VENV)/.dev ## the tests that take long
 	$(BIN)/pytest -m soak $(ARGS)
