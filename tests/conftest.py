@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import signal
 import sys
@@ -12,6 +13,8 @@ import pytest
 from hypothesis import settings
 
 from understudy.jit.settings import ALL_PARTS, COMPILED, MODE, PARTS
+
+gc.disable()  # until the tests are collected: what that makes stays, and is searched through again and again
 
 os.environ.setdefault(MODE, COMPILED)  # none runs as plain Python at first, and compiles in the background
 os.environ.setdefault(PARTS, ALL_PARTS)  # kernels are compiled once for the worlds of all tests
@@ -24,8 +27,6 @@ settings.load_profile("untimed")
 ROOT = Path(__file__).parent
 LONG = ("browser", "lab", "peers", "sim_mujoco")
 """Folders of tests of the page in a browser, of experiments and demos, of compiled peers, and of simulated physics."""
-
-
 PR_SET_PDEATHSIG = 1
 
 
@@ -33,6 +34,24 @@ def pytest_configure(config: pytest.Config) -> None:
     """Let the kernel kill a worker of pytest-xdist whose parent was killed (Linux)."""
     if sys.platform == "linux" and hasattr(config, "workerinput"):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import none of the long tests where none is asked for."""
+    is_long = collection_path.parent == ROOT and collection_path.name in LONG
+    return True if is_long and "not long" in config.option.markexpr else None
+
+
+def pytest_collection_finish() -> None:
+    """Collect no garbage among what is there to stay."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    """Let libraries find at the end what they made."""
+    gc.unfreeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
