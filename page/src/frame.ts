@@ -76,6 +76,29 @@ export function decode(buffer: ArrayBuffer): Frame {
   };
 }
 
+/** Whether two frames look the same in the world: what they differ in is time. */
+export function isLike(one: Frame, other: Frame): boolean {
+  const others = columns(other);
+  return (
+    one.open === other.open &&
+    one.agent === other.agent &&
+    columns(one).every((column, index) => areEqual(column, others[index] ?? []))
+  );
+}
+
+function columns({ robots, things, features, sonars }: Frame): readonly ArrayLike<number>[] {
+  const { x, y, heading, stored, doing } = robots;
+  const { slot, kind, amount, atFirst } = things;
+  return [x, y, heading, stored, doing, things.x, things.y, slot, kind, amount, atFirst, features, sonars];
+}
+
+/** Whether numbers are equal; NaN is equal to itself. */
+function areEqual(one: ArrayLike<number>, other: ArrayLike<number>): boolean {
+  if (one.length !== other.length) return false;
+  for (let index = 0; index < one.length; index += 1) if (!Object.is(one[index], other[index])) return false;
+  return true;
+}
+
 function robotsOf(view: DataView, start: number, count: number): Robots {
   const x = new Float32Array(count);
   const y = new Float32Array(count);

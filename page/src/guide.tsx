@@ -1,6 +1,6 @@
 /** The card of the tour: what to do next, under the world, so that it never covers the robot; a ring around what to press. */
 
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { usePanel, useStudio, useTour } from "./context";
 import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
@@ -151,9 +151,13 @@ function named(state: State): string {
 
 /** A ring around what to press. */
 function usePointing(at: string | null): void {
-  useEffect(() => {
-    const found = at === null ? null : document.querySelector(at);
+  const pointed = useRef<Element | null>(null);
+  const point = (found: Element | null): void => {
+    if (found === pointed.current) return;
+    pointed.current?.removeAttribute("data-pointed");
     found?.setAttribute("data-pointed", "");
-    return () => found?.removeAttribute("data-pointed");
-  });
+    pointed.current = found;
+  };
+  useEffect(() => point(at === null ? null : document.querySelector(at)));
+  useEffect(() => () => point(null), []);
 }

@@ -29,7 +29,15 @@ export class Live {
 
   /** Begin to tell the server, and to listen; what ends that. */
   begin(): () => void {
-    const beat = setInterval(() => this.tell(), EVERY_MS);
+    let beat: ReturnType<typeof setInterval> | undefined;
+    const pace = (): void => {
+      if (!this.real) {
+        clearInterval(beat);
+        beat = undefined;
+      } else beat ??= setInterval(() => this.tell(), EVERY_MS);
+    };
+    pace();
+    const stop = this.studio.news.listen(pace);
     const down = (event: KeyboardEvent): void => {
       if (!this.real) return;
       // Wherever one types, and whatever else Escape does.
@@ -52,6 +60,7 @@ export class Live {
     addEventListener("contextmenu", away, true);
     document.addEventListener("visibilitychange", away);
     return () => {
+      stop();
       clearInterval(beat);
       removeEventListener("keydown", down, true);
       removeEventListener("keyup", up, true);

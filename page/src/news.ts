@@ -1,6 +1,7 @@
 /** Something that changes, and those who want to know. */
 
 import { useLayoutEffect, useReducer } from "preact/hooks";
+import { Redraw } from "./redraw";
 
 export class News {
   private readonly listeners = new Set<() => void>();
@@ -25,20 +26,36 @@ export function useNews(news: News): void {
   useLayoutEffect(() => news.listen(() => again(undefined)), [news]);
 }
 
-/** Draw the component again when there is news, but no more often than every `ms`. */
+/**
+ * Draw the component again when there is news, but no more often than every `ms`, and not while the page is hidden.
+ *
+ * It is drawn in the screen frame in which everything else is that the news changes.
+ */
 export function useSlowNews(news: News, ms: number): void {
   const [, again] = useReducer((count: number) => count + 1, 0);
-  useLayoutEffect(() => {
-    let due: ReturnType<typeof setTimeout> | null = null;
-    const stop = news.listen(() => {
+  useLayoutEffect(() => listenSlowly(news, ms, () => again(undefined)), [news, ms]);
+}
+
+/** Call `draw` in the screen frame after news, but no sooner than `ms` after the last time; what ends that. */
+export function listenSlowly(news: News, ms: number, draw: () => void): () => void {
+  let drawn = -Infinity;
+  let due: ReturnType<typeof setTimeout> | null = null;
+  const redraw = new Redraw(() => {
+    drawn = performance.now();
+    draw();
+  });
+  const stop = news.listen(() => {
+    const rest = drawn + ms - performance.now();
+    if (rest <= 0) redraw.ask();
+    else
       due ??= setTimeout(() => {
         due = null;
-        again(undefined);
-      }, ms);
-    });
-    return () => {
-      stop();
-      if (due !== null) clearTimeout(due);
-    };
-  }, [news, ms]);
+        redraw.ask();
+      }, rest);
+  });
+  return () => {
+    stop();
+    redraw.close();
+    if (due !== null) clearTimeout(due);
+  };
 }

@@ -99,7 +99,7 @@ function Pace({ studio }: { studio: Studio }) {
 
 function Time() {
   const studio = useQuietStudio();
-  useSlowNews(studio.framed, 90);
+  useSlowNews(studio.framed, 80);
   return (
     <span class="soft time" title="Time in the world">
       {clock(studio.motion.last?.time ?? 0)}

@@ -177,7 +177,7 @@ export class Studio implements Listener {
     }
     const frame = decode(buffer);
     this.current = true;
-    this.motion.take(frame, performance.now());
+    this.motion.take(frame);
     this.memory.see(frame.tick, frame.features);
     this.past.see(frame.time);
     this.framed.tell();

@@ -1,13 +1,7 @@
 import { expect, test } from "vitest";
-import { fitted, panned, toScreen, toWorld, turned, zoomed } from "../src/world/geometry";
+import { fitted, panned, toScreen, toWorld, zoomed } from "../src/world/geometry";
 
 const SCREEN = { width: 600, height: 500 };
-
-test("the shorter turn goes over the seam", () => {
-  expect(turned(3, -3)).toBeCloseTo(2 * Math.PI - 6);
-  expect(turned(-3, 3)).toBeCloseTo(6 - 2 * Math.PI);
-  expect(turned(0.2, 0.5)).toBeCloseTo(0.3);
-});
 
 test("the whole world fits between the margins, north up", () => {
   const view = fitted({ width: 12, height: 12 }, SCREEN, { top: 40, bottom: 60, sides: 20 });

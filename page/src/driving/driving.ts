@@ -40,6 +40,8 @@ export class Driving implements WorldSource {
   private fetched = 0;
   private started = false;
   private begins = false;
+  /** What is shown of the stick. */
+  private shown = "";
 
   open(): void {
     const here = new URL("drive", document.baseURI);
@@ -100,9 +102,11 @@ export class Driving implements WorldSource {
   /** The stick moved, or may have. */
   steer(): void {
     const { right, up } = this.stick.lean;
-    if (this.driving || this.automatic) {
-      this.send({ do: "steer", right, up, held: this.stick.held(this.told?.held.length ?? 0) });
-    }
+    const held = this.stick.held(this.told?.held.length ?? 0);
+    if (this.driving || this.automatic) this.send({ do: "steer", right, up, held });
+    const shown = [right, up, this.stick.pulled !== null, ...held].join();
+    if (shown === this.shown) return;
+    this.shown = shown;
     this.moved.tell();
   }
 
@@ -114,19 +118,33 @@ export class Driving implements WorldSource {
 
   /** Listen to the gamepad, and to the page that is left; what ends that. */
   listen(): () => void {
-    const beat = setInterval(() => {
+    let beat: ReturnType<typeof setInterval> | undefined;
+    const look = (): void => {
       this.readPad();
       if (this.driving || this.automatic) this.steer();
-    }, EVERY_MS);
+    };
+    const pace = (): void => {
+      if (!this.hasPad && !this.driving && !this.automatic) {
+        clearInterval(beat);
+        beat = undefined;
+      } else beat ??= setInterval(look, EVERY_MS);
+    };
+    const stop = this.news.listen(pace);
     const leave = (): void => this.release();
     const hide = (): void => {
       this.release();
       if (document.hidden && (this.driving || this.automatic)) this.send({ do: "pause_drive" });
     };
+    look();
+    addEventListener("gamepadconnected", look);
+    addEventListener("focus", look);
     addEventListener("blur", leave);
     document.addEventListener("visibilitychange", hide);
     return () => {
+      stop();
       clearInterval(beat);
+      removeEventListener("gamepadconnected", look);
+      removeEventListener("focus", look);
       removeEventListener("blur", leave);
       document.removeEventListener("visibilitychange", hide);
     };
@@ -183,7 +201,7 @@ export class Driving implements WorldSource {
     }
     const frame = decode(buffer);
     this.time = frame.time;
-    this.motion.take(frame, performance.now());
+    this.motion.take(frame);
     this.framed.tell();
   }
 

@@ -16,12 +16,15 @@ export function DrivenWorld({ driving }: { driving: Driving }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    const below = (picture: Picture): void => {
-      drawOverlays(picture);
-      drawWay(picture, driving);
-    };
-    const stage = new Stage(canvas.current, driving, MARGINS, below);
-    const stop = driving.recording.news.listen(() => stage.draw());
+    const { recording } = driving;
+    const stage = new Stage(canvas.current, driving, MARGINS, {
+      draw: (picture) => {
+        drawOverlays(picture);
+        drawWay(picture, driving);
+      },
+      list: () => [recording.review, recording.series, recording.selected, recording.pointed],
+    });
+    const stop = recording.news.listen(() => stage.look());
     return () => {
       stop();
       stage.close();

@@ -1,13 +1,4 @@
-/** Small geometry of the picture: angles, and the way from meters to pixels. */
-
-export const TAU = 2 * Math.PI;
-
-/** The shorter turn from one heading to another, -π to π. */
-export function turned(from: number, to: number): number {
-  const turn = (to - from) % TAU;
-  if (turn > Math.PI) return turn - TAU;
-  return turn < -Math.PI ? turn + TAU : turn;
-}
+/** Small geometry of the picture: the way from meters to pixels. */
 
 /** What part of the world is shown: `x`, `y` (m) in the middle, `scale` in pixels for a meter. North is up. */
 export interface View {

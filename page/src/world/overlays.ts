@@ -108,7 +108,7 @@ function drawHit(picture: Picture, robot: number, deg: number, away: number): vo
 function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
-  const sensed = picture.motion.pose(robot, 1);
+  const sensed = picture.motion.pose(robot);
   for (const { name, distance, angle } of aims(desk, values)) {
     const bearing = sensed.heading + angle;
     const x = sensed.x + Math.cos(bearing) * distance;

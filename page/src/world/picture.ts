@@ -21,7 +21,6 @@ export interface Picture {
   /** Whether a coordinator is trained, who orders the robots about. */
   led: boolean;
   motion: Motion;
-  share: number;
   palette: Palette;
   overlays: ReadonlySet<Overlay>;
   /** What is under the pointer, or chosen. */

@@ -122,7 +122,7 @@ class Hand {
     this.turned = true;
     if (!last && performance.now() - this.sent < EVERY_MS) return;
     this.sent = performance.now();
-    const { x, y } = stage.studio.motion.pose(agent, 1);
+    const { x, y } = stage.studio.motion.pose(agent);
     const [toX, toY] = toWorld(stage.view, stage.screen, px, py);
     const side = stage.turning && stage.handle?.behind === true ? -1 : 1;
     const heading = Math.atan2(side * (toY - y), side * (toX - x));

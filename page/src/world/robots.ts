@@ -44,7 +44,7 @@ function drawDoing(picture: Picture): void {
 }
 
 export function pose(picture: Picture, robot: number): Pose {
-  const at = picture.motion.pose(robot, picture.share);
+  const at = picture.motion.pose(robot);
   return is(picture.dragged, "robot", robot) ? { ...at, ...picture.dragged } : at;
 }
 

@@ -1,7 +1,8 @@
-/** The canvas: draws when there is something new to see, and eases the view to where it is wanted. */
+/** The canvas: draws when something that it shows has changed, and eases the view to where it is wanted. */
 
 import type { News } from "../news";
 import type { Scene } from "../protocol";
+import { Redraw } from "../redraw";
 import type { Studio } from "../studio";
 import { drawBody } from "./body";
 import { between, fitted, panned, type Margins, type Size, type View, zoomed } from "./geometry";
@@ -32,6 +33,14 @@ export interface WorldSource {
   readonly live: { readonly fixed: boolean };
 }
 
+/** What is drawn on the ground, and what that depends on beside the world. */
+export interface Layer {
+  draw(picture: Picture): void;
+  list(): readonly unknown[];
+}
+
+const OVERLAY_LAYER: Layer = { draw: drawOverlays, list: () => [] };
+
 export class Stage<S extends WorldSource = Studio> {
   readonly overlays = new Set<Overlay>(OVERLAYS.filter((each) => each !== "camera"));
   marked: Mark | null = null;
@@ -41,11 +50,11 @@ export class Stage<S extends WorldSource = Studio> {
   turning = false;
   screen: Size = { width: 1, height: 1 };
   view: View = { x: 0, y: 0, scale: 1 };
-  /** Drawing times of late, ms, for whoever measures. */
-  readonly spent: number[] = [];
   private wanted: View = this.view;
   private fits = true;
-  private asked = 0;
+  /** What was visible in the last drawing. */
+  private drawn: readonly unknown[] = [];
+  private readonly redraw = new Redraw(() => this.show());
   private colors: Palette;
   private readonly pen: CanvasRenderingContext2D;
   private readonly ends: (() => void)[] = [];
@@ -54,8 +63,7 @@ export class Stage<S extends WorldSource = Studio> {
     readonly canvas: HTMLCanvasElement,
     readonly studio: S,
     private readonly margins: Margins = MARGINS,
-    /** Draws what lies on the ground. */
-    private readonly below: (picture: Picture) => void = drawOverlays,
+    private readonly below: Layer = OVERLAY_LAYER,
   ) {
     this.pen = canvas.getContext("2d") as CanvasRenderingContext2D;
     this.colors = palette(canvas);
@@ -70,12 +78,9 @@ export class Stage<S extends WorldSource = Studio> {
     this.ends.push(
       () => sizes.disconnect(),
       () => dark.removeEventListener("change", recolor),
-      studio.framed.listen(() => this.draw()),
-      studio.news.listen(() => {
-        if (this.fits) this.fit();
-        this.draw();
-      }),
-      () => cancelAnimationFrame(this.asked),
+      studio.framed.listen(() => this.look()),
+      studio.news.listen(() => this.look()),
+      () => this.redraw.close(),
     );
     this.resize();
   }
@@ -86,32 +91,35 @@ export class Stage<S extends WorldSource = Studio> {
 
   /** Draw with the next frame of the screen. */
   draw(): void {
-    if (this.asked === 0) this.asked = requestAnimationFrame(() => this.show());
+    this.redraw.ask();
+  }
+
+  /** Draw if anything that is visible has changed since it was drawn. */
+  look(): void {
+    if (this.fits) this.fit();
+    if (this.visible.some((each, index) => each !== this.drawn[index])) this.draw();
   }
 
   fit(): void {
     const { scene } = this.studio;
     if (scene === null) return;
-    this.wanted = fitted(scene, this.screen, this.margins);
+    this.want(fitted(scene, this.screen, this.margins));
     this.fits = true;
-    this.draw();
   }
 
   /** Nearer or farther, around a pixel; around the middle where none is named. */
   zoom(factor: number, px = this.screen.width / 2, py = this.screen.height / 2): void {
-    this.wanted = zoomed(this.wanted, this.screen, factor, px, py);
+    this.want(zoomed(this.wanted, this.screen, factor, px, py));
     this.fits = false;
-    this.draw();
   }
 
   pan(dx: number, dy: number): void {
     const { scene } = this.studio;
     if (scene === null) return;
     const { x, y } = this.wanted;
-    this.wanted = panned(this.wanted, scene, dx, dy);
+    this.want(panned(this.wanted, scene, dx, dy));
     this.view = { ...this.view, x: this.view.x + this.wanted.x - x, y: this.view.y + this.wanted.y - y };
     this.fits = false;
-    this.draw();
   }
 
   turn(overlay: Overlay): void {
@@ -119,30 +127,55 @@ export class Stage<S extends WorldSource = Studio> {
     this.draw();
   }
 
+  /** What the picture is drawn of. */
+  private get visible(): readonly unknown[] {
+    const { scene, desk, motion, sort, image, directs, live } = this.studio;
+    return [
+      scene,
+      scene?.drawing === "map" && motion.changes,
+      image,
+      sort,
+      directs,
+      live.fixed,
+      desk?.mode,
+      desk?.features.map(({ label }) => label).join("\n"),
+      desk?.doing.join("\n"),
+      ...this.below.list(),
+    ];
+  }
+
+  private want(view: View): void {
+    const { x, y, scale } = this.wanted;
+    if (view.x === x && view.y === y && view.scale === scale) return;
+    this.wanted = view;
+    this.draw();
+  }
+
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
     const fine = devicePixelRatio || 1;
-    this.canvas.width = Math.round(width * fine);
-    this.canvas.height = Math.round(height * fine);
+    const [wide, high] = [Math.round(width * fine), Math.round(height * fine)];
+    const { canvas, screen } = this;
+    if (wide === canvas.width && high === canvas.height && width === screen.width) return;
+    this.canvas.width = wide;
+    this.canvas.height = high;
     this.screen = { width, height };
-    if (this.fits) {
-      this.fit();
-      this.view = this.wanted;
+    if (this.fits && this.studio.scene !== null) {
+      this.view = this.wanted = fitted(this.studio.scene, this.screen, this.margins);
     }
-    this.show();
+    if (document.hidden) this.draw();
+    else this.show(); // at once, as another size clears the canvas
   }
 
   private show(): void {
-    this.asked = 0;
     const { scene, desk, motion } = this.studio;
-    const now = performance.now();
+    this.drawn = this.visible;
     const fine = devicePixelRatio || 1;
     this.pen.setTransform(fine, 0, 0, fine, 0, 0);
     if (scene === null) return;
     if (this.view.scale === 1) this.view = this.wanted;
     this.view = near(this.view, this.wanted) ? this.wanted : between(this.view, this.wanted, EASE);
-    const share = motion.share(now);
     const picture: Picture = {
       pen: this.pen,
       screen: this.screen,
@@ -151,7 +184,6 @@ export class Stage<S extends WorldSource = Studio> {
       desk,
       led: this.studio.sort !== null,
       motion,
-      share,
       palette: this.colors,
       overlays: this.overlays,
       marked: this.marked,
@@ -159,15 +191,13 @@ export class Stage<S extends WorldSource = Studio> {
     };
     if (scene.drawing === "map") {
       drawGround(picture);
-      this.below(picture);
+      this.below.draw(picture);
       drawThings(picture);
       drawRobots(picture);
     } else drawBody(picture, this.studio.image);
     const turns = this.studio.directs && !this.studio.live.fixed;
     this.handle = turns ? drawHandle(picture, this.turning ? this.handle : null) : null;
-    this.spent.push(performance.now() - now);
-    if (this.spent.length > 300) this.spent.shift();
-    if (share < 1 || this.view !== this.wanted) this.draw();
+    if (this.view !== this.wanted) this.draw();
   }
 }
 

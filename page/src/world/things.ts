@@ -21,16 +21,16 @@ export function drawThings(picture: Picture): void {
 }
 
 function drawThing(picture: Picture, index: number): void {
-  const { pen, scene, motion, share, view, palette } = picture;
+  const { pen, scene, motion, view, palette } = picture;
   const frame = motion.last;
   const kind = scene.classes[frame?.things.kind[index] ?? -1];
   if (frame === null || kind === undefined) return;
   const slot = frame.things.slot[index] ?? 0;
   const amount = frame.things.amount[index] ?? 0;
   const atFirst = frame.things.atFirst[index] ?? 0;
-  const at = is(picture.dragged, "thing", slot) ? picture.dragged : motion.place(index, share);
-  if (at === null) return;
-  const [x, y] = spot(picture, at.x, at.y);
+  const dragged = is(picture.dragged, "thing", slot) ? picture.dragged : null;
+  const { x: xs, y: ys } = frame.things;
+  const [x, y] = spot(picture, dragged?.x ?? xs[index] ?? 0, dragged?.y ?? ys[index] ?? 0);
   const size = Math.max(extent(kind, atFirst) * view.scale, LEAST_PX);
   const color = paint(kind.color, kind.food ? palette.food : kind.home ? palette.accent : palette.soft);
   const left = kind.food ? amount / Math.max(atFirst, 1) : 1;
