@@ -1,6 +1,7 @@
 /** Real robots: the page says that it is there, stops them on Escape, and lets them move while a key is held. */
 
 import type { Studio } from "./studio";
+import { makeTimer } from "./timer";
 
 /** The key that is held where robots move only while one is. */
 export const HOLD = "h";
@@ -29,15 +30,9 @@ export class Live {
 
   /** Begin to tell the server, and to listen; what ends that. */
   begin(): () => void {
-    let beat: ReturnType<typeof setInterval> | undefined;
-    const pace = (): void => {
-      if (!this.real) {
-        clearInterval(beat);
-        beat = undefined;
-      } else beat ??= setInterval(() => this.tell(), EVERY_MS);
-    };
-    pace();
-    const stop = this.studio.news.listen(pace);
+    const turn = makeTimer(() => this.tell(), EVERY_MS);
+    turn(this.real);
+    const stop = this.studio.news.listen(() => turn(this.real));
     const down = (event: KeyboardEvent): void => {
       if (!this.real) return;
       // Wherever one types, and whatever else Escape does.
@@ -61,7 +56,7 @@ export class Live {
     document.addEventListener("visibilitychange", away);
     return () => {
       stop();
-      clearInterval(beat);
+      turn(false);
       removeEventListener("keydown", down, true);
       removeEventListener("keyup", up, true);
       removeEventListener("blur", away);

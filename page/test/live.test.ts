@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Live } from "../src/live";
+import { News } from "../src/news";
 import type { Request } from "../src/protocol";
 import type { Studio } from "../src/studio";
 
@@ -15,6 +16,8 @@ class Field extends EventTarget {
 
 const asked: Request[] = [];
 let directs = true;
+let real: string[];
+let news: News;
 let live: Live;
 let end: () => void;
 let page: EventTarget;
@@ -23,13 +26,17 @@ beforeEach(() => {
   vi.useFakeTimers();
   asked.length = 0;
   directs = true;
+  real = ["rover"];
+  news = new News();
   page = new EventTarget();
   vi.stubGlobal("Element", Field);
   vi.stubGlobal("document", new EventTarget());
   vi.stubGlobal("addEventListener", page.addEventListener.bind(page));
   vi.stubGlobal("removeEventListener", page.removeEventListener.bind(page));
   live = new Live({
-    scene: { real: ["rover"] },
+    get scene() {
+      return { real };
+    },
     get directs() {
       return directs;
     },
@@ -37,7 +44,7 @@ beforeEach(() => {
       asked.push(request);
       return Promise.resolve({ re: 1 });
     },
-    news: { tell: () => undefined },
+    news,
   } as unknown as Studio);
   end = live.begin();
 });
@@ -89,4 +96,19 @@ test("Escape stops, wherever one types", () => {
   Object.defineProperty(event, "target", { value: new Field("input") });
   page.dispatchEvent(Object.assign(event, { key: "Escape" }));
   expect(asked).toContainEqual({ do: "stop" });
+});
+
+test("the studio is told nothing, and no timer runs, while all robots are simulated", () => {
+  real = [];
+  news.tell();
+  expect(vi.getTimerCount()).toBe(0);
+  vi.advanceTimersByTime(300);
+  expect(asked).toEqual([]);
+  real = ["rover"];
+  news.tell();
+  vi.advanceTimersByTime(300);
+  expect(asked).toEqual([
+    { do: "here", holding: false },
+    { do: "here", holding: false },
+  ]);
 });

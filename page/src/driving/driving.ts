@@ -4,6 +4,7 @@ import { decode, pictureIn } from "../frame";
 import { News } from "../news";
 import type { DriveNews, DriveRequest, Scene, SceneNews } from "../protocol";
 import { Recording } from "../recording/recording";
+import { makeTimer } from "../timer";
 import { Motion } from "../world/motion";
 import type { Desk } from "../world/picture";
 import type { WorldSource } from "../world/stage";
@@ -118,18 +119,12 @@ export class Driving implements WorldSource {
 
   /** Listen to the gamepad, and to the page that is left; what ends that. */
   listen(): () => void {
-    let beat: ReturnType<typeof setInterval> | undefined;
     const look = (): void => {
       this.readPad();
       if (this.driving || this.automatic) this.steer();
     };
-    const pace = (): void => {
-      if (!this.hasPad && !this.driving && !this.automatic) {
-        clearInterval(beat);
-        beat = undefined;
-      } else beat ??= setInterval(look, EVERY_MS);
-    };
-    const stop = this.news.listen(pace);
+    const turn = makeTimer(look, EVERY_MS);
+    const stop = this.news.listen(() => turn(this.hasPad || this.driving || this.automatic));
     const leave = (): void => this.release();
     const hide = (): void => {
       this.release();
@@ -142,7 +137,7 @@ export class Driving implements WorldSource {
     document.addEventListener("visibilitychange", hide);
     return () => {
       stop();
-      clearInterval(beat);
+      turn(false);
       removeEventListener("gamepadconnected", look);
       removeEventListener("focus", look);
       removeEventListener("blur", leave);

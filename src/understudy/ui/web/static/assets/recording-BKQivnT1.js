@@ -1,1 +1,0 @@
-import{p as e,w as t}from"./base-BrhJuJro.js";import{a as n,t as r}from"./page-BoUYm_n6.js";var i=new n,a=document.getElementById(`app`);a!==null&&t(e(r,{recording:i}),a),i.open();
