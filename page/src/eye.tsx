@@ -92,7 +92,7 @@ function useImages(studio: Studio, robot: number): Shown | null {
   useEffect(() => {
     let going = true;
     let last: string | null = null;
-    const look = async (): Promise<void> => {
+    const take = async (): Promise<void> => {
       try {
         const answer = await fetch(studio.address(`camera/${robot}.jpg`));
         if (going && answer.status === 200) {
@@ -104,6 +104,9 @@ function useImages(studio: Studio, robot: number): Shown | null {
       } catch {
         // The connection is lost, which the page says elsewhere.
       }
+    };
+    const look = async (): Promise<void> => {
+      if (!document.hidden) await take();
       if (going) setTimeout(() => void look(), EVERY_MS);
     };
     void look();

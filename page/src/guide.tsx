@@ -15,17 +15,21 @@ interface Advice {
 }
 
 export function Guide() {
+  const tour = useTour();
+  return tour.active ? <Card tour={tour} /> : null;
+}
+
+function Card({ tour }: { tour: Tour }) {
   const studio = useStudio();
   const panel = usePanel();
-  const tour = useTour();
   useSlowNews(studio.framed, 80);
   const moment = seen(studio);
   useEffect(() => {
     if (studio.current) tour.see(moment);
   });
-  const advice = tour.active ? advised(tour, moment, studio, panel.form !== null) : null;
-  usePointing(advice?.at ?? null);
-  if (advice === null || studio.told === null) return null;
+  const advice = advised(tour, moment, studio, panel.form !== null);
+  usePointing(advice.at);
+  if (studio.told === null) return null;
   return (
     <section class={className("guide", tour.done && "over")} aria-label="Tour">
       <ol class="steps" aria-hidden="true">

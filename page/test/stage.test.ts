@@ -145,7 +145,7 @@ test("nothing is drawn while the page is hidden, and once when it is shown", () 
   for (let tick = 1; tick <= 10; tick += 1) arrive(tick / 10, 2 + tick / 20);
   stage.draw();
   browser.resize(320, 240);
-  expect(browser.waits).toBe(false);
+  expect([browser.drawings, browser.waits]).toEqual([0, false]);
   expect(drawn()).toBe(0);
   browser.hide(false);
   expect(drawn()).toBe(1);
@@ -187,7 +187,13 @@ test("a stage that is closed draws no more", () => {
   arrive(0.2, 4);
   world.news.tell();
   browser.dark.dispatchEvent(new Event("change"));
-  browser.hide(true);
-  browser.hide(false);
   expect(drawn()).toBe(0);
+});
+
+test("a stage that is closed while the page is hidden is not drawn when it is shown", () => {
+  browser.hide(true);
+  arrive(0.1, 3);
+  stage.close();
+  browser.hide(false);
+  expect([drawn(), browser.waits]).toEqual([0, false]);
 });
