@@ -41,7 +41,7 @@ test("news is drawn in the next screen frame", () => {
 test("without news nothing is drawn, and nothing waits", () => {
   pass(1000);
   expect(drawings).toBe(0);
-  expect([vi.getTimerCount(), browser.waits]).toEqual([0, false]);
+  expect([vi.getTimerCount(), browser.requests]).toEqual([0, 0]);
 });
 
 test("news that comes seldom is drawn each time", () => {
@@ -55,7 +55,7 @@ test("news that comes often is drawn no more often than wanted, and the last of 
   news.tell();
   pass(200);
   expect(drawings).toBe(11);
-  expect([vi.getTimerCount(), browser.waits]).toEqual([0, false]);
+  expect([vi.getTimerCount(), browser.requests]).toEqual([0, 0]);
 });
 
 test("a hidden page draws no news, and catches up once when it is shown", () => {
@@ -74,4 +74,23 @@ test("what has ended draws no more", () => {
   end();
   pass(1000, 100);
   expect([drawings, vi.getTimerCount()]).toEqual([1, 0]);
+});
+
+test("all that is drawn in a screen frame shares one request, and one that fails keeps no other from it", () => {
+  let others = 0;
+  const fails = listenSlowly(news, 0, () => {
+    throw new Error("it cannot be drawn");
+  });
+  const stop = listenSlowly(news, 0, () => (others += 1));
+  news.tell();
+  expect(browser.requests).toBe(1);
+  expect(() => browser.refresh()).toThrow("cannot be drawn");
+  news.tell();
+  expect(() => browser.refresh()).toThrow("cannot be drawn");
+  expect([drawings, others]).toEqual([1, 1]);
+  fails();
+  news.tell();
+  browser.refresh();
+  expect(others).toBe(2);
+  stop();
 });

@@ -37,7 +37,7 @@ function drawn(screens = 60): number {
 
 test("nothing is drawn while nothing changes, and no screen frame is asked for", () => {
   expect(drawn(600)).toBe(0);
-  expect(browser.waits).toBe(false);
+  expect(browser.requests).toBe(0);
 });
 
 test("each frame that arrives is drawn once", () => {
@@ -111,12 +111,12 @@ test.each([
   act();
   expect(drawn(3)).toBe(3);
   expect(drawn(120)).toBeGreaterThan(0);
-  expect(browser.waits).toBe(false);
+  expect(browser.requests).toBe(0);
   const there = { ...stage.view };
   stage.fit();
   drawn(120);
   expect(stage.view).not.toEqual(there);
-  expect(browser.waits).toBe(false);
+  expect(browser.requests).toBe(0);
 });
 
 test("the view is dragged at once", () => {
@@ -145,7 +145,7 @@ test("nothing is drawn while the page is hidden, and once when it is shown", () 
   for (let tick = 1; tick <= 10; tick += 1) arrive(tick / 10, 2 + tick / 20);
   stage.draw();
   browser.resize(320, 240);
-  expect([browser.drawings, browser.waits]).toEqual([0, false]);
+  expect([browser.drawings, browser.requests]).toEqual([0, 0]);
   expect(drawn()).toBe(0);
   browser.hide(false);
   expect(drawn()).toBe(1);
@@ -195,5 +195,5 @@ test("a stage that is closed while the page is hidden is not drawn when it is sh
   arrive(0.1, 3);
   stage.close();
   browser.hide(false);
-  expect([drawn(), browser.waits]).toEqual([0, false]);
+  expect([drawn(), browser.requests]).toEqual([0, 0]);
 });

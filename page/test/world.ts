@@ -127,9 +127,9 @@ export class Browser {
     );
   }
 
-  /** Whether anything is to be done in the next screen frame. */
-  get waits(): boolean {
-    return this.asked.size > 0;
+  /** How many requests wait for the next screen frame. */
+  get requests(): number {
+    return this.asked.size;
   }
 
   /** So many screen frames; none comes while the page is hidden. */
