@@ -1,4 +1,4 @@
-import { defineConfig } from "vite";
+import { defineConfig } from "vitest/config";
 
 // The built page is committed: it is served without Node and without internet, from whatever path it is put under.
 export default defineConfig({
@@ -12,6 +12,7 @@ export default defineConfig({
     assetsInlineLimit: 0,
     rollupOptions: { input: ["index.html", "recording.html", "driving.html"] },
   },
+  test: { css: true }, // style sheets are tested, too: else they are empty
   server: {
     proxy: {
       "/ws": { target: "http://127.0.0.1:8611", ws: true },

@@ -1,1 +1,0 @@
-import{T as e,p as t}from"./base-Ba0uU1ar.js";import{a as n,t as r}from"./page-218DrGnI.js";var i=new n,a=document.getElementById(`app`);a!==null&&e(t(r,{recording:i}),a),i.open();
