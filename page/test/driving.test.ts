@@ -113,3 +113,16 @@ test("what has ended looks at nothing", () => {
   window.dispatchEvent(new Event("focus"));
   expect([driving.hasPad, vi.getTimerCount()]).toEqual([false, 0]);
 });
+
+test("the robot rests when the window is left, and the drive pauses when the page is hidden", () => {
+  hear(true);
+  driving.stick.press("ArrowUp");
+  driving.stick.pushed.add(0);
+  driving.steer();
+  expect(sent.at(-1)).toEqual({ do: "steer", right: 0, up: 1, held: [0] });
+  window.dispatchEvent(new Event("blur"));
+  expect(sent.at(-1)).toEqual({ do: "steer", right: 0, up: 0, held: [] });
+  Object.assign(document, { hidden: true });
+  document.dispatchEvent(new Event("visibilitychange"));
+  expect(sent.at(-1)).toEqual({ do: "pause_drive" });
+});
