@@ -22,7 +22,7 @@ export function Guide() {
 function Card({ tour }: { tour: Tour }) {
   const studio = useStudio();
   const panel = usePanel();
-  useSlowNews(studio.framed, 80);
+  useSlowNews(studio.framed);
   const moment = seen(studio);
   useEffect(() => {
     if (studio.current) tour.see(moment);

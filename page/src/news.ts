@@ -26,12 +26,15 @@ export function useNews(news: News): void {
   useLayoutEffect(() => news.listen(() => again(undefined)), [news]);
 }
 
+/** A number that changes more often cannot be read. */
+const READABLE_MS = 80;
+
 /**
  * Draw the component again when there is news, but no more often than every `ms`, and not while the page is hidden.
  *
  * It is drawn in the screen frame in which everything else is that the news changes.
  */
-export function useSlowNews(news: News, ms: number): void {
+export function useSlowNews(news: News, ms = READABLE_MS): void {
   const [, again] = useReducer((count: number) => count + 1, 0);
   useLayoutEffect(() => listenSlowly(news, ms, () => again(undefined)), [news, ms]);
 }

@@ -99,7 +99,7 @@ function Pace({ studio }: { studio: Studio }) {
 
 function Time() {
   const studio = useQuietStudio();
-  useSlowNews(studio.framed, 80);
+  useSlowNews(studio.framed);
   return (
     <span class="soft time" title="Time in the world">
       {clock(studio.motion.last?.time ?? 0)}

@@ -10,7 +10,7 @@ const STEP_S = 0.5;
 
 export function Timeline() {
   const studio = useStudio();
-  useSlowNews(studio.framed, 80);
+  useSlowNews(studio.framed);
   const asked = useRef(false);
   const { past, desk } = studio;
   if (desk === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own

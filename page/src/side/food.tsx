@@ -7,7 +7,7 @@ import type { Scene } from "../protocol";
 
 export function Food() {
   const studio = useStudio();
-  useSlowNews(studio.framed, 200);
+  useSlowNews(studio.framed);
   const { scene, motion } = studio;
   if (scene === null || motion.last === null || !isForaged(scene)) return null;
   const carried = motion.last.robots.stored.reduce((sum, stored) => sum + stored, 0);

@@ -8,7 +8,7 @@ import { plain, value } from "../words";
 export function Readings() {
   const studio = useStudio();
   const panel = usePanel();
-  useSlowNews(studio.framed, 80);
+  useSlowNews(studio.framed);
   const { desk, memory, motion, directs } = studio;
   if (desk === null) return null;
   const values = motion.last?.features;

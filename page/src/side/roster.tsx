@@ -11,7 +11,7 @@ const MOST = 6;
 
 export function Roster() {
   const studio = useStudio();
-  useSlowNews(studio.framed, 200);
+  useSlowNews(studio.framed);
   const { scene, desk, directs, motion } = studio;
   if (scene === null) return null;
   const chosen = desk?.agent ?? motion.last?.agent ?? 0;
