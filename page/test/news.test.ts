@@ -94,3 +94,13 @@ test("all that is drawn in a screen frame shares one request, and one that fails
   expect(others).toBe(2);
   stop();
 });
+
+test("what ends keeps nothing else from being drawn", () => {
+  let others = 0;
+  const stop = listenSlowly(news, 80, () => (others += 1));
+  news.tell();
+  end();
+  browser.refresh();
+  expect([drawings, others]).toEqual([0, 1]);
+  stop();
+});
