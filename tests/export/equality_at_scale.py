@@ -19,16 +19,8 @@ from random import Random
 from time import perf_counter
 
 import numpy as np
-from tests.export.exports import (
-    count_mismatches,
-    draw_job,
-    link_node_packages,
-    load_python,
-    make,
-    read_counts,
-    run_in_qt,
-    write_job,
-)
+from tests.export.exports import count_mismatches, draw_job, load_python, read_counts, write_job
+from tests.export.peers import list_peers, run_peer
 
 from understudy.errors import DefinitionError
 from understudy.export.conformance import Conformance, ConformanceTick
@@ -280,11 +272,10 @@ def run_rows(job: ExportJob, to: str, on: str) -> tuple[int, int]:
         return count_mismatches(load_python(job), job)
     with tempfile.TemporaryDirectory() as name:
         folder = write_job(Path(name), job, to=to)
-        if to in ("scxml", "xstate"):
-            link_node_packages(folder)
-        if on == QT:
-            return read_counts(run_in_qt(folder))
-        return read_counts(make(folder, "test", PYTHON=sys.executable))
+        runs = {"scxml": "scion", "xstate": "xstate", "json": "node", "btcpp": "behaviortreepy"}
+        peer = list_peers()[QT if on == QT else runs[to]]
+        done = run_peer(peer, folder, ("make", *peer.words), "")
+        return read_counts(done.stdout + done.stderr)
 
 
 if __name__ == "__main__":

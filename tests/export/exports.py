@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
-import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from math import nan
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
 from tests.runtime import random_libraries
 from tests.runtime.random_libraries import Played, random_library
 
@@ -33,11 +29,7 @@ from understudy.sim.kit import list_readings, make_channels, make_scenario_kit
 from understudy.storage.library_folder import open_library
 
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "v0_1_0" / "library"
-NODE_PACKAGES = Path(__file__).parents[2] / "build" / "statecharts" / "node_modules"
-"""Where the interpreters of statecharts are installed, as `.ci/run` does it."""
 BODY = BodyInterface(Played.readings, Played.channels, 0.1)
-BUILT_FOR_QT: list[bytes] = []
-"""The program that runs statecharts in Qt, once it is compiled."""
 FRESH = (
     Feature("seen_since_entry", BOOLEAN, "seen", fresh=1.0),
     Feature("load_since_entry", Continuous(), "load", fresh=0.0),
@@ -170,56 +162,3 @@ def read_counts(printed: str) -> tuple[int, int]:
     found = re.search(r"(\d+) ticks, (\d+) mismatches", printed)
     assert found is not None, printed
     return int(found[1]), int(found[2])
-
-
-def need(*programs: str) -> None:
-    """Skip a test if a program is missing; fail in continuous integration, which installs them."""
-    missing = [program for program in programs if shutil.which(program) is None]
-    if missing:
-        assert not os.environ.get("CI"), f"{missing} are missing"
-        pytest.skip(f"needs {', '.join(missing)}")
-
-
-def need_node_packages(*names: str) -> None:
-    """Skip a test if Node or one of its packages is missing; fail in continuous integration, which installs them."""
-    need("node")
-    missing = [name for name in names if not (NODE_PACKAGES / name).exists()]
-    if missing:
-        assert not os.environ.get("CI"), f"{missing} are missing"
-        pytest.skip(f"needs {', '.join(missing)}: see .ci/run")
-
-
-def need_behavior_trees() -> None:
-    """Skip a test without behaviortreepy, which has no wheel for Python 3.14; fail where CI installs it."""
-    if find_spec("behaviortreepy") is None:
-        assert not os.environ.get("CI") or sys.version_info >= (3, 14), "behaviortreepy is missing"
-        pytest.skip("needs behaviortreepy", allow_module_level=True)
-
-
-def need_qt() -> None:
-    """Skip a test if Qt's SCXML cannot be compiled against."""
-    need("g++", "pkg-config")
-    if subprocess.run(["pkg-config", "--exists", "Qt6Scxml"], check=False).returncode:
-        assert not os.environ.get("CI"), "Qt6Scxml is missing"
-        pytest.skip("needs qt6-scxml-dev and libqt6scxml6-bin")
-
-
-def link_node_packages(folder: Path) -> Path:
-    """Let the tests of an export find the installed Node packages."""
-    (folder / "node_modules").symlink_to(NODE_PACKAGES)
-    return folder
-
-
-def run_in_qt(folder: Path) -> str:
-    """Run the tests of an exported statechart in Qt; what they printed.
-
-    The program is compiled once, since it is the same for all statecharts.
-    """
-    program = folder / "conformance-qt"
-    if BUILT_FOR_QT:
-        program.write_bytes(BUILT_FOR_QT[0])
-        program.chmod(0o755)
-    else:
-        make(folder, program.name)
-        BUILT_FOR_QT.append(program.read_bytes())
-    return make(folder, "test-qt")

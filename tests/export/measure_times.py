@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,31 +24,29 @@ QEMU = (
 AVR = ("avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-DSINGLE", "-Os", "-std=gnu99")
 
 
-def build_times(folder: Path, *compiler: str, single: bool) -> Path:
-    """Export the forager, and build the program that measures it."""
+NATIVE = ("gcc", "-std=c99")
+
+
+def write_program(folder: Path, *compiler: str, single: bool) -> list[str]:
+    """Write the program that measures the forager; return the command that compiles it there."""
     library, body = open_fixture()
     export_automaton(library, "forage", folder / "out", to="c99", body=body, single_precision=single)
-    files = [str(SOURCES / "times.c"), str(SOURCES / "by_hand.c"), str(folder / "out" / "forage.c")]
-    if compiler[0] == CORTEX_M3[0]:
-        board = folder / "out" / "cortex-m3"
-        files += [str(board / "start.c"), "-T", str(board / "m3.ld")]
-    program = folder / "times"
-    includes = [f"-I{SOURCES}", f"-I{folder / 'out'}"]
-    subprocess.run([*compiler, *includes, *files, "-lm", "-o", str(program)], check=True)
-    return program
+    shutil.copytree(SOURCES, folder, dirs_exist_ok=True)
+    board = ("out/cortex-m3/start.c", "-T", "out/cortex-m3/m3.ld") if compiler[0] == CORTEX_M3[0] else ()
+    return [*compiler, "-I.", "-Iout", "times.c", "by_hand.c", "out/forage.c", *board, "-lm", "-o", "times"]
 
 
 def main() -> None:
     """Build and run for this computer, an emulated ATmega328P (cycles), and an emulated Cortex-M3 (instructions)."""
     for what, compiler, run in (
-        ("gcc -O2", ("gcc", "-std=c99", "-O2"), ()),
-        ("gcc -Os", ("gcc", "-std=c99", "-Os"), ()),
+        ("gcc -O2", (*NATIVE, "-O2"), ()),
+        ("gcc -Os", (*NATIVE, "-Os"), ()),
         ("ATmega328P", AVR, ("simavr", "-m", "atmega328p", "-f", "16000000")),
         ("Cortex-M3", CORTEX_M3, QEMU),
     ):
         with tempfile.TemporaryDirectory() as name:
-            program = build_times(Path(name), *compiler, single=bool(run))
-            done = subprocess.run([*run, str(program)], capture_output=True, text=True, check=False)
+            subprocess.run(write_program(Path(name), *compiler, single=bool(run)), cwd=name, check=True)
+            done = subprocess.run([*run, f"{name}/times"], capture_output=True, text=True, check=False)
             lines = [line for line in (done.stdout + done.stderr).splitlines() if "exported" in line]
             sys.stdout.write(f"{what}: {lines}\n")
 

@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from tests.export.exports import (
-    draw_job,
-    make,
-    need,
-    need_behavior_trees,
-    open_fixture,
-    read_counts,
-    write_job,
-)
+from tests.export.exports import draw_job, open_fixture, write_job
+from tests.export.recorded_answers import Ask
 from tests.export.test_translation import prepare
 
 from understudy.export.body_interface import BodyInterface
@@ -29,9 +20,7 @@ from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import Channel, Reading
 
-need_behavior_trees()
-
-BTCPP = Path(__file__).parents[2] / "build" / "behaviortree_cpp"
+PYTHON, CPP = "behaviortreepy", "behaviortree-cpp"
 BUILT_IN = {
     "AlwaysFailure", "AlwaysSuccess", "IfThenElse", "ReactiveSequence", "Script", "ScriptCondition", "Sequence",
     "SubTree", *(f"Switch{cases}" for cases in range(2, 7)),
@@ -44,45 +33,22 @@ def export_forager(folder: Path) -> tuple[Path, int]:
     return folder / "out", result.ticks
 
 
-def run(folder: Path) -> tuple[int, int]:
-    return read_counts(make(folder, "test", PYTHON=sys.executable))
-
-
-def run_in_cpp(folder: Path) -> tuple[int, int]:
-    need("g++")
-    if not (BTCPP / "lib" / "libbehaviortree_cpp.so").exists():
-        assert not os.environ.get("CI"), "BehaviorTree.CPP is missing"
-        pytest.skip("needs BehaviorTree.CPP: make -f tools/behaviortree_cpp.mk")
-    return read_counts(make(folder, "test-cpp", BTCPP=str(BTCPP)))
-
-
-def test_the_forager_runs_in_behavior_tree_cpp(tmp_path: Path) -> None:
+@pytest.mark.parametrize("peer", [PYTHON, CPP])
+def test_the_forager_runs_in_behavior_tree_cpp(peer: str, ask: Ask, tmp_path: Path) -> None:
     folder, ticks = export_forager(tmp_path)
-    assert run(folder) == (ticks, 0)
+    assert ask(peer, folder).count() == (ticks, 0)
 
 
-@pytest.mark.long
-def test_the_forager_runs_with_its_nodes_in_cpp(tmp_path: Path) -> None:
-    folder, ticks = export_forager(tmp_path)
-    assert run_in_cpp(folder) == (ticks, 0)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_trees_decide_as_the_interpreter(seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("peer", "seed"), [*((PYTHON, seed) for seed in range(6)), (CPP, 0)])
+def test_trees_decide_as_the_interpreter(peer: str, seed: int, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="btcpp")
-    assert run(write_job(tmp_path, job, to="btcpp")) == (len(job.conformance.ticks), 0)
+    assert ask(peer, write_job(tmp_path, job, to="btcpp")).count() == (len(job.conformance.ticks), 0)
 
 
-@pytest.mark.long
-def test_trees_decide_as_the_interpreter_with_their_nodes_in_cpp(tmp_path: Path) -> None:
-    job = draw_job(0, to="btcpp")
-    assert run_in_cpp(write_job(tmp_path, job, to="btcpp")) == (len(job.conformance.ticks), 0)
-
-
-@pytest.mark.long
-def test_translated_functions_compute_the_same_in_cpp(tmp_path: Path) -> None:
+@pytest.mark.parametrize("peer", [PYTHON, CPP])
+def test_translated_functions_compute_the_same(peer: str, ask: Ask, tmp_path: Path) -> None:
     job = prepare("btcpp")
-    assert run_in_cpp(write_job(tmp_path, job, to="btcpp")) == (len(job.conformance.ticks), 0)
+    assert ask(peer, write_job(tmp_path, job, to="btcpp")).count() == (len(job.conformance.ticks), 0)
 
 
 def draw_chain(states: int) -> tuple[Library, BodyInterface]:
@@ -110,10 +76,10 @@ def draw_chain(states: int) -> tuple[Library, BodyInterface]:
 
 
 @pytest.mark.parametrize("states", [1, 2, 6, 7, 8, 13, 14])
-def test_automata_may_have_more_states_than_a_switch_has_cases(states: int, tmp_path: Path) -> None:
+def test_automata_may_have_more_states_than_a_switch_has_cases(states: int, ask: Ask, tmp_path: Path) -> None:
     library, body = draw_chain(states)
     result = export_automaton(library, "chain", tmp_path, to="btcpp", body=body)
-    assert run(tmp_path) == (result.ticks, 0)
+    assert ask(PYTHON, tmp_path).count() == (result.ticks, 0)
 
 
 def test_editors_know_every_node_with_its_ports(tmp_path: Path) -> None:
@@ -134,7 +100,7 @@ def test_editors_know_every_node_with_its_ports(tmp_path: Path) -> None:
     assert {"forward", "rotate_left", "IsInArc", "IsBelow"} <= {node.tag for node in used}
 
 
-def test_a_name_that_is_one_of_the_library_is_made_another(tmp_path: Path) -> None:
+def test_a_name_that_is_one_of_the_library_is_made_another(ask: Ask, tmp_path: Path) -> None:
     """A behavior called like a built-in node, a channel like an attribute, a reading like a key of the export."""
     kit = Kit.from_parts(Feature("f", Continuous(), "now"), Behavior("Sequence", Command(name=1.0)))
     tree = Tree((Node(TestKind.BELOW, 0, high=0.5, yes=1, no=2, absent=2), make_leaf(0), make_leaf(1)))
@@ -147,4 +113,4 @@ def test_a_name_that_is_one_of_the_library_is_made_another(tmp_path: Path) -> No
     result = export_automaton(
         Library.from_automata(kit, automaton), "Script", tmp_path, to="btcpp", body=body
     )
-    assert run(tmp_path) == (result.ticks, 0)
+    assert ask(PYTHON, tmp_path).count() == (result.ticks, 0)

@@ -6,14 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.export.exports import (
-    link_node_packages,
-    make,
-    need,
-    need_behavior_trees,
-    need_node_packages,
-    read_counts,
-)
+from tests.export.exports import make, read_counts
+from tests.export.recorded_answers import Ask
 from tests.formats.made import FOLDER
 from tests.training.test_squad_session import SQUAD
 
@@ -21,23 +15,18 @@ from understudy.export.export_automaton import TARGETS, export_automaton
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_library
 
-STATECHARTS = {"scxml": "@scion-scxml/scxml", "xstate": "xstate"}
-NEEDS = {"c99": "gcc", "json": "node"}
+PEERS = {"c99": "gcc", "json": "node", "scxml": "scion", "xstate": "xstate", "btcpp": "behaviortreepy"}
 
 
 @pytest.mark.parametrize("to", [target for target in TARGETS if target != "ros2"])  # which is for robots
-def test_a_coordinator_orders_as_in_understudy(to: str, tmp_path: Path) -> None:
-    need(*(program for target, program in NEEDS.items() if target == to))
-    if to in STATECHARTS:
-        need_node_packages(STATECHARTS[to])
-    if to == "btcpp":
-        need_behavior_trees()
+def test_a_coordinator_orders_as_in_understudy(to: str, ask: Ask, tmp_path: Path) -> None:
     library = open_library(FOLDER / "squad" / "patrol", SQUAD.kit, learn).library
     result = export_automaton(library, "lead", tmp_path, to=to)
-    if to in STATECHARTS:
-        link_node_packages(tmp_path)
     rows = (tmp_path / "conformance.csv").read_text().splitlines()
     assert ",order,issued" in rows[0]
     orders = {tuple(row.split(",")[-2:]) for row in rows[1:]}
     assert orders >= {(f"{order}.0", issued) for order in (1, 2, 3) for issued in ("0.0", "1.0")}
-    assert read_counts(make(tmp_path, "test", PYTHON=sys.executable)) == (result.ticks, 0)
+    if to == "python":
+        assert read_counts(make(tmp_path, "test", PYTHON=sys.executable)) == (result.ticks, 0)
+    else:
+        assert ask(PEERS[to], tmp_path).count() == (result.ticks, 0)

@@ -15,11 +15,9 @@ from tests.export.exports import (
     count_mismatches,
     draw_job,
     load_python,
-    make,
-    need,
-    read_counts,
     write_job,
 )
+from tests.export.recorded_answers import Ask
 from tests.runtime.random_libraries import kit, random_library
 
 from understudy.export.decisions import (
@@ -132,10 +130,9 @@ def test_python_decides_as_the_interpreter(seed: int) -> None:
 
 @pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
 @pytest.mark.parametrize("seed", range(4))
-def test_c_decides_as_the_interpreter(seed: int, single: bool, tmp_path: Path) -> None:
-    need("gcc")
+def test_c_decides_as_the_interpreter(seed: int, single: bool, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="c99", single=single)
-    ticks, mismatches = read_counts(make(write_job(tmp_path, job, to="c99"), "test", CC="gcc"))
+    ticks, mismatches = ask("gcc", write_job(tmp_path, job, to="c99")).count()
     assert ticks == len(job.conformance.ticks)
     assert mismatches == 0
 
@@ -161,9 +158,8 @@ def test_random_exports_have_what_there_is_to_get_wrong() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_reader_of_documents_decides_as_the_interpreter(seed: int, tmp_path: Path) -> None:
-    need("node")
+def test_the_reader_of_documents_decides_as_the_interpreter(seed: int, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="json")
-    ticks, mismatches = read_counts(make(write_job(tmp_path, job, to="json"), "test"))
+    ticks, mismatches = ask("node", write_job(tmp_path, job, to="json")).count()
     assert ticks == len(job.conformance.ticks)
     assert mismatches == 0

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
-from tests.export.exports import make, need, read_counts
+from tests.export.exports import make, read_counts
+from tests.export.recorded_answers import Ask, hash_text
 
 from understudy.errors import DefinitionError
 from understudy.export.body_interface import BodyInterface
@@ -33,6 +32,7 @@ def export(
     channel: str = "drive",
     behavior: str = "go",
     labels: tuple[str, ...] = (),
+    single: bool = False,
 ) -> Path:
     """Export an automaton of two states that has these names."""
     kind: Kind = Categorical(labels) if labels else Continuous()
@@ -49,7 +49,8 @@ def export(
         transitions={"start": tree, state: tree},
     )
     body = BodyInterface((Reading(reading, kind, unit),), (Channel(channel, 0.0, unit),))
-    export_automaton(Library.from_automata(kit, automaton), name, folder, to=to, body=body)
+    library = Library.from_automata(kit, automaton)
+    export_automaton(library, name, folder, to=to, body=body, single_precision=single)
     return folder
 
 
@@ -69,29 +70,29 @@ IN_C = [
 
 
 @pytest.mark.parametrize("names", IN_C, ids=str)
-def test_c_compiles_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
-    need("gcc", "g++")
+def test_c_compiles_whatever_the_names(names: dict[str, str], ask: Ask, tmp_path: Path) -> None:
     folder = export(tmp_path, "c99", **names)  # type: ignore[arg-type]
-    assert read_counts(make(folder, "test"))[1] == 0
+    assert ask("gcc", folder).count()[1] == 0
     header = next(path for path in folder.glob("*.h") if path.name != "embedded_rows.h")
-    program = f'#include <stdio.h>\n#include "{header}"\n'
-    command = ["g++", "-std=c++20", "-Wall", "-Werror", "-I", str(folder), "-fsyntax-only", "-x", "c++", "-"]
-    done = subprocess.run(command, input=program, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    source = header.with_suffix(".c")
-    command = ["gcc", "-std=c99", "-I", str(folder), "-fsyntax-only", str(source)]  # as in Zephyr's build
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    program = f'#include <stdio.h>\n#include "{header.name}"\n'
+    command = ("g++", "-std=c++20", "-Wall", "-Werror", "-I.", "-fsyntax-only", "-x", "c++", "-")
+    assert ask("g++", folder, command=command, given=program, finds="").succeeded
+    source = header.with_suffix(".c").name
+    command = ("gcc", "-std=c99", "-I.", "-fsyntax-only", source)  # as in Zephyr's build
+    assert ask("gcc", folder, command=command, finds="").succeeded
 
 
 @pytest.mark.parametrize("name", ['say "hi"', "Tür", "back\\slash", "why??/", "a;b, c=d 100%3B"])
-def test_all_targets_name_the_automaton_in_a_trace_as_the_library_does(name: str, tmp_path: Path) -> None:
-    need("gcc", "node")
-    for target in ("c99", "python", "json"):
-        shutil.rmtree(tmp_path / "out", ignore_errors=True)
-        folder = export(tmp_path / "out", target, name=name)
-        make(folder, "trace")
-        assert read_exported_trace(folder / "trace.csv").name == name
+def test_all_targets_name_the_automaton_in_a_trace_as_the_library_does(
+    name: str, ask: Ask, tmp_path: Path
+) -> None:
+    folder = export(tmp_path / "python", "python", name=name)
+    make(folder, "trace")
+    trace = folder / "trace.csv"
+    assert read_exported_trace(trace).name == name
+    for target, peer in (("c99", "gcc"), ("json", "node")):
+        answer = ask(peer, export(tmp_path / target, target, name=name), "trace", hashes="trace.csv")
+        assert answer.said == hash_text(trace.read_bytes())
 
 
 @pytest.mark.parametrize("names", [{"behavior": "a in go"}, {"behavior": "idle"}], ids=str)
@@ -130,7 +131,6 @@ IN_JAVASCRIPT = [
 
 
 @pytest.mark.parametrize("names", IN_JAVASCRIPT, ids=str)
-def test_the_reader_runs_whatever_the_names(names: dict[str, str], tmp_path: Path) -> None:
-    need("node")
+def test_the_reader_runs_whatever_the_names(names: dict[str, str], ask: Ask, tmp_path: Path) -> None:
     folder = export(tmp_path, "json", **names)  # type: ignore[arg-type]
-    assert read_counts(make(folder, "test"))[1] == 0
+    assert ask("node", folder).count()[1] == 0

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
-import subprocess
+import shutil
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -14,8 +16,16 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from tests.export.exports import FIXTURE, make, need, open_fixture, read_counts
-from tests.export.ros2.packages import build_node, write_headers, write_words
+from tests.export.exports import FIXTURE, open_fixture
+from tests.export.recorded_answers import Answer, Ask, hash_text
+from tests.export.ros2.packages import (
+    SANITIZED,
+    STRICT,
+    build_node,
+    write_headers,
+    write_stand_ins,
+    write_words,
+)
 from tests.export.ros2.robots import (
     BOOL,
     NS,
@@ -28,9 +38,13 @@ from tests.export.ros2.robots import (
     draw_library,
     draw_scan,
     draw_steps,
+    fold_commands,
     list_moves,
-    run_node,
+    read_run,
+    start_node,
+    unfold_commands,
     write_robot,
+    write_script,
 )
 from tests.export.test_translation import WANDERING, WRITTEN
 from tests.ui.cli.commands import run, said
@@ -103,24 +117,68 @@ def export(folder: Path, text: str, name: str, **binding: str) -> ExportResult:
     return export_automaton(library, name, folder / "out", to="ros2", body=interface, binding=binding)
 
 
+PROGRAMS: dict[tuple[Path, str], Path] = {}
+"""The built nodes, by the folder of their package and the flags of the compiler."""
+KEPT = re.compile(r"published \d+ \S+/(cmd_vel|path) |(?!published)")
+"""The lines of a node's output that most tests look at."""
+
+
+def run_node(
+    ask: Ask,
+    folder: Path,
+    steps: Sequence[Step],
+    *arguments: str,
+    flags: str = SANITIZED,
+    summarize: Callable[[str], str] = lambda printed: fold_commands(
+        "\n".join(line for line in printed.splitlines() if KEPT.match(line))
+    ),
+    asks_for: str = "run",
+) -> Answer:
+    """Run the node of the package in a folder, or look up what it did, which is `asks_for` of this output."""
+    script = write_script(steps)
+
+    def build_and_run() -> Answer:
+        if (folder, flags) not in PROGRAMS:
+            PROGRAMS[folder, flags] = build_node(folder / "out", folder, flags)
+            copied = shutil.copy(PROGRAMS[folder, flags], folder.with_name(f"{folder.name}-node"))
+            shutil.rmtree(folder / "build")
+            PROGRAMS[folder, flags] = Path(copied)
+        done = start_node(PROGRAMS[folder, flags], script, *arguments)
+        assert not done.stderr, done.stderr
+        return Answer(done.returncode == 0, summarize(done.stdout))
+
+    return ask.by("ros2-node", folder, flags, script, *arguments, asks_for, question=build_and_run)
+
+
 @dataclass
 class Forager:
-    """The behavior goto to the nearest food: its package, its node, and what the export said."""
+    """The behavior goto to the nearest food: its package with its stand-ins, what runs it, and what the export said."""
 
-    package: Path
-    program: Path
+    ask: Ask
+    folder: Path
     result: ExportResult
 
+    @property
+    def package(self) -> Path:
+        return self.folder / "out"
+
     def run(self, *steps: Step, arguments: tuple[str, ...] = ()) -> Run:
-        return run_node(self.program, [*steps], *arguments)
+        answer = run_node(self.ask, self.folder, steps, *arguments)
+        assert answer.succeeded, answer.said
+        return read_run(unfold_commands(answer.said))
 
 
 @pytest.fixture(scope="module")
-def forager(tmp_path_factory: pytest.TempPathFactory) -> Forager:
-    need("cmake", "g++")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ExportResult]:
     folder = tmp_path_factory.mktemp("forager")
     result = export(folder, FORAGER, "goto", A="nearest_food")
-    return Forager(folder / "out", build_node(folder / "out", folder / "place"), result)
+    write_stand_ins(folder / "out", folder)
+    return folder, result
+
+
+@pytest.fixture
+def forager(exported: tuple[Path, ExportResult], ask: Ask) -> Forager:
+    return Forager(ask, *exported)
 
 
 def sense(until_s: float, *, since_s: float = 0.0, x: float = 0.0) -> list[Step]:
@@ -134,23 +192,41 @@ def sense(until_s: float, *, since_s: float = 0.0, x: float = 0.0) -> list[Step]
     return steps
 
 
+def summarize_run(run: Run, count: int) -> dict[str, str]:
+    """Summarize what a node did: hashes of answers, paths and its first commands; what it commanded after those."""
+    commands = [(ns, float(speed) + 0.0, float(turning) + 0.0) for ns, speed, turning in run.commands]
+    return {
+        "answers": hash_text(repr(run.answers).encode()),
+        "paths": hash_text(repr(run.paths).encode()),
+        "commands": hash_text(repr(commands[:count]).encode()),
+        "later": repr(sorted({each[1:] for each in commands[count:]} - {(0.0, 0.0)})),
+        "moves": str(len(list(list_moves(run)))),
+        "different paths": str(len({path for _, path in run.paths})),
+    }
+
+
 @pytest.mark.parametrize("seed", [3, 8])
-def test_the_node_does_what_understudy_does(seed: int, tmp_path: Path) -> None:
+def test_the_node_does_what_understudy_does(seed: int, ask: Ask, tmp_path: Path) -> None:
     """Commands at every moment, stops, paths and refusals, while sensors fall silent, lie, and the node freezes."""
-    need("cmake", "g++")
     path, library = write_robot(tmp_path), draw_library(seed)
     interface = describe_robot(load_robot(path), path=path)
     export_automaton(library, "a2", tmp_path / "out", to="ros2", body=interface)
-    program = build_node(tmp_path / "out", tmp_path / "place", sanitized=seed == 3)
+    write_stand_ins(tmp_path / "out", tmp_path)
     steps = draw_steps(seed, 200, node="a2")
-    found, expected = run_node(program, steps), ReferenceNode(path, library, "a2", interface).follow(steps)
-    assert found.answers == expected.answers
-    assert found.paths == expected.paths
+    expected = ReferenceNode(path, library, "a2", interface).follow(steps)
     count = len(expected.commands)
-    assert found.commands[:count] == expected.commands
-    assert {each[1:] for each in found.commands[count:]} <= {(0.0, 0.0)}
-    assert len(list(list_moves(found))) > 1000
-    assert len({path for _, path in found.paths}) > 3
+    answer = run_node(
+        ask, tmp_path, steps, flags=SANITIZED if seed == 3 else STRICT, asks_for=f"summary of {count} commands",
+        summarize=lambda printed: json.dumps(summarize_run(read_run(printed), count)),
+    )  # fmt: skip
+    assert answer.succeeded
+    found, summary = json.loads(answer.said), summarize_run(expected, count)
+    assert found["answers"] == summary["answers"]
+    assert found["paths"] == summary["paths"]
+    assert found["commands"] == summary["commands"]
+    assert found["later"] == "[]"  # but stops
+    assert int(found["moves"]) > 1000
+    assert int(found["different paths"]) > 3
 
 
 def test_nothing_is_sent_before_it_is_armed(forager: Forager) -> None:
@@ -219,11 +295,9 @@ def test_parameters_lower_limits_and_never_raise_them(forager: Forager) -> None:
         "stale_s.x:=0",
         "targets.nearest_food.x:=inf",
     ):
-        done = subprocess.run(
-            [forager.program, argument], input="", capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 1
-        assert f"log fatal goto parameter {argument.partition(':')[0]} is " in done.stdout
+        answer = run_node(forager.ask, forager.folder, (), argument)
+        assert not answer.succeeded
+        assert f"log fatal goto parameter {argument.partition(':')[0]} is " in answer.said
 
 
 def test_places_of_targets_are_parameters(forager: Forager) -> None:
@@ -242,12 +316,11 @@ def test_quality_of_service_is_that_of_understudy(forager: Forager) -> None:
 
 
 def test_diagnostics_say_what_is_wrong(forager: Forager) -> None:
-    found = forager.run(*sense(1.0), Step("advance", 4 * NS))
-    texts = [
-        re.sub(r" s([0-9a-f]+)", _decode, line)
-        for line in found.others
-        if line.startswith("published") and " /diagnostics " in line
-    ]
+    steps = (*sense(1.0), Step("advance", 4 * NS))
+    answer = run_node(
+        forager.ask, forager.folder, steps, summarize=summarize_diagnostics, asks_for="diagnostics"
+    )
+    texts = answer.said.splitlines()
     assert len(texts) == 4
     assert "goto: behavior|disarmed: not armed|rover|" in texts[0]
     assert "goto: x|fresh|rover|" in texts[0]
@@ -255,17 +328,21 @@ def test_diagnostics_say_what_is_wrong(forager: Forager) -> None:
     assert "goto: x|it fell silent|rover|" in texts[-1]
 
 
+def summarize_diagnostics(printed: str) -> str:
+    lines = [line for line in printed.splitlines() if re.match(r"published \d+ /diagnostics ", line)]
+    return "\n".join(re.sub(r" s([0-9a-f]+)", _decode, line) for line in lines)
+
+
 def _decode(found: re.Match[str]) -> str:
     return bytes.fromhex(found[1]).decode() + "|"
 
 
-def test_a_held_key_lets_it_move(tmp_path: Path) -> None:
-    need("cmake", "g++")
+def test_a_held_key_lets_it_move(ask: Ask, tmp_path: Path) -> None:
     export(tmp_path, FORAGER + "\n[safety]\nhold_to_run = true\n", "goto", A="nearest_food")
-    program = build_node(tmp_path / "out", tmp_path / "place", sanitized=False)
+    write_stand_ins(tmp_path / "out", tmp_path)
     held = Step("message", 0, "/rover/goto/hold", BOOL, make_message(BOOL, data=True))
     steps = [*sense(0.5), Step("call", 1, ARM), *sense(1.0, since_s=0.5), held, *sense(2.0, since_s=1.0)]
-    found = run_node(program, steps)
+    found = read_run(unfold_commands(run_node(ask, tmp_path, steps, flags=STRICT).said))
     moves = [ns for ns, *_ in list_moves(found)]
     assert NS <= min(moves) <= 1.12 * NS
     assert max(moves) <= 1.42 * NS
@@ -323,10 +400,11 @@ def test_the_launch_file_launches_the_node(forager: Forager, monkeypatch: pytest
 
 
 def test_make_test_says_that_the_node_was_not_built(forager: Forager) -> None:
-    need("gcc")
-    printed = make(forager.package, "test")
-    assert read_counts(printed) == (forager.result.ticks, 0)
-    assert "The node was not built: ROS 2 and colcon are not at hand." in printed
+    command = ("env", "-u", "AMENT_PREFIX_PATH", "make", "test", "CC=gcc")
+    finds = r"\d+ ticks, \d+ mismatches|The node was not built: .*"
+    said = forager.ask("gcc", forager.package, command=command, finds=finds).said.splitlines()
+    assert f"{forager.result.ticks} ticks, 0 mismatches" in said
+    assert any(line.startswith("The node was not built: ROS 2 and colcon are not at hand.") for line in said)
 
 
 def test_the_export_says_what_the_robot_lacks(tmp_path: Path) -> None:
@@ -339,14 +417,12 @@ def test_the_export_says_what_the_robot_lacks(tmp_path: Path) -> None:
     assert f"- {absent}." in readme
 
 
-def test_a_function_written_by_hand_is_kept(tmp_path: Path) -> None:
-    need("gcc")
+def test_a_function_written_by_hand_is_kept(ask: Ask, tmp_path: Path) -> None:
     path = write_robot(tmp_path / "robot", FORAGER)
     interface = describe_robot(load_robot(path), path=path)
     out = tmp_path / "out"
     export_automaton(WANDERING, "a", out, to="ros2", body=interface)
-    with pytest.raises(AssertionError, match="#error"):
-        make(out, "conformance")
+    assert not ask("gcc", out, "conformance", "CC=gcc", finds="#error").succeeded
     name, stub, _ = WRITTEN["c99"]
     file = out / "src" / name
     written = re.sub(
@@ -354,7 +430,7 @@ def test_a_function_written_by_hand_is_kept(tmp_path: Path) -> None:
     )
     file.write_text(written)
     for _ in range(2):
-        make(out, "conformance")
+        assert ask("gcc", out, "conformance", "CC=gcc", finds="").succeeded
         export_automaton(WANDERING, "a", out, to="ros2", body=interface)
         assert file.read_text() == written
 
@@ -431,10 +507,12 @@ def test_the_command_takes_a_robot(tmp_path: Path) -> None:
 
 
 MEASURE = """
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include "sensor_msgs/msg/laser_scan.hpp"
 #include "message_values.hpp"
+static double drop_sign_of_nan(double x) { return x != x ? std::nan("") : x; }
 int main()
 {
   double from, to, offset, clear;
@@ -442,29 +520,21 @@ int main()
     sensor_msgs::msg::LaserScan scan;
     scan.read_from(std::cin);
     const understudy::ScanSector sector(from, to);
-    std::printf("%.17g %.17g %.17g\\n", sector.find_nearest(scan, offset), sector.find_bearing(scan),
-                sector.measure_opening(scan, offset, clear));
+    for (double x : {sector.find_nearest(scan, offset), sector.find_bearing(scan),
+                     sector.measure_opening(scan, offset, clear)})
+      std::printf("%.17g\\n", drop_sign_of_nan(x));
   }
 }
 """
 
 
-def test_scans_are_measured_as_by_understudy(tmp_path: Path) -> None:
+def test_scans_are_measured_as_by_understudy(ask: Ask, tmp_path: Path) -> None:
     """Sectors of every width and scans of every sort, also invalid ones: to the last bit."""
-    need("g++")
     write_headers(tmp_path, [SCAN])
     (tmp_path / "main.cpp").write_text(MEASURE)
-    command = [
-        "g++",
-        "-std=c++17",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-Wconversion",
-        f"-I{tmp_path}",
-        f"-I{TEMPLATES / 'ros2'}",
-    ]
-    subprocess.run([*command, str(tmp_path / "main.cpp"), "-o", str(tmp_path / "main")], check=True)
+    shutil.copy(TEMPLATES / "ros2" / "message_values.hpp", tmp_path)
+    strict = "-std=c++17 -Wall -Wextra -Werror -Wconversion"
+    command = f"g++ {strict} -I. main.cpp -o main && ./main > found.txt"
     random, lines, expected = Random(5), [], []
     for _ in range(3000):
         edges = random.choice(
@@ -479,10 +549,9 @@ def test_scans_are_measured_as_by_understudy(tmp_path: Path) -> None:
             sector.find_bearing(scan),
             sector.measure_opening(scan, offset, clear),
         )
-        expected.append(tuple(map(repr, values)))
-    done = subprocess.run(
-        [tmp_path / "main"], input="\n".join(lines), capture_output=True, text=True, check=True
-    )
-    found = [tuple(repr(float(word)) for word in line.split()) for line in done.stdout.splitlines()]
-    assert found == expected
+        expected.append([f"{value:.17g}" for value in values])
+    given = "\n".join(lines)
+    answer = ask("g++", tmp_path, command=("sh", "-c", command), given=given, hashes="found.txt")
+    text = "".join(f"{value}\n" for values in expected for value in values)
+    assert answer.said == hash_text(text.encode())
     assert sum("nan" not in each for each in expected) > 300

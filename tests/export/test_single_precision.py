@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.export.exports import make, need, read_counts
+from tests.export.recorded_answers import Ask
 
 from understudy.errors import DefinitionError
 from understudy.export.body_interface import BodyInterface
@@ -85,10 +85,9 @@ def test_a_cut_beyond_all_32_bit_floats_is_infinite() -> None:
         assert round_up_to_single(-1e300) == -3.4028234663852886e38
 
 
-def test_a_tiny_command_compiles_without_a_warning(tmp_path: Path) -> None:
-    need("gcc")
+def test_a_tiny_command_compiles_without_a_warning(ask: Ask, tmp_path: Path) -> None:
     kit = Kit.from_parts(Behavior("go", Command(drive=1e-50)))
     automaton = Automaton("a", (START, State("go", "go")), transitions={"start": Tree((make_leaf(1),))})
     library, body = Library.from_automata(kit, automaton), BodyInterface((), (Channel("drive"),))
     export_automaton(library, "a", tmp_path, to="c99", body=body, single_precision=True)
-    assert read_counts(make(tmp_path, "test"))[1] == 0
+    assert ask("gcc", tmp_path).count()[1] == 0

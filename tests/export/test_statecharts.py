@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from tests.export import test_memory, test_translation
-from tests.export.exports import (
-    draw_job,
-    link_node_packages,
-    make,
-    need_node_packages,
-    need_qt,
-    open_fixture,
-    read_counts,
-    run_in_qt,
-    write_job,
-)
+from tests.export.exports import draw_job, open_fixture, write_job
+from tests.export.recorded_answers import Ask, hash_text
 from tests.export.test_odd_names import export as export_with_names
 
 from understudy.errors import DefinitionError, FileError
@@ -44,62 +34,44 @@ TICKS_IN_QT = 1200
 """Of more rows, Qt runs only the first: it takes up to a millisecond for a tick."""
 
 
-def need_runner(runner: str) -> str:
-    """Skip a test if an interpreter is missing; return its target."""
-    if runner == "qt":
-        need_qt()
-    need_node_packages(*{"scion": ["@scion-scxml/scxml"], "xstate": ["xstate"]}.get(runner, []))
-    return RUNNERS[runner]
-
-
-def run(folder: Path, runner: str) -> str:
-    """Run the tests of a folder in an interpreter; what they printed."""
-    if runner == "qt":
-        return run_in_qt(folder)
-    if not (folder / "node_modules").exists():
-        link_node_packages(folder)
-    return make(folder, "test")
-
-
-def check(folder: Path, job: ExportJob, runner: str) -> None:
+def check(ask: Ask, folder: Path, job: ExportJob, runner: str) -> None:
     """Check that the export of a job decides as the interpreter."""
     if runner == "qt":
         ticks = job.conformance.ticks[:TICKS_IN_QT]
         job = replace(job, conformance=Conformance(ticks, 0, (0, 0), (0, 0)))
     write_job(folder, job, to=RUNNERS[runner])
-    assert read_counts(run(folder, runner)) == (len(job.conformance.ticks), 0)
+    assert ask(runner, folder).count() == (len(job.conformance.ticks), 0)
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_the_forager(runner: str, tmp_path: Path) -> None:
-    target = need_runner(runner)
+def test_the_forager(runner: str, ask: Ask, tmp_path: Path) -> None:
     library, body = open_fixture()
-    result = export_automaton(library, "forage", tmp_path, to=target, body=body)
-    assert read_counts(run(tmp_path, runner)) == (result.ticks, 0)
+    result = export_automaton(library, "forage", tmp_path, to=RUNNERS[runner], body=body)
+    assert ask(runner, tmp_path).count() == (result.ticks, 0)
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_random_libraries(runner: str, seed: int, tmp_path: Path) -> None:
-    check(tmp_path, draw_job(seed, to=need_runner(runner)), runner)
+def test_random_libraries(runner: str, seed: int, ask: Ask, tmp_path: Path) -> None:
+    check(ask, tmp_path, draw_job(seed, to=RUNNERS[runner]), runner)
 
 
 @pytest.mark.parametrize("stateless", [False, True], ids=["by state", "stateless"])
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_counters_and_timers(runner: str, stateless: bool, tmp_path: Path) -> None:
-    check(tmp_path, test_memory.prepare(need_runner(runner), stateless=stateless), runner)
+def test_counters_and_timers(runner: str, stateless: bool, ask: Ask, tmp_path: Path) -> None:
+    check(ask, tmp_path, test_memory.prepare(RUNNERS[runner], stateless=stateless), runner)
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_translated_functions(runner: str, tmp_path: Path) -> None:
+def test_translated_functions(runner: str, ask: Ask, tmp_path: Path) -> None:
     """Commands that are computed follow the readings of every tick, not only of that of the entry."""
-    check(tmp_path, test_translation.prepare(need_runner(runner)), runner)
+    check(ask, tmp_path, test_translation.prepare(RUNNERS[runner]), runner)
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_orders_of_a_coordinator(runner: str, tmp_path: Path) -> None:
+def test_orders_of_a_coordinator(runner: str, ask: Ask, tmp_path: Path) -> None:
     """An order is issued in one tick, and stands until the next."""
-    target = need_runner(runner)
+    target = RUNNERS[runner]
     gather = Feature("gathered", Continuous(), "share", fresh=0.0)
     orders = [Behavior(name, order=Order((Assignment(name),))) for name in ("gather", "leave")]
     states = (START, State("gather", "gather"), State("leave", "leave"), State("done", flag="done"))
@@ -118,7 +90,7 @@ def test_orders_of_a_coordinator(runner: str, tmp_path: Path) -> None:
     library = Library.from_automata(Kit.from_parts(gather, *orders), automaton)
     job, _ = prepare_export(library, "a", to=target, binding={}, body=body, fingerprint="drawn")
     assert {tick.expected.commands[1] for tick in job.conformance.ticks} == {0.0, 1.0}
-    check(tmp_path, job, runner)
+    check(ask, tmp_path, job, runner)
 
 
 NAMES = [
@@ -136,47 +108,32 @@ NAMES = [
 
 @pytest.mark.parametrize("names", NAMES, ids=str)
 @pytest.mark.parametrize("runner", ["scion", "xstate"])
-def test_odd_names(names: dict[str, str], runner: str, tmp_path: Path) -> None:
-    folder = export_with_names(tmp_path, need_runner(runner), **names)  # type: ignore[arg-type]
-    assert read_counts(run(folder, runner))[1] == 0
+def test_odd_names(names: dict[str, str], runner: str, ask: Ask, tmp_path: Path) -> None:
+    folder = export_with_names(tmp_path, RUNNERS[runner], **names)  # type: ignore[arg-type]
+    assert ask(runner, folder).count()[1] == 0
 
 
-def test_all_write_the_trace_of_the_other_targets(tmp_path: Path) -> None:
-    need_node_packages("@scion-scxml/scxml", "xstate")
-    library, body = open_fixture()
-    traces = set()
-    for target in ("json", "scxml", "xstate"):
-        folder = tmp_path / target
-        export_automaton(library, "forage", folder, to=target, body=body)
-        if target != "json":
-            link_node_packages(folder)
-        make(folder, "trace")
-        traces.add((folder / "trace.csv").read_text())
-    assert len(traces) == 1
-
-
-def test_the_configuration_is_a_machine_without_its_module(tmp_path: Path) -> None:
+def test_the_configuration_is_a_machine_without_its_module(ask: Ask, tmp_path: Path) -> None:
     """As visualizers take it; its innermost states are those that the numbers are given of."""
-    need_node_packages("xstate")
     library, body = open_fixture()
     export_automaton(library, "forage", tmp_path, to="xstate", body=body)
-    link_node_packages(tmp_path)
     program = """
-        import { readFileSync } from "node:fs";
+        import { readFileSync, writeFileSync } from "node:fs";
         import { createMachine } from "xstate";
         const list = (node) => Object.values(node.states).flatMap((each) => [each, ...list(each)]);
         const nodes = list(createMachine(JSON.parse(readFileSync("machine.json", "utf8"))).root);
-        console.log(JSON.stringify(nodes.filter(({ states }) => !Object.keys(states).length).map(({ id }) => id)));
+        const innermost = nodes.filter(({ states }) => !Object.keys(states).length).map(({ id }) => id);
+        writeFileSync("innermost.json", JSON.stringify(innermost.sort()));
     """
-    command = ["node", "--input-type=module", "--eval", program]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    command = ("node", "--input-type=module", "--eval", program)
+    answer = ask("xstate", tmp_path, command=command, hashes="innermost.json")
     described = json.loads((tmp_path / "states.json").read_bytes())
-    assert sorted(json.loads(done.stdout)) == sorted(described["states"])
+    assert answer.said == hash_text(json.dumps(sorted(described["states"]), separators=(",", ":")).encode())
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_a_function_to_write_runs_once_it_is_written(runner: str, tmp_path: Path) -> None:
-    target = need_runner(runner)
+def test_a_function_to_write_runs_once_it_is_written(runner: str, ask: Ask, tmp_path: Path) -> None:
+    target = RUNNERS[runner]
     kit = Kit.from_parts(*test_translation.KIT.parts, test_translation.wander)
     automaton = Automaton(
         "a", (START, State("wander", "wander")), transitions={"start": Tree((make_leaf(1),))}
@@ -185,25 +142,25 @@ def test_a_function_to_write_runs_once_it_is_written(runner: str, tmp_path: Path
         Library.from_automata(kit, automaton), "a", tmp_path, to=target, body=test_translation.BODY
     )
     assert [what for what, _, _ in result.untranslated] == ["behavior wander"]
-    with pytest.raises(AssertionError, match="cannot begin" if runner == "qt" else "could not be translated"):
-        run(tmp_path, runner)
+    finds = "cannot begin" if runner == "qt" else "could not be translated"
+    assert not ask(runner, tmp_path, finds=finds).succeeded
     source = tmp_path / {"scxml": "a.scxml", "xstate": "machine.mjs"}[target]
     text = re.sub("(?m)^ *throw new Error.*$", "", source.read_text())
     source.write_text(text.replace("return {drive: 0,", "return {drive: readings.speed,"))
-    assert read_counts(run(tmp_path, runner))[1] == 0
+    assert ask(runner, tmp_path).count()[1] == 0
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
-def test_a_condition_that_cannot_be_evaluated_is_no_decision(runner: str, tmp_path: Path) -> None:
+def test_a_condition_that_cannot_be_evaluated_is_no_decision(runner: str, ask: Ask, tmp_path: Path) -> None:
     """In SCXML it would count as false; the statechart ends in a state that says so instead."""
-    target = need_runner(runner)
+    target = RUNNERS[runner]
     library, body = open_fixture()
     result = export_automaton(library, "forage", tmp_path, to=target, body=body)
     source = tmp_path / {"scxml": "forage.scxml", "xstate": "machine.mjs"}[target]
     source.write_text(source.read_text().replace("return x !== x;", "return nothing(x);"))
-    with pytest.raises(AssertionError) as caught:
-        run(tmp_path, runner)
-    assert read_counts(str(caught.value))[1] > result.ticks * 0.9
+    answer = ask(runner, tmp_path)
+    assert not answer.succeeded
+    assert answer.count()[1] > result.ticks * 0.9
 
 
 CHAIN_KIT = Kit.from_parts(FlagFeature("done"), Behavior("go", Command(drive=1.0)))

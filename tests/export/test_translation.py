@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import sys
 from collections.abc import Callable
@@ -17,11 +16,10 @@ from tests.export.exports import (
     count_mismatches,
     load_python,
     make,
-    need,
-    need_behavior_trees,
     read_counts,
     write_job,
 )
+from tests.export.recorded_answers import Ask
 
 from understudy.errors import FileError
 from understudy.export.body_interface import BodyInterface
@@ -120,23 +118,13 @@ def test_translated_functions_compute_the_same_in_python() -> None:
 
 
 @pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
-def test_translated_functions_compute_the_same_in_c(single: bool, tmp_path: Path) -> None:
-    need("gcc")
+def test_translated_functions_compute_the_same_in_c(single: bool, ask: Ask, tmp_path: Path) -> None:
     job = prepare("c99", single=single)
-    assert read_counts(make(write_job(tmp_path, job, to="c99"), "test")) == (len(job.conformance.ticks), 0)
+    assert ask("gcc", write_job(tmp_path, job, to="c99")).count() == (len(job.conformance.ticks), 0)
 
 
-def test_translated_functions_compute_the_same_in_behavior_trees(tmp_path: Path) -> None:
-    need_behavior_trees()
-    job = prepare("btcpp")
-    printed = make(write_job(tmp_path, job, to="btcpp"), "test", PYTHON=sys.executable)
-    assert read_counts(printed) == (len(job.conformance.ticks), 0)
-
-
-def test_translated_functions_compute_the_same_in_the_reader(tmp_path: Path) -> None:
-    need("node")
-    folder = write_job(tmp_path, prepare("json"), to="json")
-    ticks, mismatches = read_counts(make(folder, "test"))
+def test_translated_functions_compute_the_same_in_the_reader(ask: Ask, tmp_path: Path) -> None:
+    ticks, mismatches = ask("node", write_job(tmp_path, prepare("json"), to="json")).count()
     assert ticks > 100
     assert mismatches == 0
 
@@ -246,8 +234,9 @@ def follow(robot: Any) -> Any:
 
 @pytest.mark.parametrize("is_single", [False, True], ids=["double", "single"])
 @pytest.mark.parametrize("computed", [scaled, rooted, single], ids=lambda each: str(each.name))
-def test_numbers_of_numpy_compute_the_same_in_c(computed: Any, is_single: bool, tmp_path: Path) -> None:
-    need("gcc")
+def test_numbers_of_numpy_compute_the_same_in_c(
+    computed: Any, is_single: bool, ask: Ask, tmp_path: Path
+) -> None:
     kit = Kit.from_parts(scaled, rooted, single, follow)
     tree = Tree((Node(TestKind.BELOW, 0, high=0.3, yes=1, no=2, absent=1), make_leaf(0), make_leaf(1)))
     states = (START, State("follow", "follow"))
@@ -263,7 +252,7 @@ def test_numbers_of_numpy_compute_the_same_in_c(computed: Any, is_single: bool, 
         single_precision=is_single,
     )
     assert job.hierarchy.functions_to_write == ()
-    assert read_counts(make(write_job(tmp_path, job, to="c99"), "test")) == (len(job.conformance.ticks), 0)
+    assert ask("gcc", write_job(tmp_path, job, to="c99")).count() == (len(job.conformance.ticks), 0)
 
 
 def _singles(robot: Any) -> Any:
@@ -291,6 +280,7 @@ WANDERING = Library.from_automata(
     Kit.from_parts(*KIT.parts, wander),
     Automaton("a", (START, State("wander", "wander")), transitions={"start": Tree((make_leaf(1),))}),
 )
+PEERS = {"c99": "gcc", "btcpp": "behaviortreepy"}
 WRITTEN = {
     "c99": ("a_functions.h", "(?m)^#error.*$", "    commands->drive = r->speed;"),
     "python": (
@@ -303,42 +293,58 @@ WRITTEN = {
 """By target: the file of functions to write, and a pattern with what a person writes in its place."""
 
 
-@pytest.mark.parametrize("to", WRITTEN)
-def test_a_behavior_to_write_runs_once_it_is_written_and_is_kept(to: str, tmp_path: Path) -> None:
-    need("gcc")
-    out = tmp_path / "out"
-    export_automaton(WANDERING, "a", out, to=to, body=BODY)
-    with pytest.raises(AssertionError, match=r"#error|NotImplementedError"):
-        make(out, "test", PYTHON=sys.executable)
+@pytest.mark.parametrize("to", PEERS)
+def test_a_behavior_to_write_runs_once_it_is_written_and_is_kept(to: str, ask: Ask, tmp_path: Path) -> None:
+    export_automaton(WANDERING, "a", tmp_path, to=to, body=BODY)
+    assert not ask(PEERS[to], tmp_path, finds=r"#error|NotImplementedError").succeeded
     name, stub, by_hand = WRITTEN[to]
+    written = re.sub(stub, by_hand, (tmp_path / name).read_text())
+    (tmp_path / name).write_text(written)
+    assert ask(PEERS[to], tmp_path).count()[1] == 0
+    for _ in range(2):
+        result = export_automaton(WANDERING, "a", tmp_path, to=to, body=BODY)
+        assert (tmp_path / name).read_text() == written
+        assert result.files[name] == len(written.encode())
+        assert ask(PEERS[to], tmp_path).count()[1] == 0
+
+
+def test_a_behavior_to_write_in_python_runs_once_it_is_written(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    export_automaton(WANDERING, "a", out, to="python", body=BODY)
+    with pytest.raises(AssertionError, match="NotImplementedError"):
+        make(out, "test", PYTHON=sys.executable)
+    name, stub, by_hand = WRITTEN["python"]
     written = re.sub(stub, by_hand, (out / name).read_text())
     (out / name).write_text(written)
+    result = export_automaton(WANDERING, "a", out, to="python", body=BODY)
+    assert (out / name).read_text() == written
+    assert result.files[name] == len(written.encode())
     assert read_counts(make(out, "test", PYTHON=sys.executable))[1] == 0
-    for _ in range(2):
-        result = export_automaton(WANDERING, "a", out, to=to, body=BODY)
-        assert (out / name).read_text() == written
-        assert result.files[name] == len(written.encode())
-        assert read_counts(make(out, "test", PYTHON=sys.executable))[1] == 0
 
 
-def test_a_changed_function_is_compiled_again(tmp_path: Path) -> None:
-    need("gcc")
+def test_a_changed_function_is_compiled_again(ask: Ask, tmp_path: Path) -> None:
     export_automaton(WANDERING, "a", tmp_path, to="c99", body=BODY)
     name, stub, by_hand = WRITTEN["c99"]
     written = re.sub(stub, by_hand, (tmp_path / name).read_text())
     (tmp_path / name).write_text(written)
-    make(tmp_path, "test")
-    (tmp_path / name).write_text(written.replace("r->speed", "r->speed + 1.0"))
-    os.utime(tmp_path / name, (2**31, 2**31))
-    with pytest.raises(AssertionError, match="is decided otherwise"):
-        make(tmp_path, "test")
+    (tmp_path / "changed").write_text(written.replace("r->speed", "r->speed + 1.0"))
+    change = f"cp changed {name} && touch -d @{2**31} {name}"
+    command = ("sh", "-c", f"make test CC=gcc && {change} && make test CC=gcc")
+    answer = ask(
+        "gcc", tmp_path, command=command, finds=r"\d+ ticks, 0 mismatches|line 2 .* is decided otherwise"
+    )
+    assert not answer.succeeded
+    assert [line.split()[2:] for line in answer.said.splitlines()] == [
+        ["0", "mismatches"],
+        ["of", "conformance.csv", "is", "decided", "otherwise"],
+    ]
 
 
-def test_the_reader_refuses_a_behavior_to_write(tmp_path: Path) -> None:
-    need("node")
-    export_automaton(WANDERING, "a", tmp_path / "json", to="json", body=BODY)
-    with pytest.raises(AssertionError, match="wander is computed by code that could not be translated"):
-        make(tmp_path / "json", "test")
+def test_the_reader_refuses_a_behavior_to_write(ask: Ask, tmp_path: Path) -> None:
+    export_automaton(WANDERING, "a", tmp_path, to="json", body=BODY)
+    assert not ask(
+        "node", tmp_path, finds="wander is computed by code that could not be translated"
+    ).succeeded
 
 
 def test_an_export_without_the_written_functions_is_refused(tmp_path: Path) -> None:
@@ -361,15 +367,14 @@ def test_a_written_file_gets_the_functions_that_it_lacks(tmp_path: Path) -> None
         assert "behavior_wander" in text
 
 
-def test_a_function_to_write_does_not_compile_and_is_listed(tmp_path: Path) -> None:
-    need("gcc")
+def test_a_function_to_write_does_not_compile_and_is_listed(ask: Ask, tmp_path: Path) -> None:
     library = draw(BoundFeature(strange), nodes=(Node(TestKind.BELOW, 0, high=0.5, yes=2, no=1, absent=1),))
     result = export_automaton(library, "a", tmp_path / "c", to="c99", body=BODY)
     assert [(name, readings) for name, readings, _ in result.untranslated] == [
         ("feature strange", ("speed",))
     ]
-    with pytest.raises(AssertionError, match='#error "feature strange of speed could not be translated'):
-        make(tmp_path / "c", "test")
+    finds = '#error "feature strange of speed could not be translated'
+    assert not ask("gcc", tmp_path / "c", finds=finds).succeeded
     export_automaton(library, "a", tmp_path / "python", to="python", body=BODY)
     with pytest.raises(AssertionError, match="NotImplementedError: feature strange of speed could not be"):
         make(tmp_path / "python", "test")

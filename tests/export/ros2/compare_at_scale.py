@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 
 from tests.export.exports import LIVELY
-from tests.export.ros2.packages import build_node
+from tests.export.ros2.packages import build_node, write_stand_ins
 from tests.export.ros2.robots import (
     ReferenceNode,
     draw_library,
@@ -45,7 +45,8 @@ def main() -> int:
             if job.conformance.leaves[0] < 2 * LIVELY or len(job.hierarchy.automata) < 2:
                 continue
             export_automaton(library, "a2", folder / "out", to="ros2", body=interface)
-            program = build_node(folder / "out", folder / "place", sanitized=False)
+            write_stand_ins(folder / "out", folder)
+            program = build_node(folder / "out", folder)
             steps = draw_steps(seed, arguments.seconds, node="a2")
             found = run_node(program, steps)
             expected = ReferenceNode(path, library, "a2", interface).follow(steps)

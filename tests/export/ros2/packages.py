@@ -17,6 +17,8 @@ CPP = {
     "byte": "unsigned char", "char": "unsigned char", "bool": "bool", "float32": "float", "float64": "double",
     "string": "std::string",
 }  # fmt: skip
+STRICT = "-Werror -Wconversion"
+SANITIZED = f"{STRICT} -fsanitize=address,undefined -fno-sanitize-recover=all"
 
 AMENT = """
 function(ament_package)
@@ -25,7 +27,7 @@ endfunction()
 PACKAGE = """
 if(NOT TARGET stand_in)
   add_library(stand_in INTERFACE IMPORTED)
-  set_target_properties(stand_in PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "{include}")
+  set_target_properties(stand_in PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${{CMAKE_CURRENT_LIST_DIR}}/../include")
 endif()
 set({name}_TARGETS stand_in)
 if("{name}" STREQUAL "rclcpp" AND NOT TARGET rclcpp::rclcpp)
@@ -34,8 +36,8 @@ endif()
 """
 
 
-def build_node(package: Path, place: Path, *, sanitized: bool = True) -> Path:
-    """Build the node of an exported package with its own CMakeLists.txt; return the program."""
+def write_stand_ins(package: Path, place: Path) -> None:
+    """Write what stands in for the packages that an exported package needs: headers, and files for CMake."""
     include, cmake = place / "include", place / "cmake"
     for name in ("rclcpp", "std_srvs"):
         shutil.copytree(HERE / name, include / name)
@@ -45,15 +47,19 @@ def build_node(package: Path, place: Path, *, sanitized: bool = True) -> Path:
     assert len(types) == len(headers)
     write_headers(include, ("builtin_interfaces/msg/Time", *types))
     cmake.mkdir(parents=True)
-    needed = re.findall(r"find_package\((\w+)", (package / "CMakeLists.txt").read_text())
-    for name in needed:
-        text = AMENT if name == "ament_cmake" else PACKAGE.format(name=name, include=include)
+    for name in _list_needed(package):
+        text = AMENT if name == "ament_cmake" else PACKAGE.format(name=name)
         (cmake / f"{name}Config.cmake").write_text(text)
-    flags = "-Werror -Wconversion" + (
-        " -fsanitize=address,undefined -fno-sanitize-recover=all" if sanitized else ""
-    )
-    build = place / "build"
-    where = [f"-D{name}_DIR={cmake}" for name in needed]
+
+
+def _list_needed(package: Path) -> list[str]:
+    return re.findall(r"find_package\((\w+)", (package / "CMakeLists.txt").read_text())
+
+
+def build_node(package: Path, place: Path, flags: str = STRICT) -> Path:
+    """Build the node of an exported package with its own CMakeLists.txt; return the program."""
+    node, build = next((package / "src").glob("*_node.cpp")), place / "build"
+    where = [f"-D{name}_DIR={place / 'cmake'}" for name in _list_needed(package)]
     for command in (
         ["cmake", "-S", str(package), "-B", str(build), f"-DCMAKE_CXX_FLAGS={flags}", *where],
         ["cmake", "--build", str(build), "--target", node.stem],

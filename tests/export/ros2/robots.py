@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from math import cos, inf, isnan, nan, sin
 from pathlib import Path
@@ -175,6 +175,7 @@ KIT = Kit.from_parts(
 )
 NS = 1_000_000_000
 TICK_NS, CHECK_NS, MESSAGES_NS = NS // 10, NS // 50, NS // 25
+COMMAND = " /rover/cmd_vel "
 ODOMETRY, POSE, RANGE, SCAN, BOOL = (
     "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan",
     "std_msgs/msg/Bool",
@@ -301,13 +302,27 @@ class Run:
 
 def run_node(program: Path, steps: list[Step], *parameters: str) -> Run:
     """Run an exported node on what happens."""
-    script = "".join(f"{step.write()}\n" for step in steps) + "shutdown\n"
+    done = start_node(program, write_script(steps), *parameters)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr
+    return read_run(done.stdout)
+
+
+def write_script(steps: Iterable[Step]) -> str:
+    """Write what happens as the stand-in for ROS 2 reads it."""
+    return "".join(f"{step.write()}\n" for step in steps) + "shutdown\n"
+
+
+def start_node(program: Path, script: str, *parameters: str) -> subprocess.CompletedProcess[str]:
+    """Run an exported node on a script until it ends."""
     command = [str(program), "--ros-args", "-r", "__ns:=/rover"]
     command += [word for each in parameters for word in ("-p", each)]
-    done = subprocess.run(command, input=script, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr
+    return subprocess.run(command, input=script, capture_output=True, text=True, check=False)
+
+
+def read_run(printed: str) -> Run:
+    """Read what a node printed."""
     run = Run()
-    for line in done.stdout.splitlines():
+    for line in printed.splitlines():
         words = line.split()
         if words[0] == "published" and words[2] == "/rover/cmd_vel":
             run.commands.append((int(words[1]), float(words[-6]), float(words[-1])))
@@ -318,6 +333,54 @@ def run_node(program: Path, steps: list[Step], *parameters: str) -> Run:
         else:
             run.others.append(line)
     return run
+
+
+def fold_commands(printed: str) -> str:
+    """Write commands in a row that are equal as one line: the first, and how much later the others came, in ns."""
+    lines: list[str] = []
+    begin, last, rest, later = "", 0, "", list[list[int]]()
+
+    def end() -> None:
+        if begin:
+            times = "".join(f"+{ns}" if count == 1 else f"+{count}*{ns}" for count, ns in later)
+            lines.append(f"published {begin}{times} {rest}")
+
+    for line in (*printed.splitlines(), ""):
+        words = line.split(maxsplit=2)
+        if rest and words[2:] == [rest]:
+            ns = int(words[1]) - last
+            if later and later[-1][1] == ns:
+                later[-1][0] += 1
+            else:
+                later.append([1, ns])
+            last += ns
+            continue
+        end()
+        begin, rest, later = "", "", []
+        if COMMAND in line:
+            begin, last, rest = words[1], int(words[1]), words[2]
+        elif line:
+            lines.append(line)
+    return "\n".join(lines)
+
+
+def unfold_commands(folded: str) -> str:
+    """Write each command on a line of its own again."""
+    lines: list[str] = []
+    for line in folded.splitlines():
+        if COMMAND not in line:
+            lines.append(line)
+            continue
+        _, times, rest = line.split(maxsplit=2)
+        begin, *later = times.split("+")
+        ns = int(begin)
+        lines.append(f"published {ns} {rest}")
+        for each in later:
+            count, _, step = each.rpartition("*")
+            for _ in range(int(count or 1)):
+                ns += int(step)
+                lines.append(f"published {ns} {rest}")
+    return "\n".join(lines)
 
 
 def _text(word: str) -> str:

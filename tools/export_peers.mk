@@ -1,7 +1,9 @@
-# Builds BehaviorTree.CPP, whose sources are in the source distribution of behaviortreepy, for the tests of exports:
-# make -f tools/behaviortree_cpp.mk -j2
+# Gets what exports are tested in and no system packages: make -f tools/export_peers.mk -j2
+# `node`: interpreters of statecharts and MicroPython, from npm, for Node.
+# `behaviortree_cpp`: BehaviorTree.CPP, compiled from its sources in the source distribution of behaviortreepy.
 
 PIP ?= .venv/bin/pip
+NODE = build/node_peers
 OUT = build/behaviortree_cpp
 S = $(OUT)/source
 LIBRARY = $(OUT)/lib/libbehaviortree_cpp.so
@@ -11,9 +13,19 @@ OBJECTS = $(patsubst %.cpp,$(OUT)/objects/%.o,$(notdir $(SOURCES)))
 THIRD = $(addprefix -I$S/3rdparty/,. lexy/include tinyxml2 minicoro minitrace flatbuffers)
 FLAGS = -std=c++17 -O0 -fPIC -w -DLEXY_HAS_UNICODE_DATABASE -DLEXY_EXPERIMENTAL -DBTCPP_LIBRARY_VERSION='"4.8.2"'
 
-.PHONY: all
-all: $S/package.xml
-	+$(MAKE) -f tools/behaviortree_cpp.mk $(LIBRARY)
+.PHONY: all node behaviortree_cpp
+all: node behaviortree_cpp
+
+node: $(NODE)/node_modules/.package-lock.json
+
+$(NODE)/node_modules/.package-lock.json: $(wildcard tools/node_peers/*.json) tools/node_peers/.npmrc
+	mkdir -p $(NODE)
+	cp $^ $(NODE)
+	npm ci --silent --prefix $(NODE) </dev/null
+	touch $@
+
+behaviortree_cpp: $S/package.xml
+	+$(MAKE) -f tools/export_peers.mk $(LIBRARY)
 
 $S/package.xml: requirements-dev.lock
 	mkdir -p $(OUT)/lib $(OUT)/objects

@@ -1,0 +1,3 @@
+/* Stands in for Arduino's: declares what the exported sketch calls. */
+#include <stdint.h>
+unsigned long millis(void);
