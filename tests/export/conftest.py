@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from tests.export.recorded_answers import ANSWERS, PEERS, RECORD, Answers, Ask, read_record
+from tests.export.recorded_answers import ANSWERS, PEERS, RECORD, Answers, Ask, name_test, read_record
 
 
 @pytest.fixture(scope="session")
@@ -20,4 +20,4 @@ def answers(pytestconfig: pytest.Config) -> Answers:
 @pytest.fixture
 def ask(answers: Answers, request: pytest.FixtureRequest) -> Ask:
     """Asks foreign programs, or looks up what they answered before."""
-    return Ask(answers, request.node.nodeid.removeprefix("tests/export/"))
+    return Ask(answers, name_test(request.node.nodeid))

@@ -85,7 +85,7 @@ def test_a_peer_that_is_here_answers_as_recorded(peer: str, answers: Answers, tm
     if missing := list_peers()[peer].find_missing():
         pytest.skip(missing)
     asking = Ask(replace(answers, asked={}, asks_all=True), "a small export")
-    assert ask_small(asking, peer, tmp_path) == [answer for *_, answer in asking.answers.asked.values()][0]
+    assert ask_small(asking, peer, tmp_path) == next(answer for *_, answer in asking.answers.asked.values())
 
 
 def test_the_record_is_small_sorted_and_complete() -> None:
