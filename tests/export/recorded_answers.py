@@ -42,8 +42,9 @@ class Answer(NamedTuple):
     succeeded: bool
     said: str
 
-    def count(self) -> tuple[int, int]:
-        """Read the numbers of ticks and of mismatches."""
+    @property
+    def counts(self) -> tuple[int, int]:
+        """The numbers of ticks and of mismatches."""
         ticks, mismatches = re.findall(r"\d+", self.said)
         return int(ticks), int(mismatches)
 

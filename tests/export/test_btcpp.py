@@ -36,19 +36,19 @@ def export_forager(folder: Path) -> tuple[Path, int]:
 @pytest.mark.parametrize("peer", [PYTHON, CPP])
 def test_the_forager_runs_in_behavior_tree_cpp(peer: str, ask: Ask, tmp_path: Path) -> None:
     folder, ticks = export_forager(tmp_path)
-    assert ask(peer, folder).count() == (ticks, 0)
+    assert ask(peer, folder).counts == (ticks, 0)
 
 
 @pytest.mark.parametrize(("peer", "seed"), [*((PYTHON, seed) for seed in range(6)), (CPP, 0)])
 def test_trees_decide_as_the_interpreter(peer: str, seed: int, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="btcpp")
-    assert ask(peer, write_job(tmp_path, job, to="btcpp")).count() == (len(job.conformance.ticks), 0)
+    assert ask(peer, write_job(tmp_path, job, to="btcpp")).counts == (len(job.conformance.ticks), 0)
 
 
 @pytest.mark.parametrize("peer", [PYTHON, CPP])
 def test_translated_functions_compute_the_same(peer: str, ask: Ask, tmp_path: Path) -> None:
     job = prepare("btcpp")
-    assert ask(peer, write_job(tmp_path, job, to="btcpp")).count() == (len(job.conformance.ticks), 0)
+    assert ask(peer, write_job(tmp_path, job, to="btcpp")).counts == (len(job.conformance.ticks), 0)
 
 
 def draw_chain(states: int) -> tuple[Library, BodyInterface]:
@@ -79,7 +79,7 @@ def draw_chain(states: int) -> tuple[Library, BodyInterface]:
 def test_automata_may_have_more_states_than_a_switch_has_cases(states: int, ask: Ask, tmp_path: Path) -> None:
     library, body = draw_chain(states)
     result = export_automaton(library, "chain", tmp_path, to="btcpp", body=body)
-    assert ask(PYTHON, tmp_path).count() == (result.ticks, 0)
+    assert ask(PYTHON, tmp_path).counts == (result.ticks, 0)
 
 
 def test_editors_know_every_node_with_its_ports(tmp_path: Path) -> None:
@@ -113,4 +113,4 @@ def test_a_name_that_is_one_of_the_library_is_made_another(ask: Ask, tmp_path: P
     result = export_automaton(
         Library.from_automata(kit, automaton), "Script", tmp_path, to="btcpp", body=body
     )
-    assert ask(PYTHON, tmp_path).count() == (result.ticks, 0)
+    assert ask(PYTHON, tmp_path).counts == (result.ticks, 0)

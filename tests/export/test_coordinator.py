@@ -29,4 +29,4 @@ def test_a_coordinator_orders_as_in_understudy(to: str, ask: Ask, tmp_path: Path
     if to == "python":
         assert read_counts(make(tmp_path, "test", PYTHON=sys.executable)) == (result.ticks, 0)
     else:
-        assert ask(PEERS[to], tmp_path).count() == (result.ticks, 0)
+        assert ask(PEERS[to], tmp_path).counts == (result.ticks, 0)

@@ -132,7 +132,7 @@ def test_python_decides_as_the_interpreter(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_c_decides_as_the_interpreter(seed: int, single: bool, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="c99", single=single)
-    ticks, mismatches = ask("gcc", write_job(tmp_path, job, to="c99")).count()
+    ticks, mismatches = ask("gcc", write_job(tmp_path, job, to="c99")).counts
     assert ticks == len(job.conformance.ticks)
     assert mismatches == 0
 
@@ -160,6 +160,6 @@ def test_random_exports_have_what_there_is_to_get_wrong() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_the_reader_of_documents_decides_as_the_interpreter(seed: int, ask: Ask, tmp_path: Path) -> None:
     job = draw_job(seed, to="json")
-    ticks, mismatches = ask("node", write_job(tmp_path, job, to="json")).count()
+    ticks, mismatches = ask("node", write_job(tmp_path, job, to="json")).counts
     assert ticks == len(job.conformance.ticks)
     assert mismatches == 0

@@ -72,7 +72,7 @@ IN_C = [
 @pytest.mark.parametrize("names", IN_C, ids=str)
 def test_c_compiles_whatever_the_names(names: dict[str, str], ask: Ask, tmp_path: Path) -> None:
     folder = export(tmp_path, "c99", **names)  # type: ignore[arg-type]
-    assert ask("gcc", folder).count()[1] == 0
+    assert ask("gcc", folder).counts[1] == 0
     header = next(path for path in folder.glob("*.h") if path.name != "embedded_rows.h")
     program = f'#include <stdio.h>\n#include "{header.name}"\n'
     command = ("g++", "-std=c++20", "-Wall", "-Werror", "-I.", "-fsyntax-only", "-x", "c++", "-")
@@ -133,4 +133,4 @@ IN_JAVASCRIPT = [
 @pytest.mark.parametrize("names", IN_JAVASCRIPT, ids=str)
 def test_the_reader_runs_whatever_the_names(names: dict[str, str], ask: Ask, tmp_path: Path) -> None:
     folder = export(tmp_path, "json", **names)  # type: ignore[arg-type]
-    assert ask("node", folder).count()[1] == 0
+    assert ask("node", folder).counts[1] == 0

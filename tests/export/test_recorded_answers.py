@@ -70,7 +70,7 @@ def test_a_small_export_runs(peer: str, ask: Ask, tmp_path: Path) -> None:
     """So that each peer has an answer that is quickly asked for; the node of ROS 2 refuses its limit."""
     answer = ask_small(ask, peer, tmp_path)
     assert answer.succeeded == (peer != "ros2-node")
-    assert "mismatches" not in answer.said or answer.count()[1] == 0
+    assert "mismatches" not in answer.said or answer.counts[1] == 0
 
 
 SLOW = ("behaviortree-cpp", "qt", "ros2-node")

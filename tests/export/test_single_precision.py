@@ -90,4 +90,4 @@ def test_a_tiny_command_compiles_without_a_warning(ask: Ask, tmp_path: Path) -> 
     automaton = Automaton("a", (START, State("go", "go")), transitions={"start": Tree((make_leaf(1),))})
     library, body = Library.from_automata(kit, automaton), BodyInterface((), (Channel("drive"),))
     export_automaton(library, "a", tmp_path, to="c99", body=body, single_precision=True)
-    assert ask("gcc", tmp_path).count()[1] == 0
+    assert ask("gcc", tmp_path).counts[1] == 0

@@ -40,14 +40,14 @@ def check(ask: Ask, folder: Path, job: ExportJob, runner: str) -> None:
         ticks = job.conformance.ticks[:TICKS_IN_QT]
         job = replace(job, conformance=Conformance(ticks, 0, (0, 0), (0, 0)))
     write_job(folder, job, to=RUNNERS[runner])
-    assert ask(runner, folder).count() == (len(job.conformance.ticks), 0)
+    assert ask(runner, folder).counts == (len(job.conformance.ticks), 0)
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
 def test_the_forager(runner: str, ask: Ask, tmp_path: Path) -> None:
     library, body = open_fixture()
     result = export_automaton(library, "forage", tmp_path, to=RUNNERS[runner], body=body)
-    assert ask(runner, tmp_path).count() == (result.ticks, 0)
+    assert ask(runner, tmp_path).counts == (result.ticks, 0)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -110,7 +110,7 @@ NAMES = [
 @pytest.mark.parametrize("runner", ["scion", "xstate"])
 def test_odd_names(names: dict[str, str], runner: str, ask: Ask, tmp_path: Path) -> None:
     folder = export_with_names(tmp_path, RUNNERS[runner], **names)  # type: ignore[arg-type]
-    assert ask(runner, folder).count()[1] == 0
+    assert ask(runner, folder).counts[1] == 0
 
 
 def test_the_configuration_is_a_machine_without_its_module(ask: Ask, tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_a_function_to_write_runs_once_it_is_written(runner: str, ask: Ask, tmp_
     source = tmp_path / {"scxml": "a.scxml", "xstate": "machine.mjs"}[target]
     text = re.sub("(?m)^ *throw new Error.*$", "", source.read_text())
     source.write_text(text.replace("return {drive: 0,", "return {drive: readings.speed,"))
-    assert ask(runner, tmp_path).count()[1] == 0
+    assert ask(runner, tmp_path).counts[1] == 0
 
 
 @pytest.mark.parametrize("runner", RUNNERS)
@@ -160,7 +160,7 @@ def test_a_condition_that_cannot_be_evaluated_is_no_decision(runner: str, ask: A
     source.write_text(source.read_text().replace("return x !== x;", "return nothing(x);"))
     answer = ask(runner, tmp_path)
     assert not answer.succeeded
-    assert answer.count()[1] > result.ticks * 0.9
+    assert answer.counts[1] > result.ticks * 0.9
 
 
 CHAIN_KIT = Kit.from_parts(FlagFeature("done"), Behavior("go", Command(drive=1.0)))

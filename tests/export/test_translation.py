@@ -120,11 +120,11 @@ def test_translated_functions_compute_the_same_in_python() -> None:
 @pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
 def test_translated_functions_compute_the_same_in_c(single: bool, ask: Ask, tmp_path: Path) -> None:
     job = prepare("c99", single=single)
-    assert ask("gcc", write_job(tmp_path, job, to="c99")).count() == (len(job.conformance.ticks), 0)
+    assert ask("gcc", write_job(tmp_path, job, to="c99")).counts == (len(job.conformance.ticks), 0)
 
 
 def test_translated_functions_compute_the_same_in_the_reader(ask: Ask, tmp_path: Path) -> None:
-    ticks, mismatches = ask("node", write_job(tmp_path, prepare("json"), to="json")).count()
+    ticks, mismatches = ask("node", write_job(tmp_path, prepare("json"), to="json")).counts
     assert ticks > 100
     assert mismatches == 0
 
@@ -252,7 +252,7 @@ def test_numbers_of_numpy_compute_the_same_in_c(
         single_precision=is_single,
     )
     assert job.hierarchy.functions_to_write == ()
-    assert ask("gcc", write_job(tmp_path, job, to="c99")).count() == (len(job.conformance.ticks), 0)
+    assert ask("gcc", write_job(tmp_path, job, to="c99")).counts == (len(job.conformance.ticks), 0)
 
 
 def _singles(robot: Any) -> Any:
@@ -300,12 +300,12 @@ def test_a_behavior_to_write_runs_once_it_is_written_and_is_kept(to: str, ask: A
     name, stub, by_hand = WRITTEN[to]
     written = re.sub(stub, by_hand, (tmp_path / name).read_text())
     (tmp_path / name).write_text(written)
-    assert ask(PEERS[to], tmp_path).count()[1] == 0
+    assert ask(PEERS[to], tmp_path).counts[1] == 0
     for _ in range(2):
         result = export_automaton(WANDERING, "a", tmp_path, to=to, body=BODY)
         assert (tmp_path / name).read_text() == written
         assert result.files[name] == len(written.encode())
-        assert ask(PEERS[to], tmp_path).count()[1] == 0
+        assert ask(PEERS[to], tmp_path).counts[1] == 0
 
 
 def test_a_behavior_to_write_in_python_runs_once_it_is_written(tmp_path: Path) -> None:
