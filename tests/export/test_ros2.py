@@ -123,15 +123,17 @@ KEPT = re.compile(r"published \d+ \S+/(cmd_vel|path) |(?!published)")
 """The lines of a node's output that most tests look at."""
 
 
+def summarize_output(printed: str) -> str:
+    return fold_commands("\n".join(line for line in printed.splitlines() if KEPT.match(line)))
+
+
 def run_node(
     ask: Ask,
     folder: Path,
     steps: Sequence[Step],
     *arguments: str,
     flags: str = SANITIZED,
-    summarize: Callable[[str], str] = lambda printed: fold_commands(
-        "\n".join(line for line in printed.splitlines() if KEPT.match(line))
-    ),
+    summarize: Callable[[str], str] = summarize_output,
     asks_for: str = "run",
 ) -> Answer:
     """Run the node of the package in a folder, or look up what it did, which is `asks_for` of this output."""
@@ -227,6 +229,19 @@ def test_the_node_does_what_understudy_does(seed: int, ask: Ask, tmp_path: Path)
     assert found["later"] == "[]"  # but stops
     assert int(found["moves"]) > 1000
     assert int(found["different paths"]) > 3
+
+
+def test_folded_commands_are_all_there() -> None:
+    printed = "\n".join((
+        "publisher /rover/cmd_vel reliable volatile 1",
+        *(f"published {ns} /rover/cmd_vel 0 0 0 0 0 {turning}" for turning in (0, 1) for ns in (3, 5, 7, 7, 8)),
+        "log info goto rover is armed",
+        "published 9 /rover/cmd_vel 0 0 0 0 0 1",
+    ))  # fmt: skip
+    folded = fold_commands(printed)
+    assert "published 3+2*2+1*0+1*1 /rover/cmd_vel 0 0 0 0 0 0" in folded.splitlines()
+    assert len(folded.splitlines()) == 5
+    assert unfold_commands(folded) == printed
 
 
 def test_nothing_is_sent_before_it_is_armed(forager: Forager) -> None:

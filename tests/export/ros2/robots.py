@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import groupby, pairwise
 from math import cos, inf, isnan, nan, sin
 from pathlib import Path
 from random import Random
@@ -175,7 +177,8 @@ KIT = Kit.from_parts(
 )
 NS = 1_000_000_000
 TICK_NS, CHECK_NS, MESSAGES_NS = NS // 10, NS // 50, NS // 25
-COMMAND = " /rover/cmd_vel "
+COMMAND = re.compile(r"published (\d+) (/rover/cmd_vel .*)")
+FOLDED = re.compile(r"published ([\d+*]+) (/rover/cmd_vel .*)")
 ODOMETRY, POSE, RANGE, SCAN, BOOL = (
     "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan",
     "std_msgs/msg/Bool",
@@ -336,31 +339,17 @@ def read_run(printed: str) -> Run:
 
 
 def fold_commands(printed: str) -> str:
-    """Write commands in a row that are equal as one line: the first, and how much later the others came, in ns."""
+    """Write commands in a row that are equal as one line: the first time, and how often how much later."""
     lines: list[str] = []
-    begin, last, rest, later = "", 0, "", list[list[int]]()
-
-    def end() -> None:
-        if begin:
-            times = "".join(f"+{ns}" if count == 1 else f"+{count}*{ns}" for count, ns in later)
-            lines.append(f"published {begin}{times} {rest}")
-
-    for line in (*printed.splitlines(), ""):
-        words = line.split(maxsplit=2)
-        if rest and words[2:] == [rest]:
-            ns = int(words[1]) - last
-            if later and later[-1][1] == ns:
-                later[-1][0] += 1
-            else:
-                later.append([1, ns])
-            last += ns
-            continue
-        end()
-        begin, rest, later = "", "", []
-        if COMMAND in line:
-            begin, last, rest = words[1], int(words[1]), words[2]
-        elif line:
-            lines.append(line)
+    found = [(COMMAND.fullmatch(line), line) for line in printed.splitlines()]
+    for rest, group in groupby(found, key=lambda each: each[0] and each[0][2]):
+        if rest is None:
+            lines += [line for _, line in group]
+        else:
+            times = [int(match[1]) for match, _ in group if match]
+            later = groupby(after - before for before, after in pairwise(times))
+            steps = [f"{len(list(same))}*{step}" for step, same in later]
+            lines.append(f"published {'+'.join((str(times[0]), *steps))} {rest}")
     return "\n".join(lines)
 
 
@@ -368,18 +357,15 @@ def unfold_commands(folded: str) -> str:
     """Write each command on a line of its own again."""
     lines: list[str] = []
     for line in folded.splitlines():
-        if COMMAND not in line:
+        if (match := FOLDED.fullmatch(line)) is None:
             lines.append(line)
             continue
-        _, times, rest = line.split(maxsplit=2)
-        begin, *later = times.split("+")
-        ns = int(begin)
-        lines.append(f"published {ns} {rest}")
+        begin, *later = match[1].split("+")
+        times = [int(begin)]
         for each in later:
-            count, _, step = each.rpartition("*")
-            for _ in range(int(count or 1)):
-                ns += int(step)
-                lines.append(f"published {ns} {rest}")
+            count, _, step = each.partition("*")
+            times += [times[-1] + number * int(step) for number in range(1, int(count) + 1)]
+        lines += [f"published {ns} {match[2]}" for ns in times]
     return "\n".join(lines)
 
 
