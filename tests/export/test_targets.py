@@ -64,8 +64,8 @@ def test_the_forager_is_small(ask: Ask, tmp_path: Path) -> None:
     """At most 4 kB of flash on both; the state takes at most 128 B."""
     export(tmp_path, "c99", single=True)
     judge = 'print $NF, ($1 <= 4096 && $2 + $3 <= 128 ? "fits" : "is too large")'
-    command = ("sh", "-c", f"make sizes | awk '$1 > 0 && $NF ~ /[.]o$/ {{ {judge} }}'")
-    answer = ask("sizes", tmp_path, command=command, finds=r"forage-.*")
+    command = ("sh", "-c", f"make sizes | awk '$1 + 0 > 0 && $NF ~ /[.]o$/ {{ {judge} }}'")
+    answer = ask("sizes", tmp_path, command=command, finds=r"(?m)^forage-.*")
     assert answer.said.splitlines() == ["forage-m3.o fits", "forage-avr.o fits"]
 
 
