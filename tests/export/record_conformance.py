@@ -39,7 +39,7 @@ class AskingTests:
         """Note a test that failed or was skipped, with the reason."""
         if not report.passed:
             reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longreprtext
-            self.bad[name_test(report.nodeid)] = reason
+            self.bad[name_test(report.nodeid)] = reason.strip().splitlines()[-1]
 
 
 def main() -> int:
