@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 from dataclasses import replace
+from functools import cache, lru_cache
 from math import nan
 from pathlib import Path
 from random import Random
@@ -49,12 +50,18 @@ DRAWS = 15
 
 def draw_job(seed: int, *, to: str, levels: int = 6, single: bool = False) -> ExportJob:
     """Draw libraries until one is lively, and prepare the export of its topmost automaton with some binding."""
+    return _draw_job(seed, levels=levels, single=single, as_documents=to == "json")
+
+
+@lru_cache(maxsize=16)
+def _draw_job(seed: int, *, levels: int, single: bool, as_documents: bool) -> ExportJob:
+    to = "json" if as_documents else "c99"  # beyond this, jobs are the same for all targets
     random, job = Random(seed), None
     for _ in range(DRAWS):
         kit = WHOLE_KIT if single else KIT
         automata = random.randint(1, levels)
         library = random_library(random, automata=automata, depth=random.randint(0, 4), kit=kit)
-        if to == "json":
+        if as_documents:
             library = keep_arcs_on_circles(library)
         name = list(library.taught)[-1]
         binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
@@ -90,6 +97,7 @@ def keep_arcs_on_circles(library: Library) -> Library:
     return library
 
 
+@cache
 def open_fixture() -> tuple[Library, BodyInterface]:
     """Open a foraging robot's library that was taught, with its lessons."""
     scenario = find_scenario("forage")
