@@ -265,7 +265,7 @@ def bounds(number: int, member: RoleSpec) -> tuple[bool, bool]:
     return number >= member.least, member.most is None or number <= member.most
 
 
-@settings(max_examples=400)
+@settings(max_examples=120)
 @given(trees())
 def test_everybody_is_in_one_squad_and_every_role_within_its_bounds_or_it_is_one_error(
     made: Scenario,

@@ -45,7 +45,7 @@ def test_a_new_scenario_in_the_studio(tmp_path: Path) -> None:
     file.write_text(start._write_new_scenario(tmp_path))
     assert 'kind = "sonar"' in file.read_text()
     frame_s, press_s = start._run_studio(str(file), tmp_path, tmp_path / "kernels")
-    assert 0 < frame_s < press_s < 60
+    assert 0 < frame_s < press_s
 
 
 def test_a_command_that_fails_is_no_time(tmp_path: Path) -> None:
