@@ -5,11 +5,17 @@ import os
 import sys
 import tempfile
 import zlib
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from time import time
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 SETTING = "UNDERSTUDY_KERNEL_CACHE"
 KERNELS = (
@@ -79,6 +85,24 @@ def write_kernel(key: str, data: bytes) -> None:
         _delete_unused(folder)
     except OSError as error:
         _warn(f"{error.strerror}: {error.filename}")
+
+
+@contextmanager
+def lock_kernel(key: str) -> Iterator[None]:
+    """Hold the lock of a file, so that another process waits for a kernel instead of compiling it, too.
+
+    The system releases the lock when the process ends. Where there are no locks, nothing waits.
+    """
+    with ExitStack() as opened:
+        if fcntl is not None:
+            with suppress(OSError):
+                folder = find_cache_folder()
+                folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+                path = folder / f".{key}.lock"
+                file = opened.enter_context(path.open("wb"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+                opened.callback(path.unlink, missing_ok=True)
+        yield
 
 
 @cache

@@ -1,6 +1,6 @@
 """Compiled twins of kernels: functions of the same code, in which names of kernels stand for their twins."""
 
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from types import FunctionType
@@ -32,7 +32,14 @@ def make_dispatcher(function: Any) -> Any:
     made: Any = numba.njit(**options, boundscheck=read_kernel_mode() == CHECKED)(twin)
     if not linked:
         made._cache = StoredKernels(f"{function.__module__}.{function.__qualname__}", _hash_source(function))
+        made.compile = partial(_compile_once, made)
     return made
+
+
+def _compile_once(dispatcher: Any, signature: Any) -> Any:
+    """Load or compile a kernel for these types; of several processes only one compiles it, and the others load it."""
+    with dispatcher._cache.lock(signature, dispatcher.targetctx):
+        return type(dispatcher).compile(dispatcher, signature)
 
 
 def _hash_source(function: Any) -> str:

@@ -5,18 +5,24 @@ import pickle
 import sys
 import sysconfig
 from collections.abc import Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from typing import Any
 
 import llvmlite
 import numba
+from numba.core import config
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 
-from understudy.jit.cache import read_kernel, write_kernel
+from understudy.jit.cache import lock_kernel, read_kernel, write_kernel
 from understudy.jit.processors import find_processor_kind
 from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
+
+OPTIMIZED = 3
+"""How much kernels are optimized, unless NUMBA_OPT says otherwise."""
 
 
 class KernelMissing(Exception):
@@ -37,6 +43,19 @@ class StoredKernels(_Cache):
     def cache_path(self) -> str:
         """Return the name, which Numba only shows."""
         return self._name
+
+    @contextmanager
+    def lock(self, sig: Any, target_context: Any) -> Iterator[None]:
+        """Hold a lock while the kernel is compiled for these types, unless it is there, so that others wait for it."""
+        if not self.compiles or next(self._find_contents(sig, target_context), None) is not None:
+            yield
+            return
+        _, processor, features = target_context.codegen().magic_tuple()
+        with (
+            global_compiler_lock,
+            lock_kernel(self._make_key(sig, processor, features)),
+        ):  # always in this order
+            yield
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled kernel for these types, or None if there is none."""
@@ -80,7 +99,8 @@ class StoredKernels(_Cache):
         """Do nothing: files are deleted by age."""
 
     def _make_key(self, sig: Any, processor: str, features: str) -> str:
-        """Hash all that a compiled kernel depends on: sources, types, mode, compilers, Python, system, processor."""
+        """Hash all that a compiled kernel depends on: sources, types, mode, compilers, Python, system and processor."""
+        level = vars(config)["OPT"]
         parts = (
             self._name,
             self._source,
@@ -92,5 +112,6 @@ class StoredKernels(_Cache):
             sysconfig.get_platform(),
             processor,
             features,
+            *([] if level == OPTIMIZED else [f"optimized {level}"]),
         )
         return sha256("\n".join(parts).encode()).hexdigest()
