@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import re
+import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -12,12 +11,10 @@ from typing import Any
 import msgspec
 
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
-from understudy_lab.study import FOLDERS, Row, Task
+from understudy_lab.sources import PACKAGES, find_sources, hash_sources
+from understudy_lab.study import Row, Task, find_experiment, folder_of
 
 NAME = "rows.jsonl"
-IRRELEVANT = ("ui", "viz", "testing.py")
-"""The packages on which no row depends."""
-IMPORTED = re.compile(r"understudy_lab\.(\w+)")
 
 
 class RowCache:
@@ -109,33 +106,15 @@ def _key(task: Task) -> bytes:
 @cache
 def fingerprint(experiment: str) -> str:
     """Return a hash of all source files that an experiment's rows depend on."""
-    laboratory = Path(__file__).parent
-    product = laboratory.with_name("understudy")
-    files = [
-        *(path for path in product.rglob("*.py") if path.relative_to(product).parts[0] not in IRRELEVANT),
-        *product.rglob("*.toml"),
-        *(path for used in find_used_sources(experiment) for path in _sources(used)),
-    ]
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        name = path.relative_to(laboratory.parent).as_posix()
-        digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+    return hash_sources(find_row_sources(experiment))
 
 
-def find_used_sources(experiment: str) -> set[str]:
-    """Return the folders and modules of the laboratory that an experiment imports, directly or indirectly."""
-    found: set[str] = set()
-    left = {FOLDERS.get(experiment, experiment)}
-    while left:
-        name = left.pop()
-        found.add(name)
-        for path in _sources(name):
-            left |= set(IMPORTED.findall(path.read_text("utf-8"))) - found
-    return found
-
-
-def _sources(name: str) -> list[Path]:
-    """Return the files of a folder or module of the laboratory."""
-    package = Path(__file__).parent
-    return [*package.glob(f"{name}.py"), *package.glob(f"{name}/*.py")]
+def find_row_sources(experiment: str) -> set[Path]:
+    """Return all source files that an experiment's rows depend on."""
+    own = folder_of(experiment) / "study.py"
+    if own.is_file():
+        return find_sources([own])
+    module = sys.modules[find_experiment(experiment).work.__module__]
+    package = sys.modules[module.__name__.partition(".")[0]]
+    packages = [Path(path) for path in getattr(package, "__path__", ())]
+    return find_sources([Path(str(module.__file__))], [*PACKAGES, *packages])

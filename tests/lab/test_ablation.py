@@ -33,6 +33,7 @@ from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.teachers.person import ReactionTime
 
 
+@pytest.mark.retrains
 def test_a_teaching_is_as_published() -> None:
     known = load_published("ablation")
     assert known is not None

@@ -152,6 +152,7 @@ def test_no_learner_is_judged_where_it_was_shown_anything() -> None:
     assert not set(worlds_of(3)) & set(worlds_of(4))
 
 
+@pytest.mark.retrains
 def test_a_piece_is_as_published() -> None:
     known = load_published("learners")
     assert known is not None

@@ -174,6 +174,7 @@ def test_plots(make: object, seed: int) -> None:
 CHEAP = ("chase", "triangle")
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("name", CHEAP)
 def test_the_first_teaching_is_as_published(name: str) -> None:
     known = load_published("repertoire")
@@ -182,6 +183,7 @@ def test_the_first_teaching_is_as_published(name: str) -> None:
     assert differences([row], known, EXPERIMENT) == []
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("name", ["eight", "around_convex"])
 def test_the_yardstick_does_it(name: str) -> None:
     trial = FEATS[name].trial(range(10))

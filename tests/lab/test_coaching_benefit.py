@@ -14,6 +14,7 @@ from understudy_lab.study import StudyPlan
 from understudy_lab.teachers.live_teacher import LIVE
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("way", [ALONE, COACHED, LIVE])
 def test_one_is_as_published(way: str) -> None:
     known = load_published("coached")

@@ -33,6 +33,7 @@ def learn(lesson: Lesson) -> Library:
     return Library(FORAGE_KIT).with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
 
 
+@pytest.mark.retrains
 def test_the_first_is_as_published() -> None:
     known = load_published("counterexamples")
     assert known is not None
@@ -56,6 +57,7 @@ def test_a_robot_fails_by_its_distance_where_it_went_wrong(rows: Any, wrong_s: f
     assert found.progress_s[far] == pytest.approx(wrong_s)
 
 
+@pytest.mark.retrains
 def test_a_lesson_in_a_failing_world_corrects_it() -> None:
     exercise = EXERCISES["goto"]
     slip = Example(0, "start", (5.0, 0.0), "done", ExampleKind.DIRECTIVE)

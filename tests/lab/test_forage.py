@@ -30,6 +30,7 @@ def judged(method: str) -> JudgedTeaching:
     return teach_and_judge(study.TEACHINGS[0], method=method)
 
 
+@pytest.mark.retrains
 def test_the_first_teaching_is_as_published(judged: JudgedTeaching, method: str) -> None:
     before = next(row for row in ROWS if row["task"] == {"method": method, "seed": judged.seed})
     found = summary(judged)
@@ -39,6 +40,7 @@ def test_the_first_teaching_is_as_published(judged: JudgedTeaching, method: str)
         assert found[close] == pytest.approx(before[close], abs=1e-4)
 
 
+@pytest.mark.retrains
 def test_it_was_taught_well(judged: JudgedTeaching) -> None:
     assert judged.evaluation.success >= 0.95
     assert judged.evaluation.relative_to_expert >= 0.88
@@ -46,17 +48,20 @@ def test_it_was_taught_well(judged: JudgedTeaching) -> None:
     assert judged.teaching.seconds <= 600
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("case", make_corner_cases())
 def test_corner_case(judged: JudgedTeaching, case: str) -> None:
     assert judged.corners[case] >= 0.95  # all of its twenty worlds but one, at least
 
 
+@pytest.mark.retrains
 def test_the_same_seed_gives_the_same_library(judged: JudgedTeaching, method: str) -> None:
     again = teach(judged.seed, method=method).library
     for name, taught in judged.teaching.library.taught.items():
         assert encode_document(again.taught[name]) == encode_document(taught)
 
 
+@pytest.mark.retrains
 def test_it_presses_like_a_person(judged: JudgedTeaching) -> None:
     """Far fewer presses than ticks: a policy copied by pressing every tick would be ten a second."""
     accounts = judged.teaching.accounts.values()

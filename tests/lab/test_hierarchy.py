@@ -22,6 +22,7 @@ from understudy_lab.tasks.soccer import kit as soccer_kit
 from understudy_lab.teachers.teacher import FIRST_SEED, Patience, ScriptedTeacher
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("way", ["two automata", "three layers"])
 def test_a_teaching_is_as_published(way: str) -> None:
     known = load_published("hierarchy")

@@ -26,6 +26,7 @@ from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.person import ReactionTime
 
 
+@pytest.mark.retrains
 def test_lessons_are_as_published() -> None:
     known = load_published("small")
     assert known is not None

@@ -136,6 +136,7 @@ def test_driving_away_is_noticed_once_each_time(screen: SessionView) -> None:
     assert noticed == [False, False, False, False, True, False, True]
 
 
+@pytest.mark.retrains
 def test_goto_is_taught_with_few_presses() -> None:
     teaching = LiveTeacher(Library(FORAGE_KIT), make_practice, 7, options=WATCHED).teach(GOTO)
     assert teaching.accounts["goto"].presses <= 30

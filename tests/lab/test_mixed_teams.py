@@ -51,6 +51,7 @@ def test_the_coordinator_orders_what_its_roles_know() -> None:
     assert {"seek", "share", "work", "load", "wait"} <= set(library.kit.behaviors)
 
 
+@pytest.mark.retrains
 def test_a_taught_mixed_team_outdoes_carriers() -> None:
     taught = teach(18)
     robots, seeds = taught.libraries, range(4)

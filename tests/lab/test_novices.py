@@ -44,6 +44,7 @@ from understudy_lab.tasks.soccer import POSITIONS
 TASKS = [{"seed": study.SEEDS[0]}, {"seed": study.SEEDS[1], "trait": "lapses", "factor": 1.5}]
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("task", TASKS)
 def test_some_are_as_published(task: dict[str, Any]) -> None:
     known = load_published("novices")

@@ -121,6 +121,7 @@ def test_the_coordinator_knows_what_its_robots_know() -> None:
     assert "forwards" in library.kit.behaviors
 
 
+@pytest.mark.retrains
 def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
     known = load_published("patrol")
     assert known is not None

@@ -23,6 +23,7 @@ from understudy_lab.tasks.soccer import SIZE, X, kit
 STEADY = StickSettings(gain=0.8, noise=0.02, dead_ticks=0, overshoot=0.0, slowest=0.7)
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("behavior", study.BEHAVIORS)
 def test_the_first_is_as_published(behavior: str) -> None:
     known = load_published("recordings")
@@ -188,6 +189,7 @@ def test_the_hand_is_late_and_overshoots() -> None:
     assert places == pytest.approx([0.0, 0.3, 0.45, 0.475])
 
 
+@pytest.mark.retrains
 def test_the_dead_time_of_a_hand_is_told_from_its_slowness() -> None:
     """Its reaction time is estimated a tick too long; then drivers would have gone on at the readings of switches."""
     lesson = walls.learn_walls_from_drives(4).library.taught["wall_left"].lesson

@@ -185,6 +185,7 @@ def test_only_tests_of_arriving_are_changed() -> None:
 # The findings
 
 
+@pytest.mark.retrains
 def test_the_first_searches_are_as_published() -> None:
     """Those of CMA-ES differ from machine to machine in their last digits, so they are left out."""
     known = load_published("searches")

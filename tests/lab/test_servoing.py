@@ -28,6 +28,7 @@ def seen(state: str, x: float, size: float = 500.0) -> SessionView:
     return SessionView(0.0, Mode.TRAINING, state, (state,), None, features, (), {}, None, 0, None, None)
 
 
+@pytest.mark.retrains
 @pytest.mark.parametrize("method", [study.FOUR, HAND])
 def test_the_first_is_as_published(method: str) -> None:
     known = load_published("servoing")

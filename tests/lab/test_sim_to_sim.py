@@ -26,6 +26,7 @@ from understudy_lab.sim_to_sim.trials import (
 from understudy_lab.tasks import soccer
 
 
+@pytest.mark.retrains
 def test_the_first_goto_is_as_published() -> None:
     known = load_published("transfer")
     assert known is not None

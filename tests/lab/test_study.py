@@ -11,8 +11,9 @@ from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
 from understudy_lab.results import differences, list_uncompared, load_published, read, save
-from understudy_lab.row_cache import NAME, RowCache, find_used_sources
+from understudy_lab.row_cache import NAME, RowCache
 from understudy_lab.runner import run
+from understudy_lab.servoing.trials import HAND
 from understudy_lab.study import (
     QUESTIONS,
     Row,
@@ -118,12 +119,6 @@ def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
     assert "7" in (tmp_path / "rows.former.jsonl").read_text()
 
 
-def test_rows_depend_on_every_experiment_that_theirs_imports() -> None:
-    used = find_used_sources("ablation")
-    assert {"ablation", "forage", "statistics"} <= used
-    assert "novices" not in used
-
-
 def test_what_differs_from_the_published_is_said() -> None:
     experiment = made([])
     rows = run(experiment, PLAN, RowCache("forage"))
@@ -151,13 +146,14 @@ def test_what_varies_is_compared_by_its_medians() -> None:
 
 
 def test_processes_side_by_side_find_the_same(tmp_path: Path) -> None:
-    experiment = find_experiment("forage")
-    plan = StudyPlan(experiment.seeds[:1])
-    known = load_published("forage")
+    """Work that teaches nothing: the trials of the hand-written robot."""
+    experiment, known = find_experiment("servoing"), load_published("servoing")
     assert known is not None
-    rows = run(experiment, plan, RowCache("forage", tmp_path), jobs=2)
+    by_hand = [{"method": HAND, "seed": seed} for seed in experiment.seeds[:3]]
+    experiment = replace(experiment, tasks=lambda _: by_hand)
+    rows = run(experiment, StudyPlan(experiment.seeds[:3]), RowCache("servoing", tmp_path), jobs=2)
     assert differences(rows, known, experiment) == []
-    assert [row["task"]["method"] for row in rows] == ["live", "watched", "plain"]
+    assert [row["task"] for row in rows] == by_hand
 
 
 def test_a_result_reads_back_as_it_was(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from understudy_lab.swarm.practice import SPECS, make_swarm_team, robots_world
 from understudy_lab.tasks.swarm_world import make_expert_libraries
 
 
+@pytest.mark.retrains
 def test_coordinators_bring_more_home_than_robots_by_themselves() -> None:
     known = make_expert_libraries()
     together, apart = (

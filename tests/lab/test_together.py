@@ -79,6 +79,7 @@ def test_cycles(
     assert [cycle.complete for cycle in cycles(seen)] == complete
 
 
+@pytest.mark.retrains
 def test_taught_patrols_hunt_and_gather_together() -> None:
     """And whatever their coordinators have robots do while all are to gather, they are on their way home."""
     taught = teach_all(210)
