@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -27,7 +28,8 @@ GROUPS = (("squads",), ("arena", "pulses 2", "tree 2", "inverse"), (ONE_LAYER,))
 def main() -> None:
     """Compile by running the cases named, or else each group in a process of its own."""
     if named := sys.argv[1:]:
-        works = {**dict(cases()), ONE_LAYER: partial(compile_world_kernels, load_scenario("patrol"))}
+        works: dict[str, Callable[[], object]] = dict(cases())
+        works[ONE_LAYER] = partial(compile_world_kernels, load_scenario("patrol"))
         with pause_garbage_collection():
             for name in named:
                 works[name]()
