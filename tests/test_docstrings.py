@@ -6,8 +6,6 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
-import pytest
-
 import understudy
 import understudy.testing
 from understudy.runtime import body
@@ -32,15 +30,18 @@ def list_callables() -> Iterator[tuple[str, Any]]:
                     yield f"{each.__name__}.{name}", function
 
 
-CALLABLES = dict(list_callables())
-
-
-@pytest.mark.parametrize("name", CALLABLES)
-def test_parameters_and_result_are_described(name: str) -> None:
-    text = inspect.getdoc(CALLABLES[name]) or ""
-    signature = inspect.signature(CALLABLES[name])
-    taken = [each for each in signature.parameters if each not in ("self", "cls")]
-    if taken:
-        assert "Parameters\n----------\n" in text
-    if signature.return_annotation not in ("None", None, inspect.Signature.empty):
-        assert any(f"{section}\n{'-' * len(section)}\n" in text for section in ("Returns", "Yields"))
+def test_parameters_and_result_are_described() -> None:
+    callables = dict(list_callables())
+    assert len(callables) > 150
+    without_parameters, without_result = [], []
+    for name, function in callables.items():
+        text, signature = inspect.getdoc(function) or "", inspect.signature(function)
+        taken = [each for each in signature.parameters if each not in ("self", "cls")]
+        if taken and "Parameters\n----------\n" not in text:
+            without_parameters.append(name)
+        returns = signature.return_annotation not in ("None", None, inspect.Signature.empty)
+        sections = (f"{section}\n{'-' * len(section)}\n" for section in ("Returns", "Yields"))
+        if returns and not any(section in text for section in sections):
+            without_result.append(name)
+    assert not without_parameters, "no section Parameters:\n" + "\n".join(without_parameters)
+    assert not without_result, "no section Returns or Yields:\n" + "\n".join(without_result)

@@ -1,6 +1,5 @@
 """House rules that no tool checks for us."""
 
-import ast
 import re
 import subprocess
 import sys
@@ -9,11 +8,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from tests.sources import MODULES, ROOT, read_source, relative
 
 from understudy.jit.cache import KERNELS
 
-ROOT = Path(__file__).parents[1]
-MODULES = sorted((ROOT / "src").rglob("*.py"))
 LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock", "requirements-release.lock")
 PIN = re.compile(r"^(?P<name>[A-Za-z0-9._-]+)==(?P<version>\S+)( ; .+)? \\$")
 HASH = re.compile(r"^    --hash=sha256:[0-9a-f]{64}( \\)?$")
@@ -24,21 +22,6 @@ NO_KERNELS = ("__init__", "dtypes", "seeing")
 
 QUICK_TO_IMPORT = ("understudy", "understudy.model", "understudy.runtime.interpreter", "understudy.ui.cli")
 SLOW = ("numba", "matplotlib", "textual")
-
-
-def relative(path: Path) -> str:
-    return path.relative_to(ROOT).as_posix()
-
-
-def imports(module: Path) -> set[str]:
-    """The top-level names of all that a module imports, wherever in it."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(module.read_text())):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            found.add((node.module or "").partition(".")[0])
-    return found
 
 
 def is_kernels(module: Path) -> bool:
@@ -60,25 +43,28 @@ def pins(lock: str) -> set[str]:
     return {line for line in (ROOT / lock).read_text().splitlines() if PIN.match(line)}
 
 
-@pytest.mark.parametrize("module", MODULES, ids=relative)
-def test_module_is_short(module: Path) -> None:
-    assert len(module.read_text().splitlines()) < MAX_LINES
+@pytest.mark.xdist_group("sources")
+def test_modules_are_short_and_say_why_they_exist() -> None:
+    assert len(MODULES) > 500
+    sources = {relative(module): read_source(module) for module in MODULES}
+    long = [f"{name}: {source.lines} lines" for name, source in sources.items() if source.lines >= MAX_LINES]
+    assert not long, f"modules of {MAX_LINES} lines or more:\n" + "\n".join(long)
+    silent = [name for name, source in sources.items() if not source.docstring]
+    assert not silent, "modules without a docstring:\n" + "\n".join(silent)
 
 
-@pytest.mark.parametrize("module", MODULES, ids=relative)
-def test_module_says_why_it_exists(module: Path) -> None:
-    assert ast.get_docstring(ast.parse(module.read_text()))
-
-
-@pytest.mark.parametrize("module", MODULES, ids=relative)
-def test_only_the_package_jit_imports_numba(module: Path) -> None:
+@pytest.mark.xdist_group("sources")
+def test_only_the_package_jit_imports_numba() -> None:
     """Ruff bans the import, but a `noqa` would silence it."""
-    assert module.parent.name == "jit" or "numba" not in imports(module)
+    others = [module for module in MODULES if module.parent.name != "jit"]
+    found = [relative(module) for module in others if "numba" in read_source(module).imports]
+    assert not found, "modules that import numba:\n" + "\n".join(found)
 
 
+@pytest.mark.xdist_group("sources")
 def test_kernels_are_bare() -> None:
     """They import other kernels, and what follows edits in those; else math and NumPy only."""
-    kernels = {relative(module): imports(module) for module in MODULES if is_kernels(module)}
+    kernels = {relative(module): read_source(module).imports for module in MODULES if is_kernels(module)}
     bare = {"math", "numpy", "understudy", "typing", "__future__"}
     assert {name: found - bare for name, found in kernels.items() if not found <= bare} == {}
 

@@ -1,15 +1,16 @@
-"""The pictures of pages that draw some, drawn by the code of those pages: python -m tests.docs.figures."""
+"""The code of pages, run once for all tests, and the pictures that it draws: python -m tests.docs.figures."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from contextlib import redirect_stdout
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from tests.docs.pages import ROOT
+from tests.docs.pages import ROOT, read
 
 PAGES = (ROOT / "docs" / "figures.md", ROOT / "docs" / "tutorials" / "study.md")
 PICTURES = ROOT / "docs" / "pictures" / "figures"
@@ -19,21 +20,42 @@ _PART = re.compile(
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def draw() -> Iterator[tuple[str, Any]]:
-    """Each picture of the pages by its name, and the axes that the page's code left in `axes`."""
+class PageRun(NamedTuple):
+    """What the code of a page did: what each block printed, and its pictures by their names, as SVG."""
+
+    printed: list[str]
+    pictures: dict[str, str]
+
+
+@cache
+def run_page(page: Path) -> PageRun:
+    """Run the code of a page from top to bottom; a picture is of the axes that the code before it left in `axes`."""
+    text, names = read(page), dict[str, Any](__name__="docs")
+    run = PageRun([], {})
+    for match in _PART.finditer(text):
+        code, picture = match.groups()
+        if picture is None:
+            above = "\n" * (
+                text.count("\n", 0, match.start()) + 1
+            )  # so that errors name the line of the page
+            printed = io.StringIO()
+            with redirect_stdout(printed):
+                exec(compile(above + code, str(page), "exec"), names)
+            run.printed.append(printed.getvalue())
+        elif page in PAGES:
+            from matplotlib import pyplot
+
+            run.pictures[picture] = write_svg(names["axes"])
+            pyplot.close("all")
+    return run
+
+
+def draw() -> dict[str, str]:
+    """All pictures of the pages by their names, as SVG."""
     import matplotlib as mpl
-    from matplotlib import pyplot
 
     mpl.use("agg")
-    for page in PAGES:
-        names: dict[str, Any] = {"__name__": "docs", "print": lambda *_: None}
-        for match in _PART.finditer(page.read_text(encoding="utf-8")):
-            code, picture = match.groups()
-            if picture is None:
-                exec(compile(code, str(page), "exec"), names)
-            else:
-                yield picture, names["axes"]
-                pyplot.close("all")
+    return {name: svg for page in PAGES for name, svg in run_page(page).pictures.items()}
 
 
 def write_svg(axes: Any) -> str:
@@ -56,8 +78,8 @@ def list_texts(svg: str) -> list[str]:
 def main(folder: Path = PICTURES) -> None:
     """Draw all pictures again."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, axes in draw():
-        (folder / f"{name}.svg").write_text(write_svg(axes), encoding="utf-8")
+    for name, svg in draw().items():
+        (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
 
 
 if __name__ == "__main__":

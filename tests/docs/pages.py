@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,17 +29,25 @@ class Block(NamedTuple):
     line: int
 
 
-def blocks(page: Path) -> list[Block]:
+@cache
+def read(page: Path) -> str:
+    """The text of a page."""
+    return page.read_text(encoding="utf-8")
+
+
+@cache
+def blocks(page: Path) -> tuple[Block, ...]:
     """The fenced blocks of a page, in order."""
-    text = page.read_text(encoding="utf-8")
-    return [
+    text = read(page)
+    return tuple(
         Block(match[1], match[2], text.count("\n", 0, match.start()) + 2) for match in _BLOCK.finditer(text)
-    ]
+    )
 
 
+@cache
 def outside_blocks(page: Path) -> str:
     """A page without its fenced blocks."""
-    return _BLOCK.sub("", page.read_text(encoding="utf-8"))
+    return _BLOCK.sub("", read(page))
 
 
 def links(page: Path) -> list[str]:
@@ -46,6 +55,7 @@ def links(page: Path) -> list[str]:
     return [markdown or html for markdown, html in _LINK.findall(outside_blocks(page))]
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """The headings of a page as links name them."""
     titles = re.findall(r"^#+ (.+)$", outside_blocks(page), re.MULTILINE)

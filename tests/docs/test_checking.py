@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,17 +15,17 @@ from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
 
 
-def test_the_lesson_of_the_page_is_checked_as_shown(tmp_path: Path) -> None:
+def test_the_lesson_of_the_page_is_checked_as_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     lesson, shown = (
         next(block for block in blocks(ROOT / "docs" / "checking.md") if block.language == language)
         for language in ("csv", "text")
     )
     (tmp_path / "lesson.csv").write_text(lesson.text, encoding="utf-8")
-    command = [sys.executable, "-m", "understudy.ui.cli"]
-    learn = [*command, "learn", "lesson.csv", "--name", "approach", "--library", "library"]
-    subprocess.run(learn, capture_output=True, check=True, cwd=tmp_path)
-    check = [*command, "check", "library"]
-    done = subprocess.run(check, capture_output=True, text=True, check=True, cwd=tmp_path)
+    learned = run("learn", "lesson.csv", "--name", "approach", "--library", "library")
+    assert learned.exit_code == 0, learned.output
+    done = run("check", "library")
+    assert done.exit_code == 0, done.output
     assert done.stdout.split() == shown.text.split()
 
 

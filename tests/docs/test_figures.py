@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from xml.etree import ElementTree
 
+import pytest
 from tests.docs import figures
 
 
@@ -13,9 +14,10 @@ def shapes(svg: str) -> Counter[str]:
     return Counter(node.tag.removeprefix(figures.SVG) for node in ElementTree.fromstring(svg).iter())
 
 
+@pytest.mark.xdist_group("drawing pages")  # their code runs once
 def test_the_pictures_are_up_to_date() -> None:
     """If not: python -m tests.docs.figures."""
-    drawn = {name: figures.write_svg(axes) for name, axes in figures.draw()}
+    drawn = figures.draw()
     kept = {path.stem: path.read_text(encoding="utf-8") for path in figures.PICTURES.glob("*.svg")}
     assert sorted(drawn) == sorted(kept)
     for name, svg in drawn.items():
