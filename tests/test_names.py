@@ -71,6 +71,7 @@ ALLOWED = {
     "app": "each front end has one application object",
     "body": "the protocol, and its implementation in MuJoCo",
     "camera": "one subject: in the real robot, in the kernels, on the page",
+    "clock": "one subject: time itself, and the session's time on the page",
     "coach": "the controller, and its messages and actions on the page",
     "learn": "the public function, and the command that calls it",
     "library": "the value, and its actions and view on the page",
