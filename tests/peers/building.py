@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -14,6 +15,7 @@ PACKAGES = "apt-get install --no-install-recommends g++ libfastrtps-dev cycloned
 """What a Debian system needs for all of them."""
 
 
+@cache
 def missing() -> str:
     """Why peers cannot be built here; empty where they can be."""
     for program in ("g++", "gcc", "idlc"):

@@ -31,8 +31,6 @@ from understudy.robots.ros.messages import decode_message as message_of
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Received
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
-
 DOMAIN = 47
 IMAGE = "sensor_msgs/msg/Image"
 NUMBERS = count()
@@ -47,6 +45,13 @@ PEERS = [
 ]
 SIZES = [(160, 120), (640, 480)]
 """Of images, in pixels: one that fits a datagram of UDP, and one that has to be sent in fragments."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compilers() -> None:
+    """Skip where peers cannot be built; found out when the first test runs, since compilers take seconds to say so."""
+    if reason := missing():
+        pytest.skip(reason)
 
 
 class Tap(DdsTransport):
