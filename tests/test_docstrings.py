@@ -33,15 +33,14 @@ def list_callables() -> Iterator[tuple[str, Any]]:
 def test_parameters_and_result_are_described() -> None:
     callables = dict(list_callables())
     assert len(callables) > 150
-    without_parameters, without_result = [], []
+    found = []
     for name, function in callables.items():
         text, signature = inspect.getdoc(function) or "", inspect.signature(function)
         taken = [each for each in signature.parameters if each not in ("self", "cls")]
         if taken and "Parameters\n----------\n" not in text:
-            without_parameters.append(name)
+            found.append(f"{name} has no section Parameters")
         returns = signature.return_annotation not in ("None", None, inspect.Signature.empty)
         sections = (f"{section}\n{'-' * len(section)}\n" for section in ("Returns", "Yields"))
         if returns and not any(section in text for section in sections):
-            without_result.append(name)
-    assert not without_parameters, "no section Parameters:\n" + "\n".join(without_parameters)
-    assert not without_result, "no section Returns or Yields:\n" + "\n".join(without_result)
+            found.append(f"{name} has no section Returns or Yields")
+    assert not found, "\n".join(found)

@@ -32,17 +32,17 @@ def name(page: Path) -> str:
 
 
 def test_links_lead_somewhere() -> None:
-    nowhere, no_heading = [], []
+    assert len(PAGES) > 50
+    found = []
     for page in PAGES:
         for link in links(page):
             where, _, anchor = link.partition("#")
             target = (page.parent / where) if where else page
             if not target.exists():
-                nowhere.append(f"{name(page)}: {link}")
+                found.append(f"{name(page)}: {link} leads nowhere")
             elif anchor and anchor not in anchors(target.resolve()):
-                no_heading.append(f"{name(page)}: {link}")
-    assert not nowhere, "links that lead nowhere:\n" + "\n".join(nowhere)
-    assert not no_heading, "links that name no heading:\n" + "\n".join(no_heading)
+                found.append(f"{name(page)}: {link} names no heading")
+    assert not found, "\n".join(found)
 
 
 def test_no_unwelcome_words() -> None:
@@ -110,10 +110,13 @@ def find_faults(command_line: Any, command: str) -> Iterator[str]:
             yield str(error) or repr(error)
 
 
+ONCE = pytest.mark.xdist_group("drawing pages")  # the code of these pages runs once
+MARKS = {
+    "docs/gymnasium.md": pytest.mark.long,  # it evaluates in 60 worlds that step in Python, one after another
+    **{name(page): ONCE for page in figures.PAGES},
+}
 WITH_PYTHON = [
-    pytest.param(
-        page, marks=pytest.mark.xdist_group("drawing pages") if page in figures.PAGES else (), id=name(page)
-    )
+    pytest.param(page, marks=MARKS.get(name(page), ()), id=name(page))
     for page in PAGES
     if any(block.language == "python" for block in blocks(page))
 ]
