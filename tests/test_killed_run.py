@@ -17,7 +17,7 @@ import os, subprocess, sys
 from tests.processes import end_with_tests
 
 def test_waits():
-    child = subprocess.Popen(end_with_tests([sys.executable, "-c", "import time; time.sleep(600)"]))
+    child = subprocess.Popen(end_with_tests([sys.executable, "-c", "import signal; signal.pause()"]))
     with open({pipe!r}, "w") as pipe:
         print(os.getpid(), child.pid, file=pipe, flush=True)
     child.wait()
