@@ -7,7 +7,8 @@ import signal
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 
 
 @contextmanager
@@ -15,9 +16,7 @@ def open_process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of single-threaded processes; on an error, they are ended, and what has not started is cancelled."""
     alone = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with _environment(alone):
-        pool = ProcessPoolExecutor(
-            jobs, mp_context=get_context("spawn"), initializer=_leave_signals_to_parent
-        )
+        pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin_worker)
         try:
             yield pool
         except BaseException:
@@ -31,8 +30,17 @@ def open_process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown()
 
 
-def _leave_signals_to_parent() -> None:
+def _begin_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent has ended, even if that was killed: nothing else would tell."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
