@@ -174,7 +174,7 @@ def test_the_moment_is_explained(tmp_path: Path) -> None:
 
 
 def test_a_directed_search_finds_what_chance_does_not() -> None:
-    found = falsify(make_measure(13.5), FORAGE, worlds=100, seconds=60.0, seed=1)
+    found = falsify(make_measure(13.5), FORAGE, worlds=100, seconds=60.0, seed=1, clock=lambda: 0.0)
     assert (found.random.runs, found.random.failed) == (100, 0)
     assert found.found_by == "directed"
     assert found.shrinking is not None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import logging
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 import zlib
 from pathlib import Path
-from time import sleep, time
+from time import time
 from typing import Any
 
 import pytest
+from tests.processes import end_with_tests
 
 from understudy.jit import cache
 from understudy.jit.processors import PROCESSOR_KINDS, find_processor_kind
@@ -104,21 +104,33 @@ def test_what_a_killed_process_left_is_deleted_later(folder: Path, age_s: float,
     assert left.exists() == stays
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
 def test_a_process_killed_while_it_writes_leaves_whole_files(folder: Path) -> None:
+    """Killed before or after any operation of two writes, it leaves no file, or a whole one."""
     code = (
-        "import os\nfrom understudy.jit import cache\n"
-        "while True: cache.write_kernel('1', os.urandom(3_000_000))"
+        "import os\nfrom tests.killed_at_operation import kill_self_after\nfrom understudy.jit import cache\n"
+        "found = []\n"
+        "cache.write_kernel('0', b'what is imported late is imported here')\n"
+        "for calls in range(500):\n"
+        "    if (child := os.fork()) == 0:\n"
+        "        kill_self_after(calls)\n"
+        "        cache.write_kernel('1', os.urandom(30_000))\n"
+        "        cache.write_kernel('1', os.urandom(30_000))\n"
+        "        os._exit(0)\n"
+        "    _, status = os.waitpid(child, 0)\n"
+        "    found.append(cache.read_kernel('1'))\n"
+        "    assert found[-1] is None or len(found[-1]) == 30_000, calls\n"
+        "    assert found[-1] is not None or not (cache.find_cache_folder() / ('1' + cache.SUFFIX)).exists(), calls\n"
+        "    if status == 0: break\n"
+        "    for left in cache.find_cache_folder().glob('.*'): left.unlink()\n"
+        "assert found[0] is None and found[-1] is not None and 20 < len(found) < 500, len(found)\n"
     )
-    for pause_s in (0.3, 0.4, 0.5):
-        process = subprocess.Popen([sys.executable, "-c", code])
-        try:
-            sleep(pause_s)
-        finally:
-            process.send_signal(signal.SIGKILL)
-            process.wait()
-        found = cache.read_kernel("1")
-        assert found is None or len(found) == 3_000_000
-        assert found is not None or not (folder / f"1{cache.SUFFIX}").exists()
+    root = Path(__file__).parents[2]
+    given = {**os.environ, "PYTHONPATH": os.pathsep.join((str(root), *sys.path))}
+    assert (
+        subprocess.run(end_with_tests([sys.executable, "-c", code]), env=given, check=False).returncode == 0
+    )
+    assert folder.exists()
 
 
 def test_two_processes_that_write_do_not_harm_each_other(folder: Path) -> None:
@@ -129,7 +141,7 @@ def test_two_processes_that_write_do_not_harm_each_other(folder: Path) -> None:
         "    found = cache.read_kernel('1')\n"
         "    assert found in (b'a' * 300_000, b'b' * 300_000)\n"
     )
-    writers = [subprocess.Popen([sys.executable, "-c", code, letter]) for letter in "ab"]
+    writers = [subprocess.Popen(end_with_tests([sys.executable, "-c", code, letter])) for letter in "ab"]
     assert [writer.wait() for writer in writers] == [0, 0]
 
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import logging
 import os
-import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from time import monotonic, sleep
+from threading import Condition, Event
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.jit import sample_kernels
+from tests.processes import end_with_tests
 
 from understudy.jit import cache, switch
 from understudy.jit.decorators import Kernel
@@ -23,7 +23,10 @@ from understudy.jit.settings import AUTO, MODE
 from understudy.ui.cli.output import show_progress
 
 ROOT = Path(__file__).parents[2]
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
+"""How long is waited for the loader at most."""
+SERVED = Condition()
+"""Notified whenever the loader has served a request."""
 
 
 @pytest.fixture(autouse=True)
@@ -33,8 +36,24 @@ def patient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv(cache.SETTING, str(tmp_path / "kernels"))
     monkeypatch.setattr(switch, "PATIENCE_S", -1.0)
     monkeypatch.setattr(switch, "_the_loader", None)
+    serve = switch.KernelLoader._serve
+
+    def serve_and_notify(loader: switch.KernelLoader, request: switch.Request) -> None:
+        try:
+            serve(loader, request)
+        finally:
+            with SERVED:
+                SERVED.notify_all()
+
+    monkeypatch.setattr(switch.KernelLoader, "_serve", serve_and_notify)
     yield
     end_loader()
+
+
+def wait_until(holds: Callable[[], object]) -> None:
+    """Wait until something holds, which comes of a request that the loader serves."""
+    with SERVED:
+        assert SERVED.wait_for(holds, PATIENCE_S)
 
 
 def end_loader() -> None:
@@ -56,11 +75,13 @@ def anew(kernel: Kernel[..., Any]) -> Kernel[..., Any]:
 
 def call_until(kernel: Kernel[..., Any], *args: Any) -> set[Any]:
     """Call a kernel until it is compiled for these arguments; return all that it returned."""
-    found, until = set(), monotonic() + PATIENCE_S
-    while not kernel.is_compiled(*args) and monotonic() < until:
+    found = set()
+
+    def call() -> bool:
         found.add(kernel(*args))
-        sleep(0.01)
-    assert kernel.is_compiled(*args)
+        return kernel.is_compiled(*args)
+
+    wait_until(call)
     return found | {kernel(*args)}
 
 
@@ -75,16 +96,18 @@ def test_progress_says_that_it_is_slower_while_kernels_are_compiled(
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
-    add_up, numbers, said = anew(sample_kernels.add_up), np.arange(4.0), ""
+    add_up, numbers, held = anew(sample_kernels.add_up), np.arange(4.0), Event()
+    pickles: Any = vars(switch)["pickle"]
+    load = pickles.load
+    monkeypatch.setattr(pickles, "load", lambda file: (load(file), held.wait(PATIENCE_S))[0])
     assert not switch.is_compiling()
-    until = monotonic() + PATIENCE_S
-    while not add_up.is_compiled(numbers) and monotonic() < until:
-        add_up(numbers)
-        if switch.is_compiling() and not said:
-            with show_progress("Worlds run") as report:
-                report(1, 100)
-            said = capsys.readouterr().err
-    assert "Worlds run (slower until the engine is compiled)" in said
+    add_up(numbers)
+    wait_until(switch.is_compiling)
+    with show_progress("Worlds run") as report:
+        report(1, 100)
+    assert "Worlds run (slower until the engine is compiled)" in capsys.readouterr().err
+    held.set()
+    wait_until(lambda: add_up.is_compiled(numbers))
     assert not switch.is_compiling()
 
 
@@ -109,10 +132,8 @@ def test_what_cannot_be_compiled_stays_plain_and_is_warned_about_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     name_type = anew(sample_kernels.name_type)
-    until = monotonic() + PATIENCE_S
-    while not caplog.records and monotonic() < until:
-        name_type(np.arange(4.0))
-        sleep(0.01)
+    name_type(np.arange(4.0))
+    wait_until(lambda: caplog.records)
     for _ in range(10):
         assert name_type(np.arange(4.0)).startswith("Plain")
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
@@ -128,15 +149,14 @@ def test_after_the_compiling_process_was_killed_kernels_stay_plain_and_others_ge
 
     def remember(*args: Any, **options: Any) -> Any:
         started.append(begin(*args, **options))
+        if len(started) == 1:
+            started[0].kill()
         return started[-1]
 
     monkeypatch.setattr(subprocess, "Popen", remember)
-    until = monotonic() + PATIENCE_S
-    while not started and monotonic() < until:
-        add_up(np.arange(4.0))
-    os.kill(started[0].pid, signal.SIGKILL)
-    while not caplog.records and monotonic() < until:
-        assert add_up(np.arange(4.0)) == 6.0
+    assert add_up(np.arange(4.0)) == 6.0
+    wait_until(lambda: caplog.records)
+    assert add_up(np.arange(4.0)) == 6.0
     assert "the process that compiles them has ended" in caplog.text
     assert call_until(add_up, np.arange(4, dtype=np.int32)) == {6.0}
     assert len(started) == 2
@@ -173,27 +193,24 @@ def test_code_for_more_general_arguments_is_used_until_there_is_some_for_these(
     monkeypatch.setattr(switch.KernelCompiler, "ask", lambda _, request: asked.append(request))
     assert call_until(double, 1.5, None) == {3.0}
     assert isinstance(double.run, switch.KernelSwitch)
-    until = monotonic() + PATIENCE_S
-    while not asked and monotonic() < until:
-        sleep(0.01)
+    wait_until(lambda: asked)
     assert [request.switch for request in asked] == [double.run]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked")
 def test_a_forked_process_loads_kernels_by_itself(tmp_path: Path) -> None:
     code = (
-        "import os, time, numpy as np\n"
+        "import os, threading, numpy as np\n"
         "from tests.jit.sample_kernels import add_up\n"
         "from understudy.jit import switch\n"
         "switch.PATIENCE_S = -1.0\n"
         "add_up(np.arange(4.0))\n"
         "child = os.fork()\n"
-        "until = time.monotonic() + 60\n"
-        "while not add_up.is_compiled(np.arange(4)) and time.monotonic() < until:\n"
-        "    add_up(np.arange(4)); time.sleep(0.01)\n"
-        "compiled = add_up.is_compiled(np.arange(4))\n"
-        "if child == 0: os._exit(0 if compiled else 1)\n"
-        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) + (not compiled))"
+        "while not add_up.is_compiled(np.arange(4)): add_up(np.arange(4)); threading.Event().wait(0.01)\n"
+        "if child == 0: os._exit(0)\n"
+        "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))"
     )
     given = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), *sys.path))}
-    assert subprocess.run([sys.executable, "-c", code], env=given, check=False).returncode == 0
+    assert (
+        subprocess.run(end_with_tests([sys.executable, "-c", code]), env=given, check=False).returncode == 0
+    )

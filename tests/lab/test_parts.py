@@ -5,13 +5,14 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 from tests.lab.test_study import PLAN, made
+from tests.processes import end_with_tests
+from tests.ui.cli.commands import run as run_command
 
 from understudy.errors import SettingError
 from understudy_lab.cluster import JobFailed, PartJob, run_on_cluster
@@ -71,21 +72,36 @@ SEEDS = find_experiment(NAME_OF_REAL).seeds[:1]
 REAL = StudyPlan(SEEDS)
 
 
+KILLED = """
+import os, signal
+from understudy.ui.cli import run_command_line
+from understudy_lab.row_cache import RowCache
+keep = RowCache.keep
+
+def keep_and_die(cache, row):
+    keep(cache, row)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+RowCache.keep = keep_and_die
+run_command_line()
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills with SIGKILL")
 @pytest.mark.long
 def test_a_part_that_is_killed_goes_on_and_gives_what_was_published(tmp_path: Path) -> None:
-    asked = [sys.executable, "-m", "understudy.ui.cli", "experiment", NAME_OF_REAL, "--out", str(tmp_path)]
+    asked = ["experiment", NAME_OF_REAL, "--out", str(tmp_path)]
     asked += ["--seeds", f"{SEEDS.start}:{SEEDS.stop}", "--jobs", "1"]
     file = tmp_path / Part(1, 2).file_name
-    job = subprocess.Popen([*asked, "--part", "1/2"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while job.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
-        time.sleep(0.02)
-    job.send_signal(signal.SIGKILL)
-    job.wait()
+    words = end_with_tests([sys.executable, "-c", KILLED, *asked, "--part", "1/2"])
+    job = subprocess.run(words, check=False, capture_output=True)
+    assert job.returncode == -signal.SIGKILL, job.stderr
     left = file.read_bytes()
+    assert left.count(b"\n") == 2, "its head, and one row"
     for number in (1, 2):
-        subprocess.run([*asked, "--part", f"{number}/2"], check=True, capture_output=True)
+        assert run_command(*asked, "--part", f"{number}/2").exit_code == 0
     assert file.read_bytes().startswith(left[: left.rindex(b"\n")])  # nothing was computed again
-    found = subprocess.run([*asked, "--gather", "--json"], check=False, capture_output=True, text=True)
+    found = run_command(*asked, "--gather", "--json")
     experiment, known = find_experiment(NAME_OF_REAL), load_published(NAME_OF_REAL)
     assert known is not None
     assert differences(msgspec.json.decode(found.stdout)["result"]["rows"], known, experiment) == []

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.model.lessons import goto, kit_of
+from tests.processes import end_with_tests
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.automaton import START, Automaton, State
@@ -264,47 +263,68 @@ def test_a_library_that_may_not_be_written(tmp_path: Path) -> None:
 
 
 SAVER = """
-import sys
+import os, sys
 from pathlib import Path
+from random import Random
+from tests.killed_at_operation import kill_self_after
 from tests.storage.test_library_folder import variant
 from understudy.storage.library_folder import save_automaton
-print("ready", flush=True)
-for turn in range(10**9):
-    save_automaton(Path(sys.argv[1]), variant((turn % 1000) / 1000))
-    print(turn, flush=True)
+turns = int(sys.argv[2])
+save_automaton(Path(sys.argv[3]), variant(0.0))  # what is imported late is imported here
+for attempt, line in enumerate(sys.stdin):
+    if (child := os.fork()) == 0:
+        kill_self_after(int(line))
+        for turn in range(turns * attempt, turns * (attempt + 1)):
+            save_automaton(Path(sys.argv[1]), variant(turn / 1000))
+            os.write(1, f"{turn} ".encode())
+        os._exit(0)
+    os.waitpid(child, 0)
+    os.write(1, b"ended\\n")
 """
+TURNS = 4
+"""How often a process saves unless it is killed."""
+KILLED_AFTER = range(0, 320, 7)
+"""After how many operations on files it is killed: a save has about 140."""
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
 def test_killed_at_any_moment(tmp_path: Path) -> None:
     """Whenever a saving process is killed, the library opens, and all it said it had saved is there."""
-    root = Path(__file__).parents[2]
+    root, folder = Path(__file__).parents[2], tmp_path / "library"
     path = os.pathsep.join([str(root), str(root / "src")])
-    for attempt in range(8):
-        saver = subprocess.Popen(
-            [sys.executable, "-c", SAVER, str(tmp_path)],
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=root,
-            env={**os.environ, "PYTHONPATH": path},
-        )
+    words = [sys.executable, "-c", SAVER, str(folder), str(TURNS), str(tmp_path / "warm")]
+    said, killed = set[int](), 0
+    with subprocess.Popen(
+        end_with_tests(words),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": path},
+    ) as saver:
+        assert saver.stdin is not None
         assert saver.stdout is not None
-        assert saver.stdout.readline() == "ready\n"
-        time.sleep(0.01 + 0.0137 * attempt)
-        os.kill(saver.pid, signal.SIGKILL)
-        said = saver.stdout.read().split()
-        saver.stdout.close()
-        saver.wait()
-        if not list(tmp_path.glob("*.json")):
-            assert said == []
-            continue
-        kept = open_library(tmp_path, KIT).library.taught["goto"].lesson
-        assert kept is not None
-        found = [kept.options.reaction_s]
-        for version in list_versions(tmp_path, "goto"):
-            lesson = load_version(tmp_path, "goto", version.number, KIT).taught.lesson
-            assert lesson is not None
-            found.append(lesson.options.reaction_s)
-        assert {int(turn) / 1000 for turn in said} <= set(found)
+        for operations in KILLED_AFTER:
+            saver.stdin.write(f"{operations}\n")
+            saver.stdin.flush()
+            *turns, end = saver.stdout.readline().split()
+            assert end == "ended"
+            killed += len(turns) < TURNS
+            said |= {int(turn) for turn in turns}
+            if not list(folder.glob("*.json")):
+                assert not said
+                continue
+            kept = open_library(folder, KIT).library.taught["goto"].lesson
+            assert kept is not None
+            found = [kept.options.reaction_s]
+            for version in list_versions(folder, "goto"):
+                lesson = load_version(folder, "goto", version.number, KIT).taught.lesson
+                assert lesson is not None
+                found.append(lesson.options.reaction_s)
+            assert {turn / 1000 for turn in said} <= set(found)
+        saver.stdin.close()
+    assert killed > 5
+    assert said
 
 
 def test_many_savers_lose_nothing(tmp_path: Path) -> None:
@@ -317,7 +337,9 @@ def test_many_savers_lose_nothing(tmp_path: Path) -> None:
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
     savers = [
-        subprocess.Popen([sys.executable, "-c", code, str(tmp_path), str(each)], cwd=root, env=environment)
+        subprocess.Popen(
+            end_with_tests([sys.executable, "-c", code, str(tmp_path), str(each)]), cwd=root, env=environment
+        )
         for each in range(3)
     ]
     assert [saver.wait() for saver in savers] == [0, 0, 0]

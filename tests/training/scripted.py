@@ -1,7 +1,8 @@
 """A session to be killed: random presses on the foraging world, one acknowledged step per line.
 
 Run as a program it is a nursery: it imports everything once, then forks a session for every line it reads
-("FOLDER SEED"), says its process id, and after another line waits for its end.
+("FOLDER SEED STEPS OPERATIONS"), which kills itself after so many steps and operations on files, and says when
+it has ended.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
+from tests.killed_at_operation import kill_self_after
 from tests.training.steps import do, drawn
 
 from understudy.learning.fit import learn
@@ -65,12 +67,17 @@ def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -
     session.close()
 
 
-def killed(folder: Path, seed: int) -> None:
+def killed(folder: Path, seed: int, *, steps: int, operations: int) -> None:
+    """Play until so many steps are acknowledged, and so many operations on files followed."""
     said = os.open(folder / "said", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
 
     def acknowledge(index: int, _: Session) -> None:
         os.write(said, f"{index}\n".encode())
+        if index + 2 == steps:
+            kill_self_after(operations)
 
+    if steps == 0:
+        kill_self_after(operations)
     play(folder, seed, acknowledge)
 
 
@@ -80,13 +87,11 @@ def main() -> None:
     open_library(with_everything_warm / "library", FORAGE_KIT, learn)
     os.write(1, b"ready\n")
     while line := sys.stdin.readline():
-        folder, seed = line.rsplit(maxsplit=1)
+        folder, seed, steps, operations = line.rsplit(maxsplit=3)
         child = os.fork()
         if child == 0:
-            killed(Path(folder), int(seed))
+            killed(Path(folder), int(seed), steps=int(steps), operations=int(operations))
             os._exit(0)
-        os.write(1, f"{child}\n".encode())
-        sys.stdin.readline()  # killed by now, or at its end: still there until it is waited for
         os.waitpid(child, 0)
         os.write(1, b"ended\n")
 

@@ -1,17 +1,17 @@
-"""Kill -9 at random moments: what was acknowledged is there, the library readable, the lesson identical."""
+"""Kill -9 between operations on files: what was acknowledged is there, the library readable, the lesson identical."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from signal import SIGKILL
 from typing import IO
 
 import pytest
+from tests.processes import end_with_tests
 from tests.training import scripted
 from tests.training.steps import told
 
@@ -22,6 +22,9 @@ from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.journal import AnyEntry, Journal
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
+
+MOST_OPERATIONS = 60
+"""After how many operations on files that follow a step a session is killed at most: several steps take as many."""
 
 
 def shown(taught: TrainedAutomaton) -> str:
@@ -74,7 +77,7 @@ class Nursery:
     def __init__(self, folder: Path) -> None:
         folder.mkdir()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.training.scripted", str(folder)],
+            end_with_tests([sys.executable, "-m", "tests.training.scripted", str(folder)]),
             cwd=Path(__file__).parents[2],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -92,19 +95,11 @@ class Nursery:
         return self._pipe(self.process.stdout).readline().strip()
 
     def kill_one(self, folder: Path, seed: int, random: Random) -> int:
-        """Run a session and kill it at a random moment; the last step it acknowledged, or -2."""
+        """Run a session that is killed at a random operation on files; the last step it acknowledged, or -2."""
         folder.mkdir()
-        wanted = random.randint(0, scripted.STEPS)
+        said, steps = folder / "said", random.randint(0, scripted.STEPS)
         stdin = self._pipe(self.process.stdin)
-        stdin.write(f"{folder} {seed}\n")
-        stdin.flush()
-        child, said = int(self._said()), folder / "said"
-        until = time.monotonic() + 20
-        while time.monotonic() < until and (not said.exists() or said.read_bytes().count(b"\n") < wanted):
-            time.sleep(0.0005)
-        time.sleep(random.random() * 0.01)
-        os.kill(child, SIGKILL)
-        stdin.write("\n")
+        stdin.write(f"{folder} {seed} {steps} {random.randrange(MOST_OPERATIONS)}\n")
         stdin.flush()
         assert self._said() == "ended"
         lines = said.read_text().split("\n")[:-1] if said.exists() else []
@@ -113,46 +108,54 @@ class Nursery:
     def close(self) -> None:
         self._pipe(self.process.stdin).close()
         self._pipe(self.process.stdout).close()
-        self.process.wait(timeout=20)
+        self.process.wait(timeout=60)
 
 
-def kill_and_check(times: int, folder: Path, monkeypatch: pytest.MonkeyPatch, *, live: bool) -> None:
+@pytest.fixture(scope="module")
+def nursery(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Nursery]:
+    """Forks the sessions of all tests."""
+    begun = Nursery(tmp_path_factory.mktemp("nursery") / "warm")
+    yield begun
+    begun.close()
+
+
+def kill_and_check(
+    times: int, nursery: Nursery, folder: Path, monkeypatch: pytest.MonkeyPatch, *, live: bool
+) -> None:
     """Kill sessions so many times; with `live`, those that count were killed while they were taught live."""
-    random, nursery = Random(20261121), Nursery(folder / "warm")
-    checked = 0
-    try:
-        while checked < times:
-            seed = random.randrange(2**30) * 2 + live
-            here = folder / f"{seed}"
-            acknowledged = nursery.kill_one(here, seed, random)
-            if acknowledged == -2:
-                continue  # killed before the session had begun
-            (folder / f"{seed}-reference").mkdir()
-            reference = Reference(folder / f"{seed}-reference", seed, monkeypatch)
-            again = Session.resume(here / "journal", Forage([seed]), scripted.LIBRARY)
-            assert told(again) in reference.may_be(acknowledged), (seed, acknowledged)
-            mode = again.mode
-            if mode is Mode.LIVE:  # it decides by all that was acknowledged
-                decides = again.trainee.taught.automaton.transitions
-                assert repr(decides) == repr(learn(again.lesson)), (seed, acknowledged)
-            again.tick()
-            again.close()
-            if (here / "library").exists():
-                opened = open_library(here / "library", FORAGE_KIT, learn)
-                assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
-            checked += not live or mode is Mode.LIVE
-    finally:
-        nursery.close()
+    random, checked = Random(20261121), 0
+    while checked < times:
+        seed = random.randrange(2**30) * 2 + live
+        here = folder / f"{seed}"
+        acknowledged = nursery.kill_one(here, seed, random)
+        if acknowledged == -2:
+            continue  # killed before the session had begun
+        (folder / f"{seed}-reference").mkdir()
+        reference = Reference(folder / f"{seed}-reference", seed, monkeypatch)
+        again = Session.resume(here / "journal", Forage([seed]), scripted.LIBRARY)
+        assert told(again) in reference.may_be(acknowledged), (seed, acknowledged)
+        mode = again.mode
+        if mode is Mode.LIVE:  # it decides by all that was acknowledged
+            decides = again.trainee.taught.automaton.transitions
+            assert repr(decides) == repr(learn(again.lesson)), (seed, acknowledged)
+        again.tick()
+        again.close()
+        if (here / "library").exists():
+            opened = open_library(here / "library", FORAGE_KIT, learn)
+            assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
+        checked += not live or mode is Mode.LIVE
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
 @pytest.mark.parametrize("live", [False, True])
-def test_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
-    kill_and_check(8, tmp_path, monkeypatch, live=live)
+def test_killed(nursery: Nursery, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
+    kill_and_check(6, nursery, tmp_path, monkeypatch, live=live)
 
 
 @pytest.mark.soak
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills with fork and SIGKILL")
 @pytest.mark.parametrize("live", [False, True])
-def test_killed_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
-    kill_and_check(200, tmp_path, monkeypatch, live=live)
+def test_killed_many_times(
+    nursery: Nursery, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool
+) -> None:
+    kill_and_check(200, nursery, tmp_path, monkeypatch, live=live)

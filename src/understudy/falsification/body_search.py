@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import monotonic
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.explain_run import DecisionReason, explain_query
 from understudy.analysis.measurement import skip_progress
 from understudy.analysis.tracing import TracedRun
+from understudy.clock import REAL_TIME
 from understudy.falsification.failure_replay import describe_failing_decision
 from understudy.falsification.falsify import AT_RANDOM, FIRST_SEED, Falsification, Report, skip_report
 from understudy.falsification.random_search import RandomSearch, search_seeds
@@ -53,6 +53,7 @@ def falsify_on_body(
     worlds: int | None = None,
     jobs: int = 1,
     report: Report = skip_report,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> Falsification:
     """Search at random for a seed with which a behavior fails on a body of one's own.
 
@@ -70,6 +71,8 @@ def falsify_on_body(
         The number of processes.
     report
         Called with the progress.
+    clock
+        What tells the time, s.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def falsify_on_body(
     EvaluationFailed
         If the body or a goal raises an error.
     """
-    began = monotonic()
+    began_s = clock()
 
     def progress(found: RandomSearch) -> None:
         report("Worlds at random", found.runs, found.failed)
@@ -94,12 +97,13 @@ def falsify_on_body(
         jobs=jobs,
         first_batch=1,
         progress=progress,
+        clock=clock,
     )
     return Falsification(
         random,
         found_by=AT_RANDOM if random.failed else None,
         interrupted=random.interrupted,
-        seconds=monotonic() - began,
+        seconds=clock() - began_s,
         notes=[] if random.failed else [NOT_VARIED],
     )
 

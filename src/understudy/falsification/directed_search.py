@@ -12,12 +12,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import chain, count
 from math import nan
-from time import monotonic
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.extras import import_cma
 from understudy.falsification.joint_worlds import Trial
@@ -53,6 +53,7 @@ def search_directed(
     seconds: float | None = None,
     most_failures: int = 1,
     progress: Callable[[DirectedSearch], None] = lambda found: None,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> DirectedSearch:
     """Search for failing worlds near those that came nearest to failing, until enough, the time, or Ctrl-C.
 
@@ -74,6 +75,8 @@ def search_directed(
         The number of failing worlds after which the search ends.
     progress
         Called after each generation with what was found so far.
+    clock
+        What tells the time, s.
 
     Returns
     -------
@@ -87,10 +90,10 @@ def search_directed(
     """
     import_cma()
     rng, found = np.random.default_rng(seed), DirectedSearch()
-    end = None if seconds is None else monotonic() + seconds
+    end = None if seconds is None else clock() + seconds
 
     def is_over() -> bool:
-        is_late = end is not None and monotonic() >= end
+        is_late = end is not None and clock() >= end
         return is_late or len(found.failures) >= most_failures or found.runs == most_runs
 
     try:

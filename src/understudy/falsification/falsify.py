@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
-from time import monotonic
 from typing import TypeAlias
 
 import numpy as np
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing, import_cma
 from understudy.falsification.directed_search import DirectedSearch, search_directed
@@ -66,6 +66,7 @@ def falsify(
     jobs: int = 1,
     vary: Collection[str] = ASPECTS,
     report: Report = skip_report,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> Falsification:
     """Search for a world of a scenario in which a behavior fails, and make it as simple as possible.
 
@@ -90,13 +91,15 @@ def falsify(
         What the directed search varies, of `ASPECTS`.
     report
         Called with the progress.
+    clock
+        What tells the time, s.
 
     Returns
     -------
     Falsification
         What was found, also if it was interrupted.
     """
-    began = monotonic()
+    began_s = clock()
     random = search_at_random(
         measure,
         scenario,
@@ -105,6 +108,7 @@ def falsify(
         seconds=None if worlds is not None else RANDOM_SHARE * seconds,
         jobs=jobs,
         progress=lambda found: report("Worlds at random", found.runs, found.failed),
+        clock=clock,
     )
     found = Falsification(random, interrupted=random.interrupted)
     trial = Trial(scenario, random.failures[0][1]) if random.failures else None
@@ -112,7 +116,7 @@ def falsify(
         found.found_by = AT_RANDOM
     elif not found.interrupted:
         trial = _search_directed(
-            measure, scenario, found, seed=seed, seconds=seconds, vary=vary, report=report
+            measure, scenario, found, seed=seed, seconds=seconds, vary=vary, report=report, clock=clock
         )
     if trial is not None:
         if found.interrupted:
@@ -124,9 +128,10 @@ def falsify(
                 trial,
                 seconds=None if worlds is not None else seconds,
                 progress=lambda now: report("Making it simpler", now.runs, 1),
+                clock=clock,
             )
             found.interrupted = found.shrinking.interrupted
-    found.seconds = monotonic() - began
+    found.seconds = clock() - began_s
     return found
 
 
@@ -139,6 +144,7 @@ def _search_directed(
     seconds: float,
     vary: Collection[str],
     report: Report,
+    clock: Callable[[], float],
 ) -> Trial | None:
     """Search from the worlds that came closest to failing; return the first failing one, None if there is none."""
     try:
@@ -157,6 +163,7 @@ def _search_directed(
         start=start,
         seconds=(1.0 - RANDOM_SHARE) * seconds,
         progress=lambda now: report("Directed search", now.runs, len(now.failures)),
+        clock=clock,
     )
     found.interrupted = found.directed.interrupted
     if not found.directed.failures:

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from functools import partial
-from time import monotonic
 from typing import TypeAlias
 
 import numpy as np
 
 from understudy.analysis.intervals import exact_interval_of_share
 from understudy.analysis.process_pool import open_process_pool
+from understudy.clock import REAL_TIME
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import WORLDS_AT_ONCE, Measure
 from understudy.model.kinds import Column
@@ -74,6 +74,7 @@ def search_at_random(
     seconds: float | None = None,
     jobs: int = 1,
     progress: Callable[[RandomSearch], None] = lambda found: None,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
     """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
 
@@ -93,6 +94,8 @@ def search_at_random(
         The number of processes.
     progress
         Called after each batch with what was found so far.
+    clock
+        What tells the time, s.
 
     Returns
     -------
@@ -106,6 +109,7 @@ def search_at_random(
         seconds=seconds,
         jobs=jobs,
         progress=progress,
+        clock=clock,
     )
 
 
@@ -123,6 +127,7 @@ def search_seeds(
     jobs: int = 1,
     first_batch: int = FIRST_BATCH,
     progress: Callable[[RandomSearch], None] = lambda found: None,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
     """Run a behavior in worlds of fresh seeds, whatever these worlds are; see `search_at_random`.
 
@@ -142,6 +147,8 @@ def search_seeds(
         The number of worlds after which the time that they take is known.
     progress
         Called after each batch with what was found so far.
+    clock
+        What tells the time, s.
 
     Returns
     -------
@@ -149,12 +156,12 @@ def search_seeds(
         What was found, also if it was interrupted.
     """
     found = RandomSearch()
-    end = None if seconds is None else monotonic() + seconds
-    batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch)
+    end = None if seconds is None else clock() + seconds
+    batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch, clock=clock)
     try:
         if jobs == 1:
             while seeds := batches.take():
-                values, took_s = run_seeds(measure, seeds)
+                values, took_s = run_seeds(measure, seeds, clock)
                 batches.note(len(seeds), took_s)
                 found.add(seeds, values)
                 progress(found)
@@ -175,21 +182,29 @@ class SeedBatches:
     most_runs
         The number of seeds. None: without end.
     end
-        The time after which there are no more, s of `monotonic`. None: never.
+        The time of `clock` after which there are no more, s. None: never.
     first_batch
         The number of seeds in the first batch.
+    clock
+        What tells the time, s.
     """
 
     def __init__(
-        self, first_seed: int, most_runs: int | None, *, end: float | None, first_batch: int = FIRST_BATCH
+        self,
+        first_seed: int,
+        most_runs: int | None,
+        *,
+        end: float | None,
+        first_batch: int = FIRST_BATCH,
+        clock: Callable[[], float] = REAL_TIME,
     ) -> None:
-        self._next, self._end = first_seed, end
+        self._next, self._end, self._clock = first_seed, end, clock
         self._stop = None if most_runs is None else first_seed + most_runs
         self._size = first_batch
 
     def take(self) -> range:
         """Return the next batch, an empty one if there is none."""
-        if self._end is not None and monotonic() >= self._end:
+        if self._end is not None and self._clock() >= self._end:
             return range(0)
         stop = self._next + self._size
         seeds = range(self._next, stop if self._stop is None else min(stop, self._stop))
@@ -198,16 +213,18 @@ class SeedBatches:
 
     def note(self, worlds: int, seconds: float) -> None:
         """Take note that a batch of so many worlds took a time, s."""
-        left_s = BATCH_S if self._end is None else min(BATCH_S, max(0.0, self._end - monotonic()))
+        left_s = BATCH_S if self._end is None else min(BATCH_S, max(0.0, self._end - self._clock()))
         fitting = int(left_s * worlds / max(seconds, 1e-9))
         self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))
 
 
-def run_seeds(measure: SeedMeasure, seeds: Sequence[int]) -> tuple[Column, float]:
+def run_seeds(
+    measure: SeedMeasure, seeds: Sequence[int], clock: Callable[[], float] = REAL_TIME
+) -> tuple[Column, float]:
     """Run a behavior in the worlds of these seeds; return the robustness of each, and the time that it took, s."""
-    began = monotonic()
+    began_s = clock()
     values = measure(seeds)
-    return values, monotonic() - began
+    return values, clock() - began_s
 
 
 def _search_in_jobs(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from time import monotonic
 from typing import TypeAlias
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.falsification.breakdown_ranges import list_fewer_breakdowns
 from understudy.falsification.joint_worlds import Trial
@@ -64,6 +64,7 @@ def shrink_failure(
     most_runs: int = MOST_RUNS,
     seconds: float | None = None,
     progress: Callable[[Shrinking], None] = lambda found: None,
+    clock: Callable[[], float] = REAL_TIME,
 ) -> Shrinking:
     """Make a failing world simpler as long as it still fails, no later, and in no other states than before.
 
@@ -84,6 +85,8 @@ def shrink_failure(
         The time, s. None: until nothing can be made simpler.
     progress
         Called after each simplification.
+    clock
+        What tells the time, s.
 
     Returns
     -------
@@ -92,10 +95,10 @@ def shrink_failure(
     """
     found = Shrinking(trial, measure([trial]))
     found.runs = 1
-    end = None if seconds is None else monotonic() + seconds
+    end = None if seconds is None else clock() + seconds
 
     def count_left() -> int:
-        return 0 if end is not None and monotonic() >= end else most_runs - found.runs
+        return 0 if end is not None and clock() >= end else most_runs - found.runs
 
     try:
         explicit = make_explicit(trial)

@@ -64,7 +64,17 @@ def test_two_libraries_are_compared_pair_by_pair(library: Path, other: Path) -> 
 
 
 def test_two_behaviors_are_compared_pair_by_pair(library: Path) -> None:
-    arguments = ("-l", library, *GOTO, "--goal", "at_station", "--metric", "distance_to(station)")
+    arguments = (
+        "-l",
+        library,
+        *GOTO,
+        "--goal",
+        "at_station",
+        "--metric",
+        "distance_to(station)",
+        "--limit",
+        60,
+    )
     told = said("eval", *arguments, "--against-behavior", "rotate_left")["comparison"]
     assert told["success"]["only_first"] == 8
     assert told["success"]["p"] == 2 / 2**8

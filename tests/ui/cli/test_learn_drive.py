@@ -87,7 +87,7 @@ def test_a_recording_of_ours_needs_no_mapping(library: Path, tmp_path: Path) -> 
     """The same run as a trace and as a recording gives the same spans; presses are not needed."""
     trace, recording = tmp_path / "run.jsonl", tmp_path / "run.mcap"
     for option, path in (("--trace", trace), ("--record", recording)):
-        said("run", "--library", library, "--seed", 7, option, path)
+        said("run", "--library", library, "--seed", 7, "--seconds", 150, option, path)
     given = ("--library", library, "--behaviors", "harvest,deposit")
     of_trace = said("learn", "--recording", trace, *given, "--name", "one")["drive"]["spans"]
     found = said("learn", "--recording", recording, *given, "--name", "two")["drive"]["spans"]

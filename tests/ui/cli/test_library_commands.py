@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +10,7 @@ import pytest
 from tests.coaching.lessons import goto
 from tests.model.lessons import goto as taught_goto
 from tests.sim.patrollers import ROBOTS, lead
-from tests.ui.cli.commands import ROOT, run, said
+from tests.ui.cli.commands import run, said
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import LearnerOptions, TreeOptions
@@ -172,7 +169,7 @@ def test_validate_gives_no_advice_on_a_file_that_is_broken_anywhere(library: Pat
     assert json.loads(told)["advice"] is None
 
 
-def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
+def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     table, folder = tmp_path / "lesson.csv", tmp_path / "library"
     table.write_text(TABLE)
     assert run("learn", table, "-l", folder, "-n", "walk").exit_code == 0
@@ -188,21 +185,14 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path) -> None:
         "kit = Kit.from_parts(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
         "             Feature('ready', BOOLEAN, reading='ready'), Behavior('done'))\n"
     )
-    command = [sys.executable, "-m", "understudy.ui.cli"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    monkeypatch.chdir(tmp_path)
     for arguments, expected in (
         ("validate", "built again"),
         ("rebuild", "1 automaton rebuilt"),
         ("validate", "all valid"),
     ):
-        done = subprocess.run(
-            [*command, arguments, "-l", str(folder), "--kit", "walking_kit:kit"],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env={**environment, "PYTHONIOENCODING": "utf-8"},
-            check=True,
-        )
+        done = run(arguments, "-l", folder, "--kit", "walking_kit:kit")
+        assert done.exit_code == 0
         assert expected in done.stdout
     assert len(list((folder / "versions" / "walk").iterdir())) == 1
 

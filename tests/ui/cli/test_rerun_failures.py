@@ -79,7 +79,7 @@ def test_results_do_not_depend_on_the_number_of_processes(library: Path, tmp_pat
     save_automaton(library, TrainedAutomaton(plant_idleness(TOO_FAR)))
     (library / "properties.toml").write_text(
         'understudy = "properties"\nversion = 1\n[hurries]\nbehavior = "forage"\nworld = "forage"\nseeds = 5\n'
-        'always = "goal"\nwithin_s = 30\n[mostly]\nbehavior = "forage"\nworld = "forage"\nseeds = 300\n'
+        'always = "goal"\nwithin_s = 30\n[mostly]\nbehavior = "forage"\nworld = "forage"\nseeds = 120\n'
         'always = "goal"\nwithin_s = 600\nat_least = 0.5\n'
     )
     one, two = (

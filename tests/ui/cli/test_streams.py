@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from understudy.ui.cli import run_command_line
 from understudy.ui.cli.main import make_command_line
 from understudy.ui.cli.output import print_json
 
@@ -64,7 +66,7 @@ OBJECTS = {
 def test_what_is_printed_for_programs_is_one_object(name: str, library: Path) -> None:
     arguments, key = OBJECTS[name]
     of = () if name in ("worlds", "experiment") else ("-l", str(library))
-    done = CliRunner().invoke(make_command_line(), [name, *arguments, *of, "--json"])
+    done = CliRunner().invoke(make_command_line([name]), [name, *arguments, *of, "--json"])
     assert done.exit_code == 0, done.output
     assert key in json.loads(done.stdout)
 
@@ -75,13 +77,33 @@ def test_nothing_but_an_object_is_printed(result: object) -> None:
         print_json(result)
 
 
+def run_with_encoding(encoding: str, *arguments: object) -> tuple[int, bytes]:
+    """Run the command line where standard output and error have an encoding; return the exit code and the output."""
+    out = BytesIO()
+    stdout, stderr = (TextIOWrapper(each, encoding=encoding) for each in (out, BytesIO()))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys, "argv", ["understudy", *map(str, arguments)])
+        patched.setattr(sys, "stdout", stdout)
+        patched.setattr(sys, "stderr", stderr)
+        with pytest.raises(SystemExit) as end:
+            run_command_line()
+        stdout.flush()
+        return int(end.value.code or 0), out.getvalue()
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
 def test_a_terminal_without_our_letters(library: Path, encoding: str) -> None:
     for command in (["validate"], ["show", "goto"]):
-        done = process(*command, "-l", library, PYTHONIOENCODING=encoding)
-        assert done.returncode == 0, (done.stdout, done.stderr)
-    told = process("show", "goto", "-l", library, "--json", PYTHONIOENCODING=encoding)
-    assert json.loads(told.stdout.decode("utf-8"))["name"] == "goto"
+        code, text = run_with_encoding(encoding, *command, "-l", library)
+        assert code == 0, text
+        assert text
+    code, text = run_with_encoding(encoding, "show", "goto", "-l", library, "--json")
+    assert json.loads(text.decode("utf-8"))["name"] == "goto"
+
+
+def test_a_process_whose_output_is_ascii(library: Path) -> None:
+    done = process("show", "goto", "-l", library, PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, (done.stdout, done.stderr)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
@@ -108,9 +130,8 @@ def test_a_reader_that_leaves_early(library: Path) -> None:
 
 
 def run(*arguments: object) -> Result:
-    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(
-        make_command_line(), [*map(str, arguments)]
-    )
+    given = [*map(str, arguments)]
+    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(make_command_line(given), given)
 
 
 @pytest.mark.parametrize("taken", ["out", "out/library", "out/pictures"])

@@ -34,13 +34,14 @@ def in_loop(test: Callable[[], Coroutine[Any, Any, None]]) -> Callable[[], None]
     return run
 
 
-async def until(condition: Callable[[], bool]) -> None:
-    """Wait for something that happens soon."""
-    for _ in range(500):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it did not happen")
+async def until(widget: SessionWidget, condition: Callable[[], bool]) -> None:
+    """Wait until something holds, which changes what is sent to the page."""
+    changed = asyncio.Event()
+    widget.observe(lambda _: changed.set())
+    async with asyncio.timeout(60):
+        while not condition():
+            await changed.wait()
+            changed.clear()
 
 
 def send(widget: SessionWidget, **content: str) -> None:
@@ -54,8 +55,8 @@ async def test_a_press_in_the_page_reaches_the_session_and_comes_back() -> None:
     widget = show_session(session, speed=16.0)
     send(widget, **VIEW)
     send(widget, action="press", state="rotate_left")
-    await until(lambda: len(session.examples) == 2)
-    await until(lambda: bool(widget.moment["state"] == "rotate_left"))
+    await until(widget, lambda: len(session.examples) == 2)
+    await until(widget, lambda: bool(widget.moment["state"] == "rotate_left"))
     assert widget.panel["examples"] == 2
     assert widget.panel["status"]["tone"] == "recorded"
     assert [each["name"] for each in widget.lesson["states"]][:3] == ["start", "forward", "rotate_left"]
@@ -83,7 +84,7 @@ async def test_conditions_are_numbered_as_in_the_picture() -> None:
     for state in ("rotate_left", "forward", "rotate_left", "forward", "done"):
         session.direct(state)
         session.run_for(0.5)
-    await until(lambda: len(widget.lesson["transitions"]) == 4)
+    await until(widget, lambda: len(widget.lesson["transitions"]) == 4)
     transitions = widget.lesson["transitions"]
     drawn = re.search(r"Transitions: (.*)\.</desc>", widget.lesson["svg"])
     assert drawn is not None
@@ -115,10 +116,11 @@ async def test_a_closed_widget_leaves_the_session_alone() -> None:
     session = goto()
     widget = show_session(session, speed=16.0)
     send(widget, **VIEW)
-    await until(lambda: session.body.time_s > 0)
+    await until(widget, lambda: session.body.time_s > 0)
     widget.close()
     time_s = session.body.time_s
-    await asyncio.sleep(0.3)
+    async with asyncio.timeout(60):
+        await asyncio.gather(*asyncio.all_tasks() - {asyncio.current_task()}, return_exceptions=True)
     assert session.body.time_s == time_s
     session.direct("forward")
     session.run_for(0.2)

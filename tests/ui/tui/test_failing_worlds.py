@@ -10,7 +10,7 @@ from tests.falsification.test_team_failure import teach_lead
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import Hand, plan, trainer
 from tests.ui.tui.test_main_screen import run
-from tests.ui.web.test_failing_worlds import MENDED, make_failures
+from tests.ui.web.test_failing_worlds import MENDED
 from textual.widgets import DataTable, Static
 
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan
@@ -31,10 +31,10 @@ async def listed(hand: Hand) -> tuple[dict[str, str], str]:
 
 @run
 async def test_one_is_opened_corrected_and_ticked_off(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    failing_library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    library = make_failures(tmp_path)
-    monkeypatch.chdir(tmp_path)  # where the folder of failing worlds is
+    library = failing_library
+    monkeypatch.chdir(library.parent)  # where the folder of failing worlds is
     async with trainer(plan(library, "goto", LessonChoices())) as hand:
         marks, head = await listed(hand)
         assert marks == dict.fromkeys(MENDED, "✗")
@@ -73,10 +73,10 @@ async def test_an_empty_list_says_where_failing_worlds_come_from(
 
 @run
 async def test_what_is_unsaved_and_does_not_run_there_is_not_lost(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    failing_library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    library = make_failures(tmp_path)
-    monkeypatch.chdir(tmp_path)
+    library = failing_library
+    monkeypatch.chdir(library.parent)
     other = LessonChoices(states=["forward"], features=["food_left"])
     async with trainer(plan(library, "other", other)) as hand:
         await hand.press("up", "full_stop")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from asyncio import sleep
+from asyncio import timeout, to_thread
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -19,6 +19,10 @@ from understudy.model.library import Library
 from understudy.robots.safety.guard import ArmingRefused
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.controller.training_plan import TrainingPlan
+from understudy.ui.tui.main_screen import TeachingScreen
+
+LONGEST_S = 60.0
+"""How long is waited for threads at most."""
 
 
 def plan(rig: Rig, folder: Path) -> TrainingPlan:
@@ -38,11 +42,9 @@ async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
 
 async def end_of_arming(hand: Hand, before: str = "Arming…") -> None:
     """Wait until the thread that arms has ended, and something else is said than `before`."""
-    for _ in range(500):
-        if hand.said != before:
-            return
-        await hand.pilot.pause(0.01)
-    raise AssertionError(f"still {before!r}")
+    async with timeout(LONGEST_S):
+        while hand.said == before:
+            await hand.pilot.pause(0.01)
 
 
 @run
@@ -81,7 +83,7 @@ async def test_time_goes_on_while_it_is_armed_and_a_stop_wins(
     """Such as over a network, where an agent may take its time to answer."""
     rig, answered = Rig(("one",)), Event()
     rig.seen()
-    monkeypatch.setattr(rig.robots[0], "prepare", lambda: answered.wait(10))
+    monkeypatch.setattr(rig.robots[0], "prepare", lambda: answered.wait(LONGEST_S))
     async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y")
         assert hand.said == "Arming…"
@@ -101,7 +103,7 @@ async def test_time_goes_on_while_it_is_armed_and_a_stop_wins(
 async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rig, answered, armings = Rig(("one",)), Event(), list[str]()
+    rig, left, ended, armings = Rig(("one",)), Event(), Event(), list[str]()
     rig.seen()
     robot = rig.robots[0]
     arm = robot.arm
@@ -113,17 +115,21 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
         except ArmingRefused:
             armings.append("refused")
             raise
+        finally:
+            ended.set()
 
-    monkeypatch.setattr(robot, "prepare", lambda: answered.wait(1.0))
+    unmount = TeachingScreen.on_unmount
+
+    def leave(screen: TeachingScreen) -> None:
+        unmount(screen)
+        left.set()
+
+    monkeypatch.setattr(TeachingScreen, "on_unmount", leave)
+    monkeypatch.setattr(robot, "prepare", lambda: left.wait(LONGEST_S))
     monkeypatch.setattr(robot, "arm", arm_and_note)
     async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y", "q")
-        await hand.pilot.pause(0.1)
-    answered.set()
-    for _ in range(500):
-        if armings:
-            break
-        await sleep(0.01)
+    assert await to_thread(ended.wait, LONGEST_S)
     assert armings == ["refused"]
     assert not robot.armed
 

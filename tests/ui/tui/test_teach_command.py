@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from tests.processes import end_with_tests
 from tests.ui.cli.commands import run
 
 GOTO = (
@@ -33,7 +34,7 @@ class Terminal:
         self._ours, theirs = pty.openpty()
         termios.tcsetwinsize(theirs, (24, 80))
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "understudy.ui.cli", *arguments],
+            end_with_tests([sys.executable, "-m", "understudy.ui.cli", *arguments]),
             stdin=theirs, stdout=theirs, stderr=theirs, close_fds=True, start_new_session=True,
             env={**os.environ, "TERM": "xterm-256color", "COLORTERM": "", "PYTHONWARNINGS": "default"},
         )  # fmt: skip
@@ -73,7 +74,7 @@ class Terminal:
             self._read(0.05)
         while self._read(0.0):
             pass
-        return self.process.wait(1)
+        return self.process.wait(LONGEST_S)
 
     def close(self) -> None:
         if self.process.poll() is None:
@@ -91,6 +92,7 @@ def terminal(*arguments: str) -> Iterator[Terminal]:
         opened.close()
 
 
+@pytest.mark.timed
 def test_it_teaches_in_a_terminal_survives_a_kill_and_saves(tmp_path: Path) -> None:
     library = str(tmp_path / "library")
     with terminal("teach", "goto", "--library", library, *GOTO) as first:

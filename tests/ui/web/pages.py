@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -13,12 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import uvicorn
 from starlette.testclient import TestClient, WebSocketTestSession
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
-from understudy.ui.web.access import listen
 from understudy.ui.web.app import make_app
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -172,22 +169,3 @@ def page(client: TestClient, query: str = "") -> Iterator[Page]:
 def served(made: StudioServer) -> Iterator[TestClient]:
     with TestClient(make_app(made), base_url=HOME) as client:
         yield client
-
-
-class Served:
-    """A real server on a real socket, in a thread of its own."""
-
-    def __init__(self, made: StudioServer) -> None:
-        self.address = listen("127.0.0.1", 0, None)
-        config = uvicorn.Config(make_app(made), log_level="error", ws_per_message_deflate=False)
-        self.server = uvicorn.Server(config)
-        self.thread = threading.Thread(target=self.server.run, kwargs={"sockets": [self.address.listener]})
-
-    def __enter__(self) -> str:
-        self.thread.start()
-        return f"ws://127.0.0.1:{self.address.port}/ws"
-
-    def __exit__(self, *_: object) -> None:
-        self.server.should_exit = True
-        self.thread.join(20)
-        assert not self.thread.is_alive()

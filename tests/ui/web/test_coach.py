@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Event
@@ -26,10 +25,17 @@ from understudy.ui.controller import coach as coaching
 from understudy.ui.controller.coach import AdviceReport
 from understudy.ui.controller.lesson_check import check_lesson
 from understudy.ui.controller.trainer import Trainer
+from understudy.ui.web.actions import coach as coach_actions
 from understudy.ui.web.server import StudioServer
 from understudy.verification.finding import FindingKind
 
 PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A studio that waits for the coach's report."""
+    monkeypatch.setattr(coach_actions, "PATIENCE_S", 60.0)
 
 
 @pytest.fixture
@@ -52,9 +58,9 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 
 def ready(person: Page) -> dict[str, Any]:
-    """What the coach answers, as soon as it is ready."""
-    while (answer := person.done("advise")).get("later"):
-        time.sleep(0.05)
+    """What the coach answers, for which the studio waits here as long as it takes."""
+    answer = person.done("advise")
+    assert not answer.get("later")
     return answer
 
 
@@ -178,8 +184,9 @@ def test_a_large_lesson_is_looked_over_beside_the_world(
     person: Page, made: StudioServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = Event()
+    monkeypatch.setattr(coach_actions, "PATIENCE_S", 0.0)
     monkeypatch.setattr(
-        coaching, "give_advice", lambda *all, **named: go.wait(10) and give_advice(*all, **named)
+        coaching, "give_advice", lambda *all, **named: go.wait(60) and give_advice(*all, **named)
     )
     for _ in range(2):
         answer = person.done("advise")
@@ -187,9 +194,8 @@ def test_a_large_lesson_is_looked_over_beside_the_world(
         assert "advice" not in answer
     step(person)
     go.set()
-    while (answer := person.done("advise")).get("later"):
-        pass
-    assert answer["advice"]
+    made.host.executor.submit(lambda: None).result(60)
+    assert person.done("advise")["advice"]
 
 
 def asked(person: Page) -> dict[str, Any]:

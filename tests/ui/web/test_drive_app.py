@@ -5,31 +5,38 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic, sleep
 from typing import Any
 
 import msgspec
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
+from tests.ui.web.pages import Wall
 
 from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
+from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web.drive_app import make_drive_app
 from understudy.ui.web.drive_server import TAKEN, DriveServer
 from understudy.ui.web.frames import HEADER, ROBOT
 
 HERE = "http://127.0.0.1"
-LONGEST_S = 20.0
+FRAME_S = 1 / 60
 
 
-def make_server(folder: Path, world: str = "forage") -> DriveServer:
-    options = DrivingOptions(world, 3, folder / "library", None, None, None, None, 0, kept=False)
-    return make_drive_server(options)[0]
+def make_server(folder: Path, wall: Wall) -> DriveServer:
+    options = DrivingOptions("forage", 3, folder / "library", None, None, None, None, 0, kept=False)
+    return make_drive_server(options, wall=wall)[0]
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> DriveServer:
-    return make_server(tmp_path)
+def wall() -> Wall:
+    """The clock of the drive, which moves when told."""
+    return Wall()
+
+
+@pytest.fixture
+def server(tmp_path: Path, wall: Wall) -> DriveServer:
+    return make_server(tmp_path, wall)
 
 
 @pytest.fixture
@@ -66,10 +73,8 @@ class Driver:
 
     def hear_until(self, **state: Any) -> None:
         """Take messages until the news say this."""
-        began = monotonic()
         while any(self.news.get(name) != value for name, value in state.items()):
             self.hear()
-            assert monotonic() - began < LONGEST_S, self.news
 
     def read_place(self) -> tuple[float, float]:
         robots = memoryview(self.frame)[HEADER.itemsize : HEADER.itemsize + ROBOT.itemsize]
@@ -87,12 +92,47 @@ def visit(client: TestClient) -> Iterator[Driver]:
         yield driver
 
 
-def steer(client: TestClient, driver: Driver, seconds: float, **stick: Any) -> None:
-    """Hold the stick for some time."""
-    end = monotonic() + seconds
-    while monotonic() < end:
+class Stick:
+    """The stick of a page, which is held while simulated time passes."""
+
+    def __init__(self, client: TestClient, server: DriveServer, wall: Wall) -> None:
+        self._client, self._server, self._wall = client, server, wall
+
+    def hold(self, driver: Driver, seconds: float, **stick: Any) -> None:
+        """Hold the stick for some time, once the server has heard of its position."""
         driver.send(do="steer", **stick)
-        sleep(0.05)
+        heard = StickPosition(stick.get("right", 0.0), stick.get("up", 0.0))
+        portal = self._client.portal
+        assert portal is not None
+        while portal.call(lambda: self._server.live.stick) != heard:
+            pass
+        for _ in range(round(seconds / FRAME_S)):
+            portal.call(self._pass_frame, heard)
+
+    def let_pass(self, seconds: float) -> None:
+        """Let time pass with the stick at rest."""
+        portal = self._client.portal
+        assert portal is not None
+        for _ in range(round(seconds / FRAME_S)):
+            portal.call(self._pass_frame, None)
+
+    def _pass_frame(self, stick: StickPosition | None) -> None:
+        self._wall.now += FRAME_S
+        if stick is not None:
+            self._server.live.steer(stick)
+        self._server.advance()
+
+
+@pytest.fixture
+def stick(client: TestClient, server: DriveServer, wall: Wall) -> Stick:
+    return Stick(client, server, wall)
+
+
+def wait_until_paused(client: TestClient, server: DriveServer) -> None:
+    """Wait until the server has noticed that the page has left."""
+    assert client.portal is not None
+    while client.portal.call(lambda: server.live.driving or server.live.automatic):
+        pass
 
 
 def list_labels(client: TestClient) -> list[str]:
@@ -112,16 +152,16 @@ def test_what_a_page_hears_first(client: TestClient) -> None:
     assert "Understudy: driving" in client.get("/").text
 
 
-def test_driven_reviewed_and_learned(client: TestClient) -> None:
+def test_driven_reviewed_and_learned(client: TestClient, stick: Stick) -> None:
     with visit(client) as driver:
         before = driver.read_place()
         driver.send(do="drive")
         driver.hear_until(driving=True, waiting=True)
-        steer(client, driver, 1.5, up=1.0)
+        stick.hold(driver, 1.5, up=1.0)
         driver.hear_until(waiting=False)
         refused = client.post("/review", json={"do": "learn"})
         assert (refused.status_code, "pause it" in refused.json()["error"]) == (400, True)
-        steer(client, driver, 1.0, right=-1.0)
+        stick.hold(driver, 1.0, right=-1.0)
         driver.send(do="pause_drive")
         driver.hear_until(driving=False, current=True)
         assert driver.read_place() != before
@@ -132,12 +172,14 @@ def test_driven_reviewed_and_learned(client: TestClient) -> None:
         assert {(each["from"], each["to"]) for each in learned["edges"]} >= {("forward", "rotate_left")}
 
 
-def test_the_automaton_drives_and_the_stick_takes_over(client: TestClient, server: DriveServer) -> None:
+def test_the_automaton_drives_and_the_stick_takes_over(
+    client: TestClient, server: DriveServer, stick: Stick
+) -> None:
     with visit(client) as driver:
         driver.send(do="drive")
         driver.hear_until(driving=True)
-        steer(client, driver, 1.5, up=1.0)
-        steer(client, driver, 1.0, right=-1.0)
+        stick.hold(driver, 1.5, up=1.0)
+        stick.hold(driver, 1.0, right=-1.0)
         driver.send(do="pause_drive")
         driver.hear_until(driving=False, current=True)
         driver.send(do="let_drive")
@@ -150,10 +192,11 @@ def test_the_automaton_drives_and_the_stick_takes_over(client: TestClient, serve
         refused = client.post("/review", json={"do": "undo"})
         assert (refused.status_code, "pause it" in refused.json()["error"]) == (400, True)
         before = driver.read_place()
+        stick.let_pass(1.0)
         driver.hear_until(state="forward")
         while driver.read_place() == before:
             driver.hear()
-        steer(client, driver, 0.5, right=1.0)
+        stick.hold(driver, 0.5, right=1.0)
         driver.hear_until(automatic=False, driving=True, state="")
         driver.send(do="let_drive")
         while "pause first" not in driver.news["error"]:
@@ -164,20 +207,16 @@ def test_the_automaton_drives_and_the_stick_takes_over(client: TestClient, serve
         assert learned.status_code == 200, learned.text
         driver.send(do="let_drive")
         driver.hear_until(automatic=True)
-    began = monotonic()
-    while server.live.automatic:  # the page has left
-        sleep(0.01)
-        assert monotonic() - began < LONGEST_S
+    wait_until_paused(client, server)
+    assert not server.live.automatic
 
 
-def test_a_page_that_leaves_pauses(client: TestClient, server: DriveServer) -> None:
+def test_a_page_that_leaves_pauses(client: TestClient, server: DriveServer, stick: Stick) -> None:
     with visit(client) as driver:
         driver.send(do="drive")
-        steer(client, driver, 0.5, up=1.0)
-    began = monotonic()
-    while server.live.driving:
-        sleep(0.01)
-        assert monotonic() - began < LONGEST_S
+        stick.hold(driver, 0.5, up=1.0)
+    wait_until_paused(client, server)
+    assert not server.live.driving
     assert server.live.stick.is_resting
     assert server.live.ticks > 0
 
@@ -225,7 +264,7 @@ def test_another_world(client: TestClient) -> None:
 
 
 def test_who_may_drive(tmp_path: Path) -> None:
-    app = make_drive_app(make_server(tmp_path), token="secret", hosts=None)
+    app = make_drive_app(make_server(tmp_path, Wall()), token="secret", hosts=None)
     with TestClient(app, base_url=HERE) as client:
         for path, status in (("/review", 403), ("/series", 403), ("/review?token=secret", 400)):
             assert client.get(path).status_code == status

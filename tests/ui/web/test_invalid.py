@@ -307,7 +307,7 @@ def mutated(draw: st.DrawFn) -> str:
     return text
 
 
-@settings(max_examples=1_000, suppress_health_check=list(HealthCheck))
+@settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(text=mutated())
 def test_mutated_messages(room: Room, text: str) -> None:
     obeyed_or_refused(room, text)

@@ -14,15 +14,21 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import pytest
+from tests.processes import end_with_tests
 from tests.ui.web.pages import GOTO
 from websockets.sync.client import ClientConnection, connect
+
+LONGEST_S = 60.0
+"""How long is waited for the process at most."""
 
 
 @contextmanager
 def running(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """A studio, and its port."""
     code = "from understudy.ui.cli import run_command_line; run_command_line()"
-    command = [sys.executable, "-c", code, "studio", "--library", str(folder), "--no-browser", "--port", "0"]
+    words = [sys.executable, "-c", code, "studio", "--library", str(folder), "--no-browser", "--port", "0"]
+    command = end_with_tests(words)
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
@@ -35,7 +41,7 @@ def running(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
         yield process, int(found[1])
     finally:
         process.kill()
-        process.communicate(timeout=30)
+        process.communicate(timeout=LONGEST_S)
 
 
 class Line:
@@ -54,7 +60,7 @@ class Line:
                 return received
 
     def hear(self) -> dict[str, Any]:
-        received = self.socket.recv(timeout=30)
+        received = self.socket.recv(timeout=LONGEST_S)
         if isinstance(received, bytes):
             return {}
         said: dict[str, Any] = json.loads(received)
@@ -75,6 +81,7 @@ def shown(person: Line, count: int) -> list[tuple[int, str, str]]:
     return [(each["number"], each["state"], each["next"]) for each in person.desk["desk"]["examples"]]
 
 
+@pytest.mark.timed
 def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
     folder = tmp_path / "library"
     with running(folder) as (process, port), line(port) as person:
@@ -86,7 +93,7 @@ def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
         before = shown(person, 4)
         assert person.say("press", state="done")["ok"]  # acknowledged, and not acted on yet
         process.send_signal(signal.SIGKILL)
-        process.wait(10)
+        process.wait(LONGEST_S)
     with running(folder) as (process, port), line(port) as person:
         while not person.desk:
             person.hear()
@@ -99,7 +106,7 @@ def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
         assert "interrupted" in person.desk["said"]["text"]
         person.say("step")
         process.send_signal(signal.SIGTERM)
-        assert process.wait(10) in (0, -signal.SIGTERM)
+        assert process.wait(LONGEST_S) in (0, -signal.SIGTERM)
     with running(folder) as (_, port), line(port) as person:
         assert person.say("open", name="goto")["ok"]
         assert shown(person, 5) == [*before, (5, "rotate_left", "done")]

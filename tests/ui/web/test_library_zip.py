@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from threading import Event, Thread
-from time import monotonic
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -16,7 +16,11 @@ from starlette.testclient import TestClient
 from tests.ui.web.pages import GOTO, HOME, Page, page, served, studio
 from tests.ui.web.test_library import files, names, teach
 
+from understudy.errors import FileError
+from understudy.model.library import Kit, Library
+from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import list_versions
+from understudy.ui.web import library_zip
 from understudy.ui.web.app import make_app
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.views.library import save_copy
@@ -184,29 +188,44 @@ def test_broken_and_boundless_zips(rig: Rig, monkeypatch: pytest.MonkeyPatch) ->
     assert rig.contents() == before
 
 
-@pytest.mark.parametrize(("mb", "said"), [(60, "longer than 16 MB"), (15, "expected `object`, got `array`")])
-def test_an_upload_holds_up_nobody_while_it_is_read(rig: Rig, mb: int, said: str) -> None:
-    """Whatever is in it: the studio's robot goes on beside it."""
-    parcel = zipped(("reach.json", b"[" + b"[]," * (mb * 2**20 // 3) + b"1]"))
-    gaps, done = [0.0], Event()
+def test_an_upload_holds_up_nobody_while_it_is_read(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page in control is answered while a zip is being read."""
+    begun, answered = Event(), Event()
+    unzip = library_zip.unzip_library
 
-    def live() -> None:
-        before = monotonic()
-        while not done.wait(0.005):
-            now = monotonic()
-            gaps.append(now - before)
-            before = now
+    def wait_and_unzip(data: bytes, kit: Kit) -> Library:
+        begun.set()
+        assert answered.wait(60)
+        return unzip(data, kit)
 
-    living = Thread(target=live)
-    living.start()
+    monkeypatch.setattr(library_zip, "unzip_library", wait_and_unzip)
+    parcel, given = rig.out(), list[tuple[int, dict[str, Any]]]()
+    giving = Thread(target=lambda: given.append(rig.give(parcel)))
+    giving.start()
+    assert begun.wait(60)
+    rig.person.done("step")
+    answered.set()
+    giving.join(60)
+    assert [status for status, _ in given] == [200]
+
+
+@pytest.mark.parametrize(("mb", "said"), [(1.1, "longer than 1 MB"), (0.9, "expected `object`, got `array`")])
+def test_what_is_in_an_upload_is_judged_before_it_is_built(
+    mb: float, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Building these lists would take 20 times their text, and the interpreter from all other threads."""
+    monkeypatch.setattr(library_zip, "MOST_DOCUMENT", 2**20)
+    parcel = zipped(("reach.json", b"[" + b"[]," * int(mb * 2**20 / 3) + b"1]"))
+    tracemalloc.start()
     try:
-        status, answer = rig.give(parcel)
+        with pytest.raises(FileError) as refusal:
+            library_zip.unzip_library(parcel, FORAGE_KIT)
+        _, most_bytes = tracemalloc.get_traced_memory()
     finally:
-        done.set()
-        living.join()
-    assert (status, said in answer["error"]) == (400, True), answer
-    assert "reach.json in the zip" in answer["error"]
-    assert max(gaps) < 0.3
+        tracemalloc.stop()
+    assert "reach.json in the zip" in str(refusal.value)
+    assert said in str(refusal.value)
+    assert most_bytes < 5 * library_zip.MOST_DOCUMENT
 
 
 def test_only_who_directs_imports(rig: Rig) -> None:

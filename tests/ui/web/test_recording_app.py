@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any
 
@@ -14,14 +16,14 @@ from starlette.testclient import TestClient
 from tests.segmentation.driven import ANNA, FAR, MAP
 from tests.segmentation.drives import follow
 from tests.segmentation.drives import make_drive as make_stick_drive
-from tests.segmentation.test_drive import make_drive, write
+from tests.segmentation.test_drive import make_drive
 from tests.segmentation.test_split_states import drive_along_walls
 
 from understudy.model.library import Library
 from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
 from understudy.segmentation.segment import segment
 from understudy.storage.library_folder import open_each_automaton
-from understudy.ui.cli.commands.learn_from_drive import DriveOptions
+from understudy.ui.cli.commands.learn_from_drive import DriveOptions, SegmentedDrive
 from understudy.ui.cli.commands.learn_from_drivers import segment_drivers
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.web.recording_app import make_recording_app
@@ -29,13 +31,22 @@ from understudy.ui.web.recording_app import make_recording_app
 HERE = "http://127.0.0.1"
 
 
+@cache
+def segment_tables(*tables: tuple[str, str]) -> Mapping[str, SegmentedDrive]:
+    """Segment tables of drivers before a ball, each with the driver's name."""
+    with TemporaryDirectory() as folder:
+        mapping = Path(folder, "map.toml")
+        mapping.write_text(MAP)
+        paths = {name: [Path(folder, f"{name or 'drive'}.csv")] for name, _ in tables}
+        for name, table in tables:
+            paths[name][0].write_text(table)
+        options = DriveOptions("driven", None, mapping, None, "range(ball)", None, None, 0)
+        return segment_drivers(paths, options)
+
+
 def make_review(folder: Path) -> RecordingReview:
     """The review of a drive to and fro of 300 ticks, with a map."""
-    mapping = folder / "map.toml"
-    mapping.write_text(MAP)
-    recording = write(folder / "drive.csv", make_drive())
-    options = DriveOptions("driven", folder / "library", mapping, None, "range(ball)", None, None, 0)
-    drive = segment_drivers({"": [recording]}, options)[""]
+    drive = segment_tables(("", "\n".join(make_drive()) + "\n"))[""]
     return RecordingReview(
         drive.found, drive.library, features=drive.features, folder=folder / "library", name="driven"
     )
@@ -178,10 +189,8 @@ def make_drivers_review(
     folder: Path, trust: str | None = None, targets: Mapping[str, str] = MappingProxyType({})
 ) -> RecordingReview:
     """The review of Anna, who goes back at 1 m from the ball, and Ben, who goes back at 2 m, 90 s each."""
-    (folder / "map.toml").write_text(MAP)
-    paths = {"anna": [ANNA.write(folder / "a.csv")], "ben": [FAR.write(folder / "b.csv")]}
-    options = DriveOptions("driven", None, folder / "map.toml", None, "range(ball)", None, None, 0)
-    drives = segment_drivers(paths, options)
+    drivers = (("anna", ANNA), ("ben", FAR))
+    drives = segment_tables(*((name, "\n".join(each.drive()) + "\n") for name, each in drivers))
     found = {name: each.found for name, each in drives.items()}
     first = drives["anna"]
     return RecordingReview(
@@ -218,8 +227,8 @@ def test_contradictions_between_drivers_are_settled_and_saved(tmp_path: Path) ->
     with TestClient(make_recording_app(review), base_url=HERE) as client:
         opened = client.get("/review").json()
         assert [(each["driver"], each["source"], each["first"]) for each in opened["episodes"]] == [
-            ("anna", "a.csv", 0),
-            ("ben", "b.csv", 1800),
+            ("anna", "anna.csv", 0),
+            ("ben", "ben.csv", 1800),
         ]
         assert (opened["drivers"], opened["trust"]) == (["anna", "ben"], None)
         learned = ask(client, do="learn")["learned"]

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import socket
-import time
 from pathlib import Path
-from statistics import median
-from typing import Any
 
 import pytest
-from tests.ui.web.pages import Served, Wall
-from websockets.asyncio.client import connect
+from tests.ui.web.pages import Wall
+from tests.ui.web.simulated_pages import LONGEST_S, SimulatedPage, SimulatedTime, connect_pages
 
 from understudy.errors import SettingError
 from understudy.sim.catalog import find_scenario
@@ -22,6 +18,9 @@ from understudy.ui.web.access import is_loopback, listen
 from understudy.ui.web.clients import Client
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
+
+MOST_FRAMES = 2
+"""How many frames may begin before a press is answered: a page that is waited for holds it up forever."""
 
 
 def test_the_next_free_port(tmp_path: Path) -> None:
@@ -88,49 +87,33 @@ def test_a_page_that_never_reads_is_let_go() -> None:
 
 def test_a_page_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
     """One page stops reading while the world runs fast; the director's presses are answered at once all the same."""
-    scenario = find_scenario("arena")
+    scenario, time = find_scenario("arena"), SimulatedTime()
     kit = make_scenario_kit(scenario)
-    made = StudioServer(SessionHost(scenario, tmp_path, kit))
-    behavior, feature = next(iter(kit.behaviors)), "time_in_state"
+    behavior = next(iter(kit.behaviors))
 
-    async def drive(address: str) -> tuple[list[float], list[float], int]:
-        async with connect(address, max_size=None) as person, connect(address, max_queue=1) as asleep:
-            asleep.transport.pause_reading()
-            waited, server_ms, frames, number = list[float](), list[float](), 0, 0
+    async def drive() -> None:
+        made = StudioServer(SessionHost(scenario, tmp_path, kit, wall=time), wall=time, wait=time.wait)
+        person, asleep = SimulatedPage(time), SimulatedPage(time)
+        async with connect_pages(made, person, asleep):
+            await asleep.hear()
+            asleep.socket.reads.clear()
+            await person.say("speed", speed=16)
+            await person.say("new", name="a", states=[behavior], features=["time_in_state"])
+            waits = list[int]()
+            for _ in range(40):
+                answer, frames = await person.say("press", state=behavior)
+                assert answer["ms"] == 0.0, "it was in the journal before any time passed"
+                waits.append(frames)
+                await person.hear_frame()
+            assert max(waits) <= MOST_FRAMES, waits
+            assert person.frames > 20
+            missed = asleep.socket.heard.qsize()
+            assert len(made.viewers) == 2
+            asleep.socket.reads.set()
+            await asleep.hear_frame()
+            assert missed + 10 > asleep.frames, "it misses frames, and gets the newest"
 
-            async def say(message: dict[str, Any]) -> dict[str, Any]:
-                nonlocal number, frames
-                number += 1
-                await person.send(json.dumps({"id": number, **message}))
-                while True:
-                    received = await asyncio.wait_for(person.recv(), 10)
-                    if isinstance(received, bytes):
-                        frames += 1
-                        continue
-                    answer: dict[str, Any] = json.loads(received)
-                    if answer.get("re") == number:
-                        assert answer.get("ok"), answer
-                        return answer
-
-            await say({"do": "speed", "speed": 16})
-            await say({"do": "new", "name": "a", "states": [behavior], "features": [feature]})
-            until = time.monotonic() + 2.0
-            while time.monotonic() < until:
-                began = time.monotonic()
-                answer = await say({"do": "press", "state": behavior})
-                server_ms.append(answer["ms"])
-                waited.append(time.monotonic() - began)
-                await asyncio.sleep(0.05)
-            asleep.transport.abort()
-            return waited, server_ms, frames
-
-    with Served(made) as address:
-        waited, server_ms, frames = asyncio.run(drive(address))
-    # A page that is waited for holds up every press until it is given up, after seconds; how quick a press is
-    # otherwise is measured by `understudy bench looks`.
-    assert median(server_ms) < 500
-    assert median(waited) < 0.5
-    assert frames > 20
+    asyncio.run(asyncio.wait_for(drive(), LONGEST_S))
 
 
 def test_a_port_where_somebody_else_listens(tmp_path: Path) -> None:

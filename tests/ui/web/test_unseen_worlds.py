@@ -247,7 +247,7 @@ def test_it_ends_when_it_is_cancelled_and_with_its_session(
         "the studio": made.host.close,
     }
     actions[end]()
-    assert held[1].wait(10)
+    assert held[1].wait(60)
     assert made.host.evaluation is None
     if end != "the studio":
         while shown(person) is not None:
@@ -296,8 +296,8 @@ def test_an_evaluation_that_is_cancelled_tells_nothing() -> None:
             over.set()
 
     running = UnseenWorldsEvaluation("goto", 1, worlds=2, evaluate=run)
-    assert began.wait(10)
+    assert began.wait(60)
     running.cancel()
-    assert over.wait(10)
+    assert over.wait(60)
     assert running.is_running
     assert running.take_status() is None

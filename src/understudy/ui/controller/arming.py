@@ -7,13 +7,14 @@ nothing here runs: then the guard stops the robots, since no command comes (`rob
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from msgspec import Struct
 
 from understudy.errors import SessionError, UnknownName
 from understudy.robots.arming_order import ArmingOrder
 from understudy.robots.robot import Robot
 from understudy.robots.twin import DigitalTwin, Ground
-from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 0.6
 """How long the page in control may be silent, s, before robots are disarmed; it reports every 0.15 s."""
@@ -35,7 +36,7 @@ class RobotArming:
     `place` ("the studio") names the interface in the log of stops, and as who armed.
     """
 
-    def __init__(self, ground: Ground, wall: WallClock, *, place: str) -> None:
+    def __init__(self, ground: Ground, wall: Callable[[], float], *, place: str) -> None:
         self._place = place
         self._twin = ground if isinstance(ground, DigitalTwin) else None
         self._wall = wall

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import ceil, inf, isinf
-from typing import TypeAlias
 
 from understudy.errors import SettingError
 from understudy.robots.twin import DigitalTwin, Ground
-
-WallClock: TypeAlias = Callable[[], float]
-"""A clock that only goes forward, s."""
 
 FASTEST = inf
 """As fast as possible."""
@@ -33,7 +29,7 @@ def check_speed(speed: float, where: str, *, live: bool = False) -> float:
     return speed
 
 
-def choose_clock(ground: Ground, wall: WallClock) -> WallClock:
+def choose_clock(ground: Ground, wall: Callable[[], float]) -> Callable[[], float]:
     """Return the clock by which a world runs: that of its robots' simulation if they have one, else real time."""
     simulated = ground.fleet.simulation_clock if isinstance(ground, DigitalTwin) else None
     return simulated or wall
@@ -42,7 +38,7 @@ def choose_clock(ground: Ground, wall: WallClock) -> WallClock:
 class RealTimeClock:
     """The clock of a world, paused at first. A `live` clock does not make up for late ticks."""
 
-    def __init__(self, wall: WallClock, *, tick_s: float, live: bool = False) -> None:
+    def __init__(self, wall: Callable[[], float], *, tick_s: float, live: bool = False) -> None:
         self.speed, self.live = 1.0, live
         self._wall, self._tick_s = wall, tick_s
         self._going = False
@@ -114,7 +110,7 @@ class RealTimeClock:
 class IdleWorld:
     """A world in real time without a trainer."""
 
-    def __init__(self, world: Ground, wall: WallClock) -> None:
+    def __init__(self, world: Ground, wall: Callable[[], float]) -> None:
         self._world, self.pace = (
             world,
             RealTimeClock(

@@ -28,7 +28,6 @@ from understudy.sim.team.libraries import (
     load_type_libraries,
 )
 from understudy.storage.library_folder import open_each_automaton
-from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.interrupted_sessions import finish_journal
 from understudy.ui.controller.open_session import OpenSession, begin_session
 from understudy.ui.controller.status import StatusMessage
@@ -172,7 +171,7 @@ class FailureOpening:
     name: str
     """The name of the failing world."""
 
-    def begin(self, wall: WallClock) -> OpenSession:
+    def begin(self, wall: Callable[[], float]) -> OpenSession:
         """Begin the session with a journal of its own, paused at that moment."""
         start = SessionStart(self.moment.lesson, dict(self.moment.targets))
         opened = begin_session(

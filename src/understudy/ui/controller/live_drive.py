@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from math import nan
 from threading import Lock
-from time import monotonic
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
 from understudy.runtime.feature_columns import read_feature_column
@@ -24,7 +24,7 @@ from understudy.segmentation.recorded_drive import RecordedDrive
 from understudy.segmentation.segment import Segmentation, segment
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
-from understudy.ui.controller.clock import RealTimeClock, WallClock
+from understudy.ui.controller.clock import RealTimeClock
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import AT_REST, StickLayout, StickPosition
@@ -82,7 +82,7 @@ class LiveDrive:
         *,
         agent: int = 0,
         keep: Callable[[RecordedDrive, NDArray[np.float64]], None] | None = None,
-        wall: WallClock = monotonic,
+        wall: Callable[[], float] = REAL_TIME,
     ) -> None:
         self.world, self.layout, self.agent = world, layout, agent
         self.driving = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy.ui.controller.clock import RealTimeClock, WallClock, choose_clock
+from understudy.ui.controller.clock import RealTimeClock, choose_clock
 from understudy.ui.controller.interrupted_sessions import make_journal_path
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
@@ -38,7 +39,7 @@ class OpenSession:
 def begin_session(
     plan: TrainingPlan,
     start: SessionStart,
-    wall: WallClock,
+    wall: Callable[[], float],
     *,
     body: Ground | CoordinatorBody | None = None,
     agent: int = 0,
@@ -73,7 +74,11 @@ def begin_session(
 
 
 def resume_session(
-    plan: TrainingPlan, journal: Path, wall: WallClock, *, body: Ground | CoordinatorBody | None = None
+    plan: TrainingPlan,
+    journal: Path,
+    wall: Callable[[], float],
+    *,
+    body: Ground | CoordinatorBody | None = None,
 ) -> OpenSession:
     """Resume an interrupted session, paused; an existing world becomes as it was then."""
     body = World(plan.world, [plan.seed]) if body is None else body

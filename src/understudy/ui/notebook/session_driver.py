@@ -6,12 +6,13 @@ the person cannot see, and nothing is learned from silence.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from understudy.errors import SessionError, SettingError
 from understudy.robots.twin import DigitalTwin
 from understudy.training.session import Session
-from understudy.ui.controller.clock import RealTimeClock, WallClock, check_speed
+from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.open_session import find_ground
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
@@ -29,7 +30,9 @@ class SessionDriver:
     `version` grows whenever there may be something new to see.
     """
 
-    def __init__(self, session: Session, *, speed: float, folder: Path | None, wall: WallClock) -> None:
+    def __init__(
+        self, session: Session, *, speed: float, folder: Path | None, wall: Callable[[], float]
+    ) -> None:
         ground = find_ground(session.body)
         if isinstance(ground, DigitalTwin):
             raise SessionError(

@@ -9,12 +9,12 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from time import monotonic
 from typing import ClassVar
 
 from textual import events
 from textual.app import App
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SessionError, UnderstudyError
 from understudy.falsification.failure_list import FailureList, list_failing_worlds
 from understudy.model.library import Kit
@@ -23,7 +23,6 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 from understudy.ui.controller import interrupted_sessions
-from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.failing_worlds import (
     FOLDER,
     LibrarySource,
@@ -77,7 +76,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         plan: TrainingPlan,
         *,
         unfinished: InterruptedSession | None = None,
-        wall: WallClock = monotonic,
+        wall: Callable[[], float] = REAL_TIME,
         ground: Ground | None = None,
         failures: Path = FOLDER,
     ) -> None:
@@ -144,7 +143,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         except UnderstudyError as error:
             self.exit(error)
             return
-        screen = TeachingScreen(self.open_session.trainer, show_failures=self._show_failures)
+        screen = TeachingScreen(self.open_session.trainer, show_failures=self._show_failures, wall=self.wall)
         self.push_screen(screen, self._ended)
 
     def _show_failures(self) -> None:

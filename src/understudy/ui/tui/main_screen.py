@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from time import monotonic
 from typing import ClassVar
 
 from rich.text import Text
@@ -15,6 +14,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import get_current_worker
 
+from understudy.clock import REAL_TIME
 from understudy.errors import UnderstudyError
 from understudy.model.plain_names import format_names
 from understudy.robots.arming_order import ArmingOrder
@@ -82,11 +82,17 @@ class TeachingScreen(Screen[str]):
         Binding("q,ctrl+c", "leave", show=False),
     ]
 
-    def __init__(self, trainer: Trainer, *, show_failures: Callable[[], object] | None = None) -> None:
+    def __init__(
+        self,
+        trainer: Trainer,
+        *,
+        show_failures: Callable[[], object] | None = None,
+        wall: Callable[[], float] = REAL_TIME,
+    ) -> None:
         super().__init__()
-        self.trainer = trainer
+        self.trainer, self._wall = trainer, wall
         self._show_failures = show_failures
-        self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
+        self.robots = RobotArming(trainer.body, wall, place="the terminal")
         self.explaining = False
         self._is_arming = False
         self._drawn: dict[str, Text] = {}
@@ -253,7 +259,7 @@ class TeachingScreen(Screen[str]):
     def replace_trainer(self, trainer: Trainer) -> None:
         """Go on with the trainer of another session."""
         self.trainer = trainer
-        self.robots = RobotArming(trainer.body, monotonic, place="the terminal")
+        self.robots = RobotArming(trainer.body, self._wall, place="the terminal")
         self.explaining = False
         trainer.suspend(False)
         self.draw()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from asyncio import Event
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from secrets import token_urlsafe
 
 from understudy.errors import SessionError
-from understudy.ui.controller.clock import WallClock
 
 SILENT_S = 30.0
 """Seconds without a message after which another page may take control."""
@@ -27,7 +26,7 @@ class Client:
     A page that reads slowly skips frames; it does not delay other pages.
     """
 
-    def __init__(self, key: str, wall: WallClock) -> None:
+    def __init__(self, key: str, wall: Callable[[], float]) -> None:
         self.key = key
         self.closing = False
         self.spoke_s = wall()
@@ -111,7 +110,7 @@ class Client:
 class Clients:
     """All connected pages; at most one of them (`director`) is in control."""
 
-    def __init__(self, wall: WallClock) -> None:
+    def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall
         self._here: dict[Client, None] = {}
         self._keys: dict[str, None] = {}

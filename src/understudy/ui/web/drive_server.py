@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
-from time import monotonic, perf_counter
+from collections.abc import Callable, Sequence
 
 import msgspec
 from starlette.websockets import WebSocket
 
+from understudy.clock import REAL_TIME
 from understudy.errors import UnderstudyError
 from understudy.model.features import BoundFeature
 from understudy.model.library import Kit
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.sensing.sensor_table import list_range_scans
-from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
 from understudy.ui.web.clients import Client
+from understudy.ui.web.frame_loop import Wait, repeat_each_frame
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.drive_requests import (
     AnyDriveRequest,
@@ -29,14 +29,7 @@ from understudy.ui.web.messages.drive_requests import (
     LetAutomatonDrive,
     SteerRobot,
 )
-from understudy.ui.web.server import (
-    FRAME_S,
-    PICTURE_S,
-    REST_S,
-    SceneNewsData,
-    close_socket,
-    exchange_messages,
-)
+from understudy.ui.web.server import PICTURE_S, SceneNewsData, close_socket, exchange_messages
 from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
 
 TAKEN = 4409
@@ -73,7 +66,10 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
 
 
 class DriveServer:
-    """The server of one drive; `folder` is where drives are kept, if they are."""
+    """The server of one drive; `folder` is where drives are kept, if they are.
+
+    `wall` is the clock (s) for message rates and pictures; `wait` lets other tasks run until the next frame is due.
+    """
 
     def __init__(
         self,
@@ -82,10 +78,12 @@ class DriveServer:
         features: Sequence[BoundFeature],
         *,
         folder: str | None = None,
-        wall: WallClock = monotonic,
+        wall: Callable[[], float] = REAL_TIME,
+        wait: Wait = asyncio.sleep,
     ) -> None:
         self.live = live
-        self._kit, self._features, self._folder, self._wall = kit, features, folder, wall
+        self._kit, self._features, self._folder = kit, features, folder
+        self._wall, self._wait = wall, wait
         self._described = [
             FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
             for each in features
@@ -157,10 +155,7 @@ class DriveServer:
     async def run(self) -> None:
         """Run the drive until cancelled, then end it so that it is kept."""
         try:
-            while True:
-                began = perf_counter()
-                self.advance()
-                await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
+            await repeat_each_frame(self.advance, clock=self._wall, wait=self._wait)
         finally:
             self.live.close()
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from pathlib import Path
 from threading import Thread
-from time import monotonic, sleep
+from time import sleep
 from typing import Literal, TypeAlias
 
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.failure_list import FailureList, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
-from understudy.ui.controller.clock import WallClock
 from understudy.ui.controller.failing_worlds import (
     Draft,
     FailureRerun,
@@ -71,13 +70,19 @@ class FailuresData(Data, frozen=True, kw_only=True):
 
 
 class RunningRerun:
-    """Failing worlds that are run again, in a thread of its own."""
+    """Failing worlds that are run again, in a thread of its own, which `wall` times."""
 
-    def __init__(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
+    def __init__(
+        self,
+        worlds: Sequence[FailingWorld],
+        library: LibrarySource,
+        draft: Draft | None,
+        wall: Callable[[], float],
+    ) -> None:
         self.result: FailureRerun | None = None
         self.problem = ""
         self.through, self.seconds = 0, 0.0
-        self._cancelled = False
+        self._wall, self._cancelled = wall, False
         Thread(target=self._run, args=(worlds, library, draft), daemon=True).start()
 
     @property
@@ -90,10 +95,10 @@ class RunningRerun:
         self._cancelled = True
 
     def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
-        began = monotonic()
+        began_s = self._wall()
         try:
             found = rerun_all(worlds, library, draft, progress=self._report)
-            self.seconds = monotonic() - began
+            self.seconds = self._wall() - began_s
             self.result = found
         except CancelledError:
             pass
@@ -110,7 +115,7 @@ class RunningRerun:
 class FailingWorldList:
     """The failing worlds of a folder, and the results of running them again; None as `folder`: there are none."""
 
-    def __init__(self, folder: Path | None, wall: WallClock) -> None:
+    def __init__(self, folder: Path | None, wall: Callable[[], float]) -> None:
         self.folder, self._wall = folder, wall
         self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
@@ -125,8 +130,8 @@ class FailingWorldList:
 
     @property
     def is_running(self) -> bool:
-        """True while worlds are run again."""
-        return self._running is not None and self._running.is_running
+        """True from the beginning of runs until `advance` has taken over their results."""
+        return self._running is not None
 
     def read(self) -> None:
         """Read the folder again."""
@@ -158,7 +163,7 @@ class FailingWorldList:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
         self._lesson.note_run(trainer)
-        self._running = RunningRerun(self.found.worlds, library, make_draft(trainer))
+        self._running = RunningRerun(self.found.worlds, library, make_draft(trainer), self._wall)
 
     def is_stale(self, trainer: Trainer | None) -> bool:
         """Return whether the lesson changed since the runs began."""
@@ -202,7 +207,7 @@ class FailingWorldList:
         """Return the list as the page shows it; None without a folder."""
         if self.folder is None:
             return None
-        running = self._running if self.is_running else None
+        running = self._running
         stale = self.result is not None and self.is_stale(trainer)
         through = 0 if running is None else running.through
         key = (

@@ -5,23 +5,24 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
-from time import monotonic, perf_counter
 
 import msgspec
 from msgspec import UNSET, UnsetType
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy import __version__
+from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
 from understudy.export.export_automaton import TARGETS
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus
-from understudy.ui.controller.clock import FASTEST, WallClock
+from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.failure_results import FailuresData
+from understudy.ui.web.frame_loop import Wait, repeat_each_frame
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
@@ -34,9 +35,6 @@ from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
 from understudy.ui.web.views.watched_team import TeamData, describe_team, drive_trained_robots
 
-FRAME_S = 1 / 60
-REST_S = 0.002
-"""The least pause (s) between two steps of the main loop, in which messages are received."""
 PICTURE_S = 1 / 30
 """The least time (s) between two pictures of a body that draws itself."""
 SESSION_S = 1 / 20
@@ -119,12 +117,20 @@ class AnswerData(Data, frozen=True, kw_only=True):
 
 
 class StudioServer:
-    """The server of one session host and all connected pages; `wall` is the clock (s) for message rates and updates."""
+    """The server of one session host and all connected pages.
+
+    `wall` is the clock (s) for message rates and updates; `wait` lets other tasks run until the next frame is due.
+    """
 
     def __init__(
-        self, host: SessionHost, *, wall: WallClock = monotonic, watch: TeamWatch | None = None
+        self,
+        host: SessionHost,
+        *,
+        wall: Callable[[], float] = REAL_TIME,
+        wait: Wait = asyncio.sleep,
+        watch: TeamWatch | None = None,
     ) -> None:
-        self.host, self.viewers, self._wall = host, Clients(wall), wall
+        self.host, self.viewers, self._wall, self._wait = host, Clients(wall), wall, wait
         self._watch = watch
         self._team: TeamData | None = None if watch is None else describe_team(watch)
         self._team_due_s = 0.0
@@ -202,7 +208,7 @@ class StudioServer:
 
     def handle_text(self, viewer: Client, text: str | bytes) -> None:
         """Execute the message of a page and queue the answer; that of a slow action follows at its end."""
-        began = perf_counter()
+        began_s = self._wall()
         number: int | None = None
         try:
             if not viewer.allow_message() and not _stops(text):
@@ -222,7 +228,7 @@ class StudioServer:
                 self.show()
                 return
             timed = isinstance(message, m.PressState | m.Confirm)
-            ms = round((perf_counter() - began) * 1e3, 3) if timed else UNSET
+            ms = round((self._wall() - began_s) * 1e3, 3) if timed else UNSET
             answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
             answer, reply = AnswerData(re=number, error=describe_error(error)), None
@@ -268,10 +274,7 @@ class StudioServer:
     async def run(self) -> None:
         """Run the studio until cancelled, then close the session so that its journal is complete."""
         try:
-            while True:
-                began = perf_counter()
-                self.run_due_ticks()
-                await asyncio.sleep(max(REST_S, FRAME_S - (perf_counter() - began)))
+            await repeat_each_frame(self.run_due_ticks, clock=self._wall, wait=self._wait)
         finally:
             self.host.close()
 

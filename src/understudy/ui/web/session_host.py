@@ -7,10 +7,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic
 
 from msgspec import UNSET
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
@@ -23,7 +23,7 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting, interrupted_sessions
 from understudy.ui.controller.arming import RobotArming
-from understudy.ui.controller.clock import IdleWorld, WallClock, check_speed
+from understudy.ui.controller.clock import IdleWorld, check_speed
 from understudy.ui.controller.failing_worlds import LibrarySource
 from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
@@ -68,7 +68,7 @@ class SessionHost:
         kit: Kit,
         *,
         seed: int = 0,
-        wall: WallClock = monotonic,
+        wall: Callable[[], float] = REAL_TIME,
         ground: Ground | None = None,
         failures: Path | None = None,
     ) -> None:

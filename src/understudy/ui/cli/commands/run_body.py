@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
-from time import monotonic, sleep
 from typing import TYPE_CHECKING
+
+from understudy.clock import REAL_TIME, Clock
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -238,7 +239,7 @@ def _draw(running: BodyRunSession, options: SimulatedRunOptions) -> None:
             write_picture_png(kept.items[-1], options.record)
 
 
-def _watch(running: BodyRunSession, speed: float) -> None:
+def _watch(running: BodyRunSession, speed: float, clock: Clock = REAL_TIME) -> None:
     """Show states and readings in the terminal while the run goes on; Ctrl-C ends it."""
     from rich.live import Live
 
@@ -246,7 +247,7 @@ def _watch(running: BodyRunSession, speed: float) -> None:
 
     out, world, step = make_console(), running.world, speed / REFRESHES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
-        due = monotonic()
+        due = clock()
         while True:
             live.update(render_body_screen(running, lines=out.height - 4), refresh=True)
             if running.is_over:
@@ -255,7 +256,7 @@ def _watch(running: BodyRunSession, speed: float) -> None:
             while world.time_s < until and not running.is_over:
                 running.tick()
             due += 1.0 / REFRESHES_PER_S
-            sleep(max(0.0, due - monotonic()))
+            clock.sleep(due - clock())
 
 
 def render_body_screen(running: BodyRunSession, *, lines: int) -> RenderableType:

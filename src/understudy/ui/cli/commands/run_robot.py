@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import inf
-from time import monotonic
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SettingError, join_names
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.local_team import LocalTeam
@@ -123,8 +122,8 @@ def _looked_over(live: LiveRun) -> None:
 
     fleet = live.twin.fleet
     typer.echo(f"Listening to {', '.join(robot.file.name for robot in fleet)} ...", err=True)
-    until = monotonic() + LISTEN_S
-    while monotonic() < until:
+    until = REAL_TIME() + LISTEN_S
+    while REAL_TIME() < until:
         live.tick()
     for robot in fleet:
         for problem in diagnose_connection(robot, seconds=0.0).problems:
@@ -212,7 +211,6 @@ def _keys() -> Iterator[Any]:
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, old)
 
 
-Clock: TypeAlias = Callable[[], float]
 LOOK_S, LOOKS = 0.005, 40
 """The time between two looks at a simulation's clock, s, and how many there are before keys are looked at."""
 
@@ -230,8 +228,8 @@ class LiveRun:
         libraries: Libraries,
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
         *,
-        clock: Clock | None = None,
-        sleep: Callable[[float], None] = time.sleep,
+        clock: Callable[[], float] | None = None,
+        sleep: Callable[[float], None] = REAL_TIME.sleep,
     ) -> None:
         self.twin = twin
         tree, radio = assign_team_members(twin.scenario), twin.scenario.radio
@@ -245,7 +243,7 @@ class LiveRun:
         )
         network = LocalNetwork(make_fate(round(radio.delay_s / twin.tick_s), radio.loss))
         self.team = LocalTeam(twin, plan, network)
-        self._clock, self._sleep = clock or twin.fleet.simulation_clock or time.monotonic, sleep
+        self._clock, self._sleep = clock or twin.fleet.simulation_clock or REAL_TIME, sleep
         self._due = self._clock()
         self.ticks = self.late = 0
 

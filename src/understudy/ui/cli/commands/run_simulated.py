@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic, sleep
 from typing import TYPE_CHECKING
+
+from understudy.clock import REAL_TIME, Clock
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -250,7 +251,9 @@ def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
     return recording.frames
 
 
-def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list[RunFrame]:
+def _watch(
+    running: RunSession, speed: float, trace: TraceWriter | None, clock: Clock = REAL_TIME
+) -> list[RunFrame]:
     """Show the run in the terminal while it runs; Ctrl-C ends it."""
     from rich.live import Live
 
@@ -259,7 +262,7 @@ def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list
     out, body = make_console(), running.body
     step = speed / FRAMES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
-        due = monotonic()
+        due = clock()
         while True:
             view = body.view()
             live.update(
@@ -271,7 +274,7 @@ def _watch(running: RunSession, speed: float, trace: TraceWriter | None) -> list
             while body.time_s < until and not running.is_over:
                 running.tick(trace)
             due += 1.0 / FRAMES_PER_S
-            sleep(max(0.0, due - monotonic()))
+            clock.sleep(due - clock())
 
 
 def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:

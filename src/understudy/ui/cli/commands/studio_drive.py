@@ -5,11 +5,11 @@ from __future__ import annotations
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
+from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.ui.cli.robot_options import FOLDER
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from understudy.model.library import Kit
     from understudy.segmentation.recorded_drive import RecordedDrive
-    from understudy.ui.controller.clock import WallClock
     from understudy.ui.controller.live_drive import DrivenWorld
     from understudy.ui.web.access import ListenAddress
     from understudy.ui.web.drive_server import DriveServer
@@ -112,7 +111,7 @@ class DriveFiles:
 
 
 def make_drive_server(
-    options: DrivingOptions, *, wall: WallClock = monotonic
+    options: DrivingOptions, *, wall: Callable[[], float] = REAL_TIME
 ) -> tuple[DriveServer, DriveFiles]:
     """Make the server of a drive in the world that the options name, and the files in which the drive is kept."""
     from understudy.segmentation.drive_kit import list_drive_features, make_candidates
