@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nan
 
@@ -47,11 +46,8 @@ class ConnectionReport:
     """The readings of its scenario that the robot does not have, so that lessons find them absent."""
 
 
-def diagnose_connection(
-    robot: Robot, *, seconds: float, sleep: Callable[[float], None] = time.sleep
-) -> ConnectionReport:
-    """Listen to a robot for the given time (s) without sending anything, and report what arrived."""
-    sleep(seconds)
+def diagnose_connection(robot: Robot, *, seconds: float) -> ConnectionReport:
+    """Report what arrived from a robot so far, which was listened to for the given time (s); nothing is sent."""
     peers, now, senses = robot.transport.peers(), robot.now_s, robot.senses
     arrivals = []
     for name, source in senses.sources.items():

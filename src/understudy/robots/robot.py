@@ -9,13 +9,14 @@ from __future__ import annotations
 import atexit
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Self
 from zlib import crc32
 
 import numpy as np
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
 from understudy.robots.derived_readings import DerivedReadings
@@ -62,7 +63,7 @@ class Robot:
     thread; use `connect_robot_body`, which makes one. FileError is raised if the robot file asks for something that
     messages do not contain.
 
-    `clock` (s) must be monotonic and the one that messages are stamped with on arrival. The time of day is used only
+    `clock` must be the one that messages are stamped with on arrival. The time of day is used only
     in the stamp of a TwistStamped: a robot whose clock differs by more than its command timeout may refuse such
     commands.
     """
@@ -75,7 +76,7 @@ class Robot:
         transport: Transport,
         *,
         path: Path | str = "robot.toml",
-        clock: Callable[[], float] = time.monotonic,
+        clock: Clock = REAL_TIME,
         watchdog: WatchdogClient | None = None,
     ) -> None:
         self.file, self.transport, self.path = file, transport, Path(path)

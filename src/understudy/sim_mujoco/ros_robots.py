@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.model.features import ReadingKey
 from understudy.robots.camera.blobs import Image
 from understudy.robots.ros.frame_tree import TRANSFORMS, make_transform
@@ -199,22 +200,27 @@ def make_point_message(x: float, y: float, z: float = 0.0) -> Any:
 
 
 def tick_in_real_time(
-    tick: Callable[[float], None], period_s: float, *, seconds: float, stopped: Callable[[], bool]
+    tick: Callable[[float], None],
+    period_s: float,
+    *,
+    seconds: float,
+    stopped: Callable[[], bool],
+    clock: Clock = REAL_TIME,
 ) -> int:
-    """Call `tick` once per period in real time; return how many ticks were late by a period or more.
+    """Call `tick` with the time once per period; return how many ticks were late by a period or more.
 
     Late ticks are not made up for. It ends after `seconds`, or when `stopped` returns true.
     """
-    began = due = time.monotonic()
+    began = due = clock()
     late = 0
-    while not stopped() and time.monotonic() - began < seconds:
-        tick(time.monotonic())
+    while not stopped() and clock() - began < seconds:
+        tick(clock())
         due += period_s
-        left = due - time.monotonic()
+        left = due - clock()
         if left > 0:
-            time.sleep(left)
+            clock.sleep(left)
         elif left < -period_s:
-            late, due = late + 1, time.monotonic()
+            late, due = late + 1, clock()
     return late
 
 

@@ -14,6 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
 from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
@@ -63,10 +64,12 @@ class RunRecorder:
     """A recorder of a run, which records messages from the start and decisions from `begin` on.
 
     FileError is raised if the file exists or cannot be written. `clock` gives the time with which messages are
-    stamped on arrival, in s: `time.monotonic`, or a simulation's.
+    stamped on arrival, in s: `time.monotonic`, or a simulation's. `chunks` is the clock by which they are put on disk.
     """
 
-    def __init__(self, path: Path | str, *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, path: Path | str, *, clock: Callable[[], float] = time.monotonic, chunks: Clock = REAL_TIME
+    ) -> None:
         register_message_types()
         self.path, self._clock = Path(path), clock
         self._began_ns = time.time_ns() - round(clock() * 1e9)
@@ -75,7 +78,7 @@ class RunRecorder:
         self._agents: list[AgentChannels] = []
         self._names: Sequence[str] = ()
         self._body: Body | None = None
-        self._writer = RecordingWriter(self.path)
+        self._writer = RecordingWriter(self.path, clock=chunks)
 
     def begin(
         self,

@@ -1,4 +1,4 @@
-"""Writer of recordings: a thread that compresses queued messages and puts a chunk of them on disk each second.
+"""Writer of recordings: a thread that compresses queued messages and puts them on disk as a chunk within a second.
 
 If the program is killed, the file can be read up to its last chunk.
 """
@@ -6,13 +6,15 @@ If the program is killed, the file can be read up to its last chunk.
 from __future__ import annotations
 
 import os
-import time
+from collections.abc import Iterator
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from threading import Lock, Thread
+from threading import Event, Lock, Thread
 from typing import IO, Any, NamedTuple
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError
 from understudy.extras import ExtraMissing
 from understudy.robots.recording.header import name_metadata
@@ -21,7 +23,7 @@ from understudy.robots.ros.messages import is_known_type
 
 PROFILE, LIBRARY = "ros2", "understudy"
 CHUNK_S = 1.0
-"""The time between two chunks on disk, in s, which is what a killed run loses."""
+"""The longest time until a message is on disk, in s, which is what a killed run loses."""
 MOST_WAITING = 256 * 2**20
 """The largest number of bytes that may wait for a slow disk."""
 
@@ -37,17 +39,19 @@ class _ChannelSpec(NamedTuple):
 class RecordingWriter:
     """A new MCAP file that is being written; all methods may be called from any thread.
 
-    FileError is raised if the file exists already or cannot be written.
+    FileError is raised if the file exists already or cannot be written. `clock` says when a chunk is due.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, *, clock: Clock = REAL_TIME) -> None:
         writer = _mcap()
         self.problem = ""
         """The reason why nothing more is written; empty if there is none."""
         self._path = Path(path)
         self._file = _opened(self._path)
         self._queue: SimpleQueue[Any] = SimpleQueue()
+        self._queued, self._clock = Event(), clock
         self._waiting, self._lock, self._closed = 0, Lock(), False
+        self._channels: list[int] = []
         self._whole = 0  # bytes that hold whole chunks
         self._writer = writer(self._file)
         self._writer.start(profile=PROFILE, library=LIBRARY)
@@ -56,13 +60,11 @@ class RecordingWriter:
 
     def write_header(self, entries: dict[str, str], *, part: str = "") -> None:
         """Write the header of a run, or of a part of the recording."""
-        self._queue.put((name_metadata(part), entries))
+        self._put((name_metadata(part), entries))
 
     def add_topic(self, topic: str, type: str) -> None:
         """Declare a topic; topics are numbered from 0 in this order."""
-        self._queue.put(
-            _ChannelSpec(topic, type, format_type_definition(type) if is_known_type(type) else "")
-        )
+        self._put(_ChannelSpec(topic, type, format_type_definition(type) if is_known_type(type) else ""))
 
     def write_message(self, number: int, data: bytes, at_ns: int) -> None:
         """Queue a message of a topic, by the topic's number, with its arrival time (ns since 1970).
@@ -75,16 +77,27 @@ class RecordingWriter:
             if self.problem or self._closed:
                 return
             self._waiting += len(data)
-        self._queue.put((number, data, at_ns))
+        self._put((number, data, at_ns))
 
     def close(self) -> bool:
         """Finish the file; return whether it was still open."""
         if self._closed:
             return False
         self._closed = True
-        self._queue.put(None)
+        self._put(None)
         self._thread.join()
         return True
+
+    def _put(self, item: Any) -> None:
+        self._queue.put(item)
+        self._queued.set()
+
+    def _take(self) -> Iterator[Any]:
+        """Yield what is queued."""
+        self._queued.clear()
+        with suppress(Empty):
+            while True:
+                yield self._queue.get_nowait()
 
     def _write(self) -> None:
         """Write queued messages in the writer's thread; store an error in `problem`, which the next tick reports."""
@@ -98,34 +111,41 @@ class RecordingWriter:
                 os.truncate(self._path, self._whole)
 
     def _write_all(self) -> None:
-        channels: list[int] = []
-        due = time.monotonic() + CHUNK_S
-        while True:
-            try:
-                item = self._queue.get(timeout=max(0.0, due - time.monotonic()))
-            except Empty:
-                item = ()
-            if item is None:
-                break
-            if isinstance(item, _ChannelSpec):
-                channels.append(self._registered(item))
-            elif len(item) == 2:
-                self._writer.flush()
-                self._writer.add_metadata(*item)
-                self._flush()
-            elif item:
-                number, data, at_ns = item
-                with self._lock:
-                    self._waiting -= len(data)
-                self._writer.add_message(channels[number], at_ns, data, at_ns)
-            if time.monotonic() >= due:
-                self._flush()
-                due = time.monotonic() + CHUNK_S
+        ended, due_s = False, inf  # when what was added since the last chunk has to be on disk
+        while not ended:
+            self._clock.wait(self._queued, min(CHUNK_S, due_s - self._clock()))
+            for item in self._take():
+                if item is None:
+                    ended = True
+                    break
+                self._add(item)
+                due_s = self._flush_if_due(min(due_s, self._clock() + CHUNK_S))
+            due_s = self._flush_if_due(due_s)
         self._flush()
         self._writer.finish()
         self._file.flush()
         os.fsync(self._file.fileno())
         self._file.close()
+
+    def _add(self, item: Any) -> None:
+        if isinstance(item, _ChannelSpec):
+            self._channels.append(self._registered(item))
+        elif len(item) == 2:
+            self._writer.flush()
+            self._writer.add_metadata(*item)
+            self._flush()
+        else:
+            number, data, at_ns = item
+            with self._lock:
+                self._waiting -= len(data)
+            self._writer.add_message(self._channels[number], at_ns, data, at_ns)
+
+    def _flush_if_due(self, due_s: float) -> float:
+        """Put a chunk on disk if that is due; return when it will be, s; infinity if nothing is left."""
+        if self._clock() < due_s:
+            return due_s
+        self._flush()
+        return inf
 
     def _flush(self) -> None:
         self._writer.flush()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from threading import Lock, Thread
 from typing import Any
@@ -54,10 +54,11 @@ Cyclone DDS would also warn of each invalid message.
 class DdsTransport:
     """A participant in a DDS domain, with a thread that passes on received messages.
 
-    ExtraMissing is raised if Cyclone DDS is not installed, and Unreachable if the domain cannot be joined.
+    Messages are stamped with `clock` (s) on arrival, and answers of services are awaited by it. ExtraMissing is raised
+    if Cyclone DDS is not installed, and Unreachable if the domain cannot be joined.
     """
 
-    def __init__(self, domain: int = 0) -> None:
+    def __init__(self, domain: int = 0, *, clock: Callable[[], float] = time.monotonic) -> None:
         try:
             from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
             from cyclonedds.core import DDSException, WaitSet
@@ -70,6 +71,7 @@ class DdsTransport:
         except DDSException as error:
             remedy = "check that the network is up, and that CYCLONEDDS_URI, if set, matches it"
             raise Unreachable(what=f"domain {domain} of DDS", problem=str(error), remedy=remedy) from error
+        self._clock = clock
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         self._changes, self._gone, self._alive = make_conditions(self._publications)
         self._others: Sequence[Publisher] = ()
@@ -78,7 +80,7 @@ class DdsTransport:
         self._readers: list[tuple[Any, Received, dict[int, int] | None]] = []
         self._kept: list[Any] = []  # conditions live as long as they are waited for
         self._writers: list[Any] = []
-        self._services = DdsServices(self._participant, self._listen)
+        self._services = DdsServices(self._participant, self._listen, clock)
         self._closed = False
         self._thread = Thread(target=self._receive, name="dds", daemon=True)
 
@@ -201,7 +203,7 @@ class DdsTransport:
         while not self._closed:
             with contextlib.suppress(DDSException):
                 self._waits.wait(beat)
-            now = time.monotonic()
+            now = self._clock()
             self._services.expire(now)
             for reader, received, seen in list(self._readers):
                 with contextlib.suppress(DDSException):

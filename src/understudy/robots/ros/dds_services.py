@@ -51,10 +51,15 @@ class DdsServices:
     transport, which also calls `expire` several times a second.
     """
 
-    def __init__(self, participant: Any, listen: Callable[[Any, Any, Received], None]) -> None:
+    def __init__(
+        self,
+        participant: Any,
+        listen: Callable[[Any, Any, Received], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsSubscription
 
-        self._participant, self._listen = participant, listen
+        self._participant, self._listen, self._clock = participant, listen, clock
         self._subscriptions = BuiltinDataReader(participant, BuiltinTopicDcpsSubscription)
         self._changes, self._gone, self._alive = make_conditions(self._subscriptions)
         self._readers: Sequence[Any] = ()
@@ -92,7 +97,7 @@ class DdsServices:
         with self._lock:
             self._sent += 1
             number = self._sent
-            endpoints.pending[number] = time.monotonic() + timeout_s, answered
+            endpoints.pending[number] = self._clock() + timeout_s, answered
         message = endpoints.raw.__new__(endpoints.raw)
         message.data = request[:HEAD] + ID.pack(self._client, number) + request[HEAD:]
         endpoints.writer.write(message)

@@ -16,6 +16,7 @@ from hashlib import blake2b
 from threading import Event, RLock, Thread, main_thread
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.messages import (
     LONGEST_IMAGE,
@@ -155,11 +156,18 @@ class ZenohTransport:
     """A Zenoh session in a domain of ROS 2, whose messages arrive in threads of Zenoh.
 
     It connects to the given `router`, such as `tcp/192.168.0.5:7447`, or to that of this machine. With `listen`,
-    others may connect to that endpoint directly, and no router of this machine is needed. ExtraMissing is raised if
-    Zenoh is not installed, and Unreachable if no router answers.
+    others may connect to that endpoint directly, and no router of this machine is needed. Messages are stamped by `clock`
+    on arrival. ExtraMissing is raised if Zenoh is not installed, and Unreachable if no router answers.
     """
 
-    def __init__(self, domain: int = 0, router: str | None = None, *, listen: str | None = None) -> None:
+    def __init__(
+        self,
+        domain: int = 0,
+        router: str | None = None,
+        *,
+        listen: str | None = None,
+        clock: Clock = REAL_TIME,
+    ) -> None:
         try:
             import zenoh
         except ImportError:
@@ -175,7 +183,7 @@ class ZenohTransport:
         self._domain, self._id = domain, str(self._session.zid())
         self._own = ZenohSession(domain, self._id)
         self._lock, self._closed = RLock(), False  # who listens may publish at once
-        self._left = Event()
+        self._left, self._clock = Event(), clock
         self._others: dict[str, Endpoint] = {}
         self._declared: list[Any] = []
         self._heard: list[Any] = []
@@ -206,7 +214,7 @@ class ZenohTransport:
     def _listen(self, key: str, received: Received, *, kept: bool = False) -> None:
         def came(sample: Any) -> None:
             if not self._closed and sample.kind == self._zenoh.SampleKind.PUT:
-                received(bytes(sample.payload), time.monotonic())
+                received(bytes(sample.payload), self._clock())
 
         if kept:
             from zenoh import ext
@@ -301,7 +309,7 @@ class ZenohTransport:
         instead, they could deadlock with Python's global lock.
         """
         while main_thread().is_alive():
-            if self._left.wait(BEAT_S):
+            if self._clock.wait(self._left, BEAT_S):
                 return
         self._calls.cancel()
         for each in self._heard:

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
@@ -42,7 +43,9 @@ def make_stop_sender(file: RobotFile, transport: Transport) -> Callable[[], None
     return stop
 
 
-def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: float = HALTING_S) -> bool:
+def send_emergency_stop(
+    file: RobotFile, *, path: Path | str, by: str, seconds: float = HALTING_S, clock: Clock = REAL_TIME
+) -> bool:
     """Send stops for the given time (s), and log that a person stopped the robot; return whether it was found.
 
     It was found if a publisher on one of the robot's sensor topics was discovered: otherwise the stops may have
@@ -50,15 +53,15 @@ def send_emergency_stop(file: RobotFile, *, path: Path | str, by: str, seconds: 
     """
     transport = open_transport(file)
     try:
-        stop, until = make_stop_sender(file, transport), time.monotonic() + seconds
+        stop, until = make_stop_sender(file, transport), clock() + seconds
         cancel = make_cancel_sender(file, transport)
         stop()
         with contextlib.suppress(OSError):
             append_stop(find_stop_log(file, path), make_stop_event(file.name, "a person stopped it", by))
-        while time.monotonic() < until:
+        while clock() < until:
             stop()
             cancel()
-            time.sleep(PERIOD_S)
+            clock.sleep(PERIOD_S)
         return not list_robot_topics(file).isdisjoint(peer.topic for peer in transport.peers())
     finally:
         transport.close()

@@ -30,12 +30,12 @@ for
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Callable, Collection, Sequence
 from math import inf
 from threading import Event, Lock, RLock, Thread, current_thread
 from typing import NoReturn
 
+from understudy.clock import Clock
 from understudy.errors import UnderstudyError
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Publisher
@@ -91,7 +91,7 @@ class Guard:
     heard
         Topics of the robot's sensors: the watchdog has to discover their publishers before it counts as ready.
     clock
-        Monotonic time, s, with which messages are stamped on arrival. It must not jump; do not pass the time of day.
+        Clock with which messages are stamped on arrival. It must not jump; do not pass the time of day.
     log
         Log of stops; by default they are kept in memory only.
     watchdog
@@ -108,7 +108,7 @@ class Guard:
         halt: Callable[[str], None] = lambda cause: None,
         peers: Callable[[], Sequence[Publisher]],
         heard: Collection[str],
-        clock: Callable[[], float],
+        clock: Clock,
         log: StopLog | None = None,
         watchdog: WatchdogClient | None = None,
     ) -> None:
@@ -308,7 +308,7 @@ class Guard:
             self._thread.join()
             for _ in range(PARTING):
                 self._repeat(self._clock())
-                time.sleep(PERIOD_S)
+                self._clock.sleep(PERIOD_S)
         self._stops_until_s = -inf
         self._monitor.shut_watchdog_down()
 
@@ -418,7 +418,7 @@ class Guard:
 
     def _run(self) -> None:
         raise_thread_priority()
-        while not self._end.wait(PERIOD_S):
+        while not self._clock.wait(self._end, PERIOD_S):
             try:
                 self.check()
             except Exception as error:  # or this thread would end, and only the watchdog be left

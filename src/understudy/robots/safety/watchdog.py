@@ -27,13 +27,13 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
 import msgspec
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publisher, Transport
@@ -92,8 +92,7 @@ def watch_heartbeats(
     log: Callable[[str], None],
     *,
     deadline_s: float,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
+    clock: Clock = REAL_TIME,
 ) -> None:
     """Read heartbeats until the program says goodbye or the pipe closes; send stops if none comes in time.
 
@@ -111,9 +110,7 @@ def watch_heartbeats(
     deadline_s
         Time without heartbeats, s, after which stops are sent if the robot may be moving.
     clock
-        Function that returns monotonic time, s.
-    sleep
-        Function that waits for a time, s.
+        Clock of intervals and waits, which `hear` waits by, too.
     """
     moving, frozen, until = False, False, 0.0
     while True:
@@ -142,7 +139,7 @@ def watch_heartbeats(
         until = clock() + LASTING_S
     while clock() < until:
         stop()
-        sleep(PERIOD_S)
+        clock.sleep(PERIOD_S)
 
 
 def run_watchdog_process() -> None:
@@ -164,7 +161,7 @@ def run_watchdog_process() -> None:
         transport.close()
 
 
-def _watch(orders: WatchdogConfig, transport: Transport) -> None:
+def _watch(orders: WatchdogConfig, transport: Transport, clock: Clock = REAL_TIME) -> None:
     file = orders.file
     send, cancel = make_stop_sender(file, transport), make_cancel_sender(file, transport)
 
@@ -181,13 +178,13 @@ def _watch(orders: WatchdogConfig, transport: Transport) -> None:
         with contextlib.suppress(OSError):
             append_stop(Path(orders.log), make_stop_event(file.name, cause, "watchdog"))
 
-    until = time.monotonic() + DISCOVERY_S
+    until = clock() + DISCOVERY_S
     while missing := set(orders.peers) - set(transport.peers()):
-        if time.monotonic() > until:
+        if clock() > until:
             _answer(f"it does not find who publishes on {min(missing).topic}\n".encode())
             return
-        time.sleep(PERIOD_S)
-    time.sleep(SETTLING_S)
+        clock.sleep(PERIOD_S)
+    clock.sleep(SETTLING_S)
     stop()  # now, so that imports and connections that the first message needs delay no later one
     _answer(READY + b"\n")
     watch_heartbeats(_hear, _answer, stop_and_cancel, log, deadline_s=file.safety.deadline_s)

@@ -2,7 +2,7 @@
 
 The pipes to the process do not block, once it is ready: heartbeats that a hanging watchdog does not read are dropped,
 and `problem` reports it after `ANSWER_S`. The only thread here waits for the end of a watchdog that was abandoned.
-Intervals are of `time.monotonic`.
+Intervals are of a clock. Waiting for a process to start or to end takes real time.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from threading import Lock, Thread
 
 import msgspec
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Publisher
@@ -51,8 +52,8 @@ class WatchdogClient:
     called without the guard's lock; everything else returns at once, and is called with it while the robot is armed.
     """
 
-    def __init__(self, file: RobotFile, *, log: Path | str) -> None:
-        self._file, self._log = file, Path(log)
+    def __init__(self, file: RobotFile, *, log: Path | str, clock: Clock = REAL_TIME) -> None:
+        self._file, self._log, self._clock = file, Path(log), clock
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
         self._answered_s, self._stopped = 0.0, False
@@ -116,18 +117,18 @@ class WatchdogClient:
             for end in (process.stdin, process.stdout):
                 if end is not None:
                     os.set_blocking(end.fileno(), False)
-            self._answered_s = time.monotonic()
+            self._answered_s = self._clock()
             self._process, self._owner = process, os.getpid()
 
     def _answers(self) -> bool:
         """Return whether it answers heartbeats, trying for up to ANSWER_S; the robot has to be disarmed."""
-        asked_s = time.monotonic()
-        while time.monotonic() - asked_s < ANSWER_S:
+        asked_s = self._clock()
+        while self._clock() - asked_s < ANSWER_S:
             self.send(RESTING)
             self.problem()
             if self._answered_s > asked_s:
                 return True
-            time.sleep(ASKING_S)
+            self._clock.sleep(ASKING_S)
         return False
 
     def send(self, words: bytes) -> None:
@@ -143,14 +144,14 @@ class WatchdogClient:
         """Discard earlier answers, and expect new ones from now on, because heartbeats were not regular before."""
         self.problem()
         self.poll_intervention()
-        self._answered_s = time.monotonic()
+        self._answered_s = self._clock()
 
     def problem(self) -> str:
         """Read the answers, without blocking; return why the watchdog cannot be relied on, or an empty text."""
         process = self._process
         if process is None or process.stdout is None:
             return "there is no watchdog"
-        now = time.monotonic()
+        now = self._clock()
         try:
             said = os.read(process.stdout.fileno(), 4096)
         except BlockingIOError:

@@ -140,7 +140,7 @@ def check_robots(
     team = is_team_file(file)
     with connect_team(file) if team else connect_robot(file) as fleet:
         sleep(seconds)
-        found = [diagnose_connection(robot, seconds=seconds, sleep=lambda _: None) for robot in fleet]
+        found = [diagnose_connection(robot, seconds=seconds) for robot in fleet]
     if as_json:
         print_json({"robots": found} if team else found[0])
     else:
