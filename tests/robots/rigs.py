@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from tests.robots.rovers import ROVER, Wire, odometry, sonar
+from tests.simulated_clock import SimulatedClock
 
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
@@ -26,11 +27,20 @@ class Rig:
     """A robot, and everything around it."""
 
     text: str = ROVER
-    now: float = 100.0
     wire: Wire = field(default_factory=Wire)
+    clock: SimulatedClock = field(default_factory=SimulatedClock)
 
     def __post_init__(self) -> None:
-        self.robot = Robot(parse_robot(self.text), self.wire, clock=lambda: self.now)
+        self.robot = Robot(parse_robot(self.text), self.wire, clock=self.clock)
+
+    @property
+    def now(self) -> float:
+        """The time, s; setting it on is a time in which no thread ran."""
+        return self.clock()
+
+    @now.setter
+    def now(self, now_s: float) -> None:
+        self.clock.jump(now_s - self.clock())
 
     def hear(self, topic: str, data: bytes) -> None:
         self.wire.deliver(topic, data, self.now)

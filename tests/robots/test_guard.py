@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
@@ -17,12 +17,14 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
+from tests.simulated_clock import SimulatedClock
+from tests.waiting import wait_until
 
 from understudy.errors import FileError
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import encode_twist
-from understudy.robots.ros.transport import Publish, Publisher
+from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.guard import ArmingRefused, Guard
 from understudy.robots.safety.self_monitor import measure_time_asleep
 from understudy.robots.safety.speed_limits import Speeds
@@ -225,6 +227,8 @@ class Tame(WatchdogClient):
     def start(self, peers: Sequence[Publisher]) -> None:
         self.found = set(peers)
 
+    def begin(self) -> None: ...
+
     def send(self, words: bytes) -> None:
         self.told.append(words)
 
@@ -253,7 +257,7 @@ class Guarded(Rig):
             parse_robot(self.text),
             self.wire,
             path=self.folder / "rover.toml",
-            clock=lambda: self.now,
+            clock=self.clock,
             watchdog=self.watchdog,
         )
 
@@ -392,28 +396,28 @@ def test_closed_it_is_armed_no_more(guarded: Guarded, monkeypatch: pytest.Monkey
 
 def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
     """And goes on stopping it, whatever its watchdog does."""
-    wire = Wire()
-    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", watchdog=Tame())
-    try:
-        wire.deliver(SONAR, sonar(2.0), time.monotonic())
-        robot.arm("Ada")
+    wire, clock = Wire(), SimulatedClock()
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", clock=clock, watchdog=Tame())
+    wire.deliver(SONAR, sonar(2.0), clock())
+    robot.arm("Ada")
+    clock.expect(1)
+    for _ in range(10):
         robot.act({"drive": np.ones(1)})
-        wire.others = None  # type: ignore[assignment]
-        until = time.monotonic() + 5.0
-        while robot.armed:
-            assert time.monotonic() < until
-            wire.deliver(SONAR, sonar(2.0), time.monotonic())
-            robot.act({"drive": np.ones(1)})
-            time.sleep(0.005)
-        assert robot.stop_cause == "the guard failed ('NoneType' object is not iterable)"
-        sent = len(wire.sent)
-        while len(wire.sent) < sent + 5:
-            assert time.monotonic() < until
-            time.sleep(0.005)
-        still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
-        assert {data for _, data in wire.sent[sent - 1 :]} == {still}
-    finally:
-        robot.close()
+        clock.advance(0.02)
+    assert robot.armed
+    wire.others = None  # type: ignore[assignment]
+    for _ in range(10):
+        wire.deliver(SONAR, sonar(2.0), clock())
+        robot.act({"drive": np.ones(1)})
+        clock.advance(0.02)
+    assert not robot.armed
+    assert robot.stop_cause == "the guard failed ('NoneType' object is not iterable)"
+    sent = len(wire.sent)
+    clock.advance(0.1)
+    assert len(wire.sent) == sent + 5
+    still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+    assert {data for _, data in wire.sent[sent - 1 :]} == {still}
+    robot.close()
 
 
 def test_a_close_that_was_interrupted_is_made_up_for(
@@ -445,39 +449,41 @@ def test_a_fork_that_ends_leaves_the_robot_alone(guarded: Guarded, monkeypatch: 
     assert guarded.sent == AHEAD
 
 
+@pytest.fixture
+def hasty() -> Iterator[None]:
+    """Threads that take turns every few instructions, so that others come between."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.mark.usefixtures("hasty")
 def test_no_older_command_overtakes_a_stop(tmp_path: Path) -> None:
     """One thread acts, the guard's repeats, a third stops it: once that has returned, nothing but stop is sent."""
-
-    class Slow(Wire):
-        def publisher(self, topic: str, type: str) -> Publish:
-            def publish(data: bytes) -> None:
-                time.sleep(0.001)  # that others come between
-                self.sent.append((topic, data))
-
-            return publish
-
-    wire, ended = Slow(), Event()
-    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", watchdog=Tame())
+    wire, clock, ended, acts = Wire(), SimulatedClock(), Event(), list[None]()
+    robot = Robot(parse_robot(ROVER), wire, path=tmp_path / "rover.toml", clock=clock, watchdog=Tame())
     still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
 
     def act() -> None:
         while not ended.is_set():
             robot.act({"drive": np.ones(1)})
+            acts.append(None)
 
     acting = Thread(target=act)
     acting.start()
     try:
         for _ in range(20):
-            wire.deliver(SONAR, sonar(2.0), time.monotonic())
+            wire.deliver(SONAR, sonar(2.0), clock())
             robot.arm("Ada")
+            clock.expect(1)
             moved = len(wire.sent)
-            until = time.monotonic() + 5.0
-            while all(data == still for _, data in wire.sent[moved:]):
-                assert time.monotonic() < until
-                time.sleep(0.005)
+            clock.advance(0.02)
+            wait_until(lambda moved=moved: any(data != still for _, data in wire.sent[moved:]))  # type: ignore[misc]
             robot.emergency_stop("a key")
-            stopped = len(wire.sent)
-            time.sleep(0.01)
+            stopped, acted = len(wire.sent), len(acts)
+            clock.advance(0.04)
+            wait_until(lambda acted=acted: len(acts) > acted + 1)  # type: ignore[misc]
             assert stopped > moved
             assert all(data == still for _, data in wire.sent[stopped - 1 :])
     finally:

@@ -4,33 +4,40 @@ from __future__ import annotations
 
 import os
 import signal
-import time
-from collections.abc import Callable, Iterator, Sequence
-from itertools import count
+import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from threading import Thread
+from time import sleep
 
 import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.rovers import ROVER
+from tests.robots.domains import new_namespace, own_domain
+from tests.robots.rovers import ROVER, Wire
+from tests.simulated_clock import SimulatedClock
+from tests.waiting import wait_until
 
 from understudy.robots.robot_file import RobotFile, parse_robot
 from understudy.robots.ros.transport import Publisher
+from understudy.robots.safety import watchdog as watchdog_process
 from understudy.robots.safety.stop_log import read_stops
 from understudy.robots.safety.watchdog import (
     BYE,
+    DISCOVERY_S,
     MOVING,
+    READY,
     RESTING,
+    SETTLING_S,
     STOPPED,
     TAKEN_OVER,
     WELL,
+    WatchdogConfig,
     watch_heartbeats,
 )
-from understudy.robots.safety.watchdog_client import WatchdogClient, WatchdogFailed
+from understudy.robots.safety.watchdog_client import ANSWER_S, WatchdogClient, WatchdogFailed
 
-NUMBERS = count()
 DEADLINE_S = 0.12
 GONE = b""
 
@@ -39,20 +46,17 @@ class Scene:
     """Words at moments; time passes only while it waits. What it does, with the moment in hundredths of a second."""
 
     def __init__(self, words: Sequence[tuple[float, bytes]]) -> None:
-        self.now, self.words = 0.0, list(words)
+        self.clock, self.words = SimulatedClock(0.0), list(words)
         self.stopped: list[float] = []
         self.answers: list[bytes] = []
         self.logged: list[str] = []
 
-    def sleep(self, seconds: float) -> None:
-        self.now += seconds
-
     def hear(self, wait_s: float | None) -> bytes | None:
         at_s, words = self.words[0]
-        if wait_s is not None and at_s > self.now + wait_s:
-            self.now += wait_s
+        if wait_s is not None and at_s > self.clock() + wait_s:
+            self.clock.sleep(wait_s)
             return None
-        self.now = max(self.now, at_s)
+        self.clock.sleep(at_s - self.clock())
         del self.words[0]
         return words
 
@@ -60,11 +64,10 @@ class Scene:
         watch_heartbeats(
             self.hear,
             self.answers.append,
-            lambda: self.stopped.append(round(self.now, 2)),
+            lambda: self.stopped.append(round(self.clock(), 2)),
             self.logged.append,
             deadline_s=DEADLINE_S,
-            clock=lambda: self.now,
-            sleep=self.sleep,
+            clock=self.clock,
         )
         return self
 
@@ -114,132 +117,183 @@ def test_a_robot_that_may_move_anew_is_left_alone_at_once() -> None:
     assert scene.stopped[-1] < 1.1
 
 
+def watch(wire: Wire, peers: Sequence[Publisher], folder: Path, clock: SimulatedClock) -> list[bytes]:
+    """The answers of a watchdog that says goodbye as soon as it is ready."""
+    answers: list[bytes] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(watchdog_process, "_answer", answers.append)
+        patch.setattr(watchdog_process, "_hear", lambda wait_s: BYE)
+        orders = WatchdogConfig(file=parse_robot(ROVER), log=str(folder / "log"), peers=tuple(peers))
+        watchdog_process._watch(orders, wire, clock)
+    return answers
+
+
+SENSOR = Publisher("/rover/odom", "nav_msgs/msg/Odometry")
+
+
+def test_it_is_ready_once_it_found_the_robot(tmp_path: Path) -> None:
+    """And was found itself; it sends one stop then, so that the first that counts is not the first."""
+    wire, clock = Wire([SENSOR]), SimulatedClock(0.0)
+    assert watch(wire, [SENSOR], tmp_path, clock) == [READY + b"\n", WELL]
+    assert clock() == SETTLING_S
+    assert [topic for topic, _ in wire.sent] == ["/rover/cmd_vel"]
+
+
+def test_it_is_not_ready_for_a_robot_that_it_does_not_find(tmp_path: Path) -> None:
+    wire, clock = Wire(), SimulatedClock(0.0)
+    assert watch(wire, [SENSOR], tmp_path, clock) == [b"it does not find who publishes on /rover/odom\n"]
+    assert clock() == pytest.approx(DISCOVERY_S, abs=0.021)
+    assert wire.sent == []
+
+
+class SteadyClock:
+    """Real waits that count as hardly any time, or as many times as long: no watchdog is missed because this computer is busy."""
+
+    now_s, factor = 0.0, 0.001
+
+    def __call__(self) -> float:
+        return self.now_s
+
+    def sleep(self, seconds: float) -> None:
+        self.now_s += self.factor * seconds
+        sleep(seconds)
+
+    def wait(self, *_: object) -> bool:
+        raise NotImplementedError
+
+
 @pytest.fixture
 def file() -> RobotFile:
     """A robot that nobody publishes for."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    return parse_robot(ROVER.replace("/rover", f"/dog_{os.getpid()}_{next(NUMBERS)}"))
+    return parse_robot(
+        ROVER.replace("/rover", new_namespace("dog")).replace("domain = 43", f"domain = {own_domain()}")
+    )
 
 
 @pytest.fixture
-def watchdog(file: RobotFile, tmp_path: Path) -> Iterator[WatchdogClient]:
-    made = WatchdogClient(file, log=tmp_path / "log")
+def clock() -> SteadyClock:
+    return SteadyClock()
+
+
+@pytest.fixture
+def watchdog(
+    file: RobotFile, tmp_path: Path, clock: SteadyClock, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[WatchdogClient]:
+    """A watchdog that has a minute to start and to end, on computers that are busy."""
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 60.0)
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 60.0)
+    made = WatchdogClient(file, log=tmp_path / "log", clock=clock)
     yield made
     made.shut_down()
 
 
-def keep_on(watchdog: WatchdogClient, until: Callable[[], object], seconds: float = 10.0) -> None:
-    end = time.monotonic() + seconds
-    while not until():
-        assert time.monotonic() < end, "it never came"
-        watchdog.send(MOVING)
-        time.sleep(0.02)
-
-
-def test_it_starts_answers_and_leaves(watchdog: WatchdogClient, tmp_path: Path) -> None:
+@pytest.mark.timed
+def test_it_starts_answers_and_leaves(
+    watchdog: WatchdogClient, clock: SteadyClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder whose files go by the names of modules, and from which a relative PYTHONPATH leads nowhere."""
+    (tmp_path / "select.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(Path("src").absolute())
+    monkeypatch.setenv("PYTHONPATH", "src")
+    monkeypatch.chdir(tmp_path)
     assert watchdog.problem() == "there is no watchdog"
     watchdog.start([])
     pid = watchdog.pid
     assert os.getsid(pid) != os.getsid(0)  # no Ctrl-C of ours reaches it
+    clock.now_s += ANSWER_S
     watchdog.send(RESTING)
-    time.sleep(0.3)
     assert watchdog.problem() == ""
-    watchdog.start([])
+    watchdog.start([])  # which waits for an answer
     assert watchdog.pid == pid
+    clock.now_s += ANSWER_S
+    assert watchdog.problem() == ""
+    assert not watchdog.poll_intervention()
     watchdog.shut_down()
     assert (watchdog.pid, watchdog.alive) == (0, False)
     assert read_stops(tmp_path / "log") == ()
 
 
-def test_it_starts_in_any_folder(
-    watchdog: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Even in one whose files go by the names of modules, and from which a relative PYTHONPATH leads nowhere."""
-    (tmp_path / "select.py").write_text("raise ImportError")
-    monkeypatch.syspath_prepend(Path("src").absolute())
-    monkeypatch.setenv("PYTHONPATH", "src")
-    monkeypatch.chdir(tmp_path)
-    watchdog.start([])
-    assert watchdog.alive
-
-
+@pytest.mark.timed
 @pytest.mark.parametrize(
     ("number", "said"),
     [(signal.SIGKILL, "the watchdog died"), (signal.SIGSTOP, "the watchdog does not answer")],
 )
-def test_it_is_missed(watchdog: WatchdogClient, number: int, said: str) -> None:
-    watchdog.start([])
-    keep_on(watchdog, lambda: watchdog.problem() == "")
-    os.kill(watchdog.pid, number)
-    problems: list[str] = []
-
-    def missed() -> str:
-        problems.append(watchdog.problem())
-        return problems[-1]
-
-    keep_on(watchdog, missed)
-    assert problems[-1] == said
-    os.kill(watchdog.pid, signal.SIGKILL)
-
-
-def test_a_program_that_cannot_be_started_is_told(
-    watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch
+def test_it_is_missed_and_replaced(
+    watchdog: WatchdogClient, clock: SteadyClock, number: int, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.executable", "/nowhere/python")
-    with pytest.raises(WatchdogFailed, match="No such file"):
-        watchdog.start([])
-
-
-def test_dropped_it_stops_the_robot(watchdog: WatchdogClient, tmp_path: Path) -> None:
     watchdog.start([])
-    watchdog.send(TAKEN_OVER)
-    watchdog.close_without_goodbye()
-    assert (watchdog.alive, watchdog.count) == (False, 1)  # who dropped it goes on while it stops the robot
-    watchdog.shut_down()
-    assert watchdog.count == 0
-    assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
+    pid = watchdog.pid
+    watchdog.start([])  # it answers
+    assert watchdog.pid == pid
+    os.kill(pid, number)
+    if number == signal.SIGKILL:
+        wait_until(watchdog.problem)
+    while watchdog.problem() == "":  # answers from before may be left in the pipe
+        watchdog.send(MOVING)
+        clock.now_s += ANSWER_S + 0.01
+    assert watchdog.problem() == said
+    clock.factor = 10.0
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
+    watchdog.start([])
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 60.0)
+    assert watchdog.pid != pid
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    clock.factor = 0.001
+    new = watchdog.pid
+    watchdog.start([])
+    assert watchdog.pid == new
 
 
-def test_dropped_at_the_end_of_a_program_it_stops_the_robot_too(
-    watchdog: WatchdogClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.timed
+@pytest.mark.parametrize("threads", [True, False], ids=["", "at the end of a program"])
+def test_dropped_it_stops_the_robot(
+    watchdog: WatchdogClient, tmp_path: Path, threads: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """When no thread can be started any more."""
+    """Also when no thread can be started any more."""
 
     def refuse(thread: Thread) -> None:
         raise RuntimeError("can't create new thread at interpreter shutdown")
 
     watchdog.start([])
     watchdog.send(TAKEN_OVER)
-    with monkeypatch.context() as ending:
-        ending.setattr(Thread, "start", refuse)
+    if threads:
+        pid = watchdog.pid
+        os.kill(pid, signal.SIGSTOP)
         watchdog.close_without_goodbye()
+        assert (watchdog.alive, watchdog.count) == (False, 1)  # who dropped it goes on while it stops the robot
+        os.kill(pid, signal.SIGCONT)
+    else:
+        with monkeypatch.context() as ending:
+            ending.setattr(Thread, "start", refuse)
+            watchdog.close_without_goodbye()
     watchdog.shut_down()
+    assert watchdog.count == 0
     assert [stop.by for stop in read_stops(tmp_path / "log")] == ["watchdog"]
 
 
-def test_one_that_is_frozen_is_replaced(watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
-    watchdog.start([])
-    pid = watchdog.pid
-    os.kill(pid, signal.SIGSTOP)
-    keep_on(watchdog, watchdog.problem)
-    watchdog.start([])
-    assert watchdog.pid != pid
-    keep_on(watchdog, lambda: watchdog.problem() == "")
-
-
-def test_it_is_not_ready_for_a_robot_that_it_does_not_find(
-    watchdog: WatchdogClient, file: RobotFile, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 1.5)
-    with pytest.raises(WatchdogFailed, match="took too long"):
-        watchdog.start([Publisher(file.topic("odom"), "nav_msgs/msg/Odometry")])
-    assert not watchdog.alive
-
-
+@pytest.mark.timed
 def test_what_it_says_of_itself_is_told(watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch) -> None:
     nowhere = '<Interfaces><NetworkInterface name="nowhere"/></Interfaces>'
     uri = f"<CycloneDDS><Domain><General>{nowhere}</General></Domain></CycloneDDS>"
     monkeypatch.setenv("CYCLONEDDS_URI", uri)
-    with pytest.raises(WatchdogFailed, match="domain 43 of DDS cannot be joined"):
+    with pytest.raises(WatchdogFailed, match=f"domain {own_domain()} of DDS cannot be joined"):
+        watchdog.start([])
+
+
+def test_one_that_is_not_ready_in_time_is_ended(
+    watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 0.0)
+    with pytest.raises(WatchdogFailed, match="took too long"):
+        watchdog.start([])
+    assert not watchdog.alive
+
+
+def test_a_program_that_cannot_be_started_is_told(
+    watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with pytest.raises(WatchdogFailed, match="No such file"):
         watchdog.start([])

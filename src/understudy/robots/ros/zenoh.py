@@ -156,8 +156,8 @@ class ZenohTransport:
     """A Zenoh session in a domain of ROS 2, whose messages arrive in threads of Zenoh.
 
     It connects to the given `router`, such as `tcp/192.168.0.5:7447`, or to that of this machine. With `listen`,
-    others may connect to that endpoint directly, and no router of this machine is needed. Messages are stamped by `clock`
-    on arrival. ExtraMissing is raised if Zenoh is not installed, and Unreachable if no router answers.
+    others may connect to that endpoint directly, and no router of this machine is needed. Messages are stamped by
+    `clock` on arrival. ExtraMissing is raised if Zenoh is not installed, and Unreachable if no router answers.
     """
 
     def __init__(
