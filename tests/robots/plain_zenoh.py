@@ -51,7 +51,7 @@ def main(endpoint: str, namespace: str, release: str = "jazzy") -> None:
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     message = MESSAGE + (struct.pack("<f", 0.5) if release == "jazzy" else b"")
-    until = time.monotonic() + 30
+    until = time.monotonic() + 300
     while not moving.wait(0.02) and time.monotonic() < until:
         publisher.put(message, attachment=struct.pack("<qqB16s", 1, time.time_ns(), 16, b"0123456789abcdef"))
     subscriber.undeclare()

@@ -27,7 +27,7 @@ def main(domain: str, namespace: str, router: str = "") -> None:
     )
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    until = time.monotonic() + 30
+    until = time.monotonic() + 300
     while not moving and time.monotonic() < until:
         ranges(sonar(2.0))
         odometries(odometry(1.0))

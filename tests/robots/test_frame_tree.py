@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from math import inf, nan, pi, sqrt
+from math import nan, pi, sqrt
 from typing import Any
 
 import pytest
@@ -18,7 +16,6 @@ from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
 from understudy.robots.ros.messages import encode_message, make_message
-from understudy.robots.ros.transport import Transport
 
 FRAMES = '[frames]\nfixed = "map"\nrobot = "base_link"\nstale_s = 0.5\nrequired = true\n'
 WITHOUT = ROVER.replace("[readings.x]", "[readings.odom_x]").replace(
@@ -117,76 +114,3 @@ def test_frames_that_are_refused(frames: str, says: str) -> None:
 def test_a_pose_that_is_given_twice_is_refused() -> None:
     with pytest.raises(FileError, match=r"at readings.x: is what frames give, too"):
         parse_robot(ROVER.replace("[commands]", f"{FRAMES}[commands]"))
-
-
-def wait_for_pose(transport: Transport, publish: Callable[[bytes], None]) -> float:
-    """The robot's x, once it is there; the static transform was sent before anybody listened."""
-    senses = SensorInputs(ROBOT, transport)
-    until = time.monotonic() + 10.0
-    while time.monotonic() < until:
-        publish(encode(transform("map", "odom", 1.0, 0.0), transform("odom", "base_footprint", 2.0, 0.0)))
-        time.sleep(0.05)
-        value = senses.value("x", time.monotonic())
-        if value == value:
-            return value
-    return -inf
-
-
-STATIC = encode(transform("base_footprint", "base_link", 0.5, 0.0))
-
-
-def test_over_dds() -> None:
-    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    from cyclonedds.core import Policy, Qos
-    from cyclonedds.domain import DomainParticipant
-    from cyclonedds.pub import DataWriter
-    from cyclonedds.topic import Topic
-    from cyclonedds.util import duration
-
-    from understudy.robots.ros.dds import DdsTransport, make_dds_type
-
-    kept = Qos(
-        Policy.Reliability.Reliable(duration(seconds=1)),
-        Policy.Durability.TransientLocal,
-        Policy.History.KeepLast(1),
-    )
-    raw = make_dds_type(TRANSFORMS)
-    robot = DomainParticipant(ROBOT.domain)
-    writer = DataWriter(robot, Topic(robot, "rt/tf_static", raw, qos=kept), qos=kept)
-    message = raw.__new__(raw)
-    message.data = STATIC
-    writer.write(message)
-    sender, listener = DdsTransport(ROBOT.domain), DdsTransport(ROBOT.domain)
-    try:
-        assert wait_for_pose(listener, sender.publisher("/tf", TRANSFORMS)) == 3.5
-    finally:
-        listener.close()
-        sender.close()
-
-
-def test_over_zenoh() -> None:
-    zenoh = pytest.importorskip("zenoh", reason="needs the extra ros2")
-    from tests.robots.routers import Router
-    from zenoh import ext
-
-    from understudy.robots.ros.zenoh import ZenohTransport, make_topic_keys
-
-    with Router() as router:
-        config = zenoh.Config()
-        config.insert_json5("mode", '"client"')
-        config.insert_json5("connect/endpoints", f'["{router.endpoint}"]')
-        config.insert_json5("timestamping/enabled", "true")
-        session = zenoh.open(config)
-        key = make_topic_keys(ROBOT.domain, "/tf_static", TRANSFORMS)[0]
-        writer = ext.declare_advanced_publisher(
-            session, key, cache=ext.CacheConfig(max_samples=1), publisher_detection=True
-        )
-        writer.put(STATIC)
-        sender = ZenohTransport(ROBOT.domain, router.endpoint)
-        listener = ZenohTransport(ROBOT.domain, router.endpoint)
-        try:
-            assert wait_for_pose(listener, sender.publisher("/tf", TRANSFORMS)) == 3.5
-        finally:
-            listener.close()
-            sender.close()
-            session.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER, STAMPED, Wire, sonar
 from tests.robots.twins import ARENA
 from tests.runtime.agents.test_lost_agents import make_team
+from tests.simulated_clock import SimulatedClock
 
 from understudy.model.library import Library
 from understudy.robots.diagnostics import diagnose_connection
@@ -21,7 +21,6 @@ from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import decode_message, encode_message, make_message
 from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
-from understudy.robots.ros.transport import Transport
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.network import LocalNetwork
@@ -57,12 +56,12 @@ def test_time_is_what_has_passed_in_the_simulation(came: list[float], elapsed: f
 
 
 def test_a_robot_has_the_time_and_the_stamps_of_the_simulation() -> None:
-    wire, now = Wire(), 100.0
+    wire, clock = Wire(), SimulatedClock()
     text = SIMULATED + ROVER.replace("[commands]", f'[commands]\ntype = "{STAMPED}"')
-    robot = Robot(parse_robot(text), wire, clock=lambda: now)
-    wire.deliver("/rover/sonar", sonar(1.0), now)
+    robot = Robot(parse_robot(text), wire, clock=clock)
+    wire.deliver("/rover/sonar", sonar(1.0), clock())
     for seconds in (50.0, 53.25):
-        wire.deliver(CLOCK, clock_at(seconds), now)
+        wire.deliver(CLOCK, clock_at(seconds), clock())
     robot.sense([("sonar_ahead", None)])
     assert robot.time_s == 3.25
     robot.arm("Ada")
@@ -73,16 +72,16 @@ def test_a_robot_has_the_time_and_the_stamps_of_the_simulation() -> None:
 
 def test_a_robot_whose_simulation_stands_still_is_stopped() -> None:
     """By this computer's clock: no tick comes."""
-    wire, now = Wire(), [100.0]
-    robot = Robot(parse_robot(SIMULATED + ROVER), wire, clock=lambda: now[0])
+    wire, clock = Wire(), SimulatedClock()
+    robot = Robot(parse_robot(SIMULATED + ROVER), wire, clock=clock)
     wire.deliver("/rover/sonar", sonar(1.0), 100.0)
     wire.deliver(CLOCK, clock_at(50.0), 100.0)
     robot.sense([("sonar_ahead", None)])
     robot.arm("Ada")
     robot.act({"drive": np.array([1.0])})
     assert robot.stop_cause == ""
-    now[0] += 0.3
-    wire.deliver("/rover/sonar", sonar(1.0), now[0])
+    clock.advance(0.3)
+    wire.deliver("/rover/sonar", sonar(1.0), clock())
     robot.guard.check()
     assert robot.stop_cause != ""
 
@@ -157,41 +156,3 @@ def test_a_clock_that_never_comes_is_reported_by_the_check() -> None:
     assert said == [
         "use_sim_time: nothing comes on /clock; start the simulation with its clock, or leave it out of the file"
     ]
-
-
-def hear(sender: Transport, listener: Transport) -> float:
-    clock, publish = SimulationClock(listener), sender.publisher(CLOCK, TIME)
-    until = time.monotonic() + 10.0
-    seconds = 7.0
-    while clock() < 1.0 and time.monotonic() < until:
-        publish(clock_at(seconds))
-        seconds += 0.25
-        time.sleep(0.05)
-    return clock()
-
-
-def test_over_dds() -> None:
-    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    from understudy.robots.ros.dds import DdsTransport
-
-    sender, listener = DdsTransport(44), DdsTransport(44)
-    try:
-        assert hear(sender, listener) >= 1.0
-    finally:
-        listener.close()
-        sender.close()
-
-
-def test_over_zenoh() -> None:
-    pytest.importorskip("zenoh", reason="needs the extra ros2")
-    from tests.robots.routers import Router
-
-    from understudy.robots.ros.zenoh import ZenohTransport
-
-    with Router() as router:
-        sender, listener = (ZenohTransport(44, router.endpoint) for _ in range(2))
-        try:
-            assert hear(sender, listener) >= 1.0
-        finally:
-            listener.close()
-            sender.close()

@@ -147,7 +147,7 @@ def test_it_is_not_ready_for_a_robot_that_it_does_not_find(tmp_path: Path) -> No
 
 
 class SteadyClock:
-    """Real waits that count as hardly any time, or as many times as long: no watchdog is missed because this computer is busy."""
+    """Real waits that count as hardly any time, so that a busy computer misses no watchdog, or as much longer."""
 
     now_s, factor = 0.0, 0.001
 
@@ -262,7 +262,10 @@ def test_dropped_it_stops_the_robot(
         pid = watchdog.pid
         os.kill(pid, signal.SIGSTOP)
         watchdog.close_without_goodbye()
-        assert (watchdog.alive, watchdog.count) == (False, 1)  # who dropped it goes on while it stops the robot
+        assert (watchdog.alive, watchdog.count) == (
+            False,
+            1,
+        )  # who dropped it goes on while it stops the robot
         os.kill(pid, signal.SIGCONT)
     else:
         with monkeypatch.context() as ending:
