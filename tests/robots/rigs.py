@@ -23,24 +23,30 @@ PERIOD_S = 0.02
 
 
 @dataclass
-class Rig:
-    """A robot, and everything around it."""
+class Timed:
+    """Something in simulated time."""
 
-    text: str = ROVER
-    wire: Wire = field(default_factory=Wire)
-    clock: SimulatedClock = field(default_factory=SimulatedClock)
-
-    def __post_init__(self) -> None:
-        self.robot = Robot(parse_robot(self.text), self.wire, clock=self.clock)
+    clock: SimulatedClock = field(default_factory=SimulatedClock, kw_only=True)
 
     @property
     def now(self) -> float:
-        """The time, s; setting it on is a time in which no thread ran."""
+        """The time, s; setting it on is a time in which no thread runs."""
         return self.clock()
 
     @now.setter
     def now(self, now_s: float) -> None:
         self.clock.jump(now_s - self.clock())
+
+
+@dataclass
+class Rig(Timed):
+    """A robot, and everything around it."""
+
+    text: str = ROVER
+    wire: Wire = field(default_factory=Wire)
+
+    def __post_init__(self) -> None:
+        self.robot = Robot(parse_robot(self.text), self.wire, clock=self.clock)
 
     def hear(self, topic: str, data: bytes) -> None:
         self.wire.deliver(topic, data, self.now)

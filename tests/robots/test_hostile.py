@@ -19,6 +19,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("cv2", reason="needs the extra camera")
 
 from tests.robots.hostile import FILE, LENGTHS, TOPICS, anything, message
+from tests.robots.rigs import Timed
 from tests.robots.rovers import Wire, sonar
 
 from understudy.robots.robot import Robot
@@ -38,14 +39,13 @@ LITTLE = 2**20
 
 
 @dataclass
-class Rig:
+class Rig(Timed):
     """A robot with everything that can be read, without its guard's thread, by a clock that tests set."""
 
-    now: float = 100.0
     wire: Wire = field(default_factory=Wire)
 
     def __post_init__(self) -> None:
-        self.robot = Robot(parse_robot(FILE), self.wire, clock=lambda: self.now)
+        self.robot = Robot(parse_robot(FILE), self.wire, clock=self.clock)
 
     def hear(self, topic: str, data: bytes) -> None:
         self.wire.deliver(topic, data, self.now)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import io
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -28,9 +27,13 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from tests.bodies import Scripted
+from tests.processes import end_with_tests
 from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
+from tests.simulated_clock import SimulatedClock
+from tests.waiting import wait_until
 
 from understudy.errors import FileError
+from understudy.robots.recording import recorder as recorder_module
 from understudy.robots.recording import writer
 from understudy.robots.recording.header import BODY, FORMAT, RUN, RunInfo, decode_header
 from understudy.robots.recording.message_types import (
@@ -167,6 +170,21 @@ def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
         assert len(list(make_reader(file).iter_messages())) == 1
 
 
+@pytest.fixture
+def written(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """A function that returns once everything is written, or nothing more is."""
+    writers: list[writer.RecordingWriter] = []
+
+    def open_writer(path: Path, **options: Any) -> writer.RecordingWriter:
+        writers.append(writer.RecordingWriter(path, **options))
+        return writers[-1]
+
+    monkeypatch.setattr(recorder_module, "RecordingWriter", open_writer)
+    return lambda: wait_until(
+        lambda: all(each.problem or (not each._waiting and each._queue.empty()) for each in writers)
+    )
+
+
 def slid(path: Path, ticks: int, each: Callable[[int], object] = lambda tick: None) -> None:
     body = Scripted(2)
     with RunRecorder(path) as recorder:
@@ -200,28 +218,53 @@ def test_what_was_cut_off_is_read_up_to_its_last_chunk(
     assert most == 20
 
 
+@pytest.mark.timed
 def test_a_killed_run_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "killed.mcap"
     program = (
-        "import sys, time\n"
+        "import sys\n"
         "from pathlib import Path\n"
         "from tests.robots import test_recording as t\n"
         "t.writer.CHUNK_S = 0.05\n"
-        f"t.slid(Path({str(path)!r}), 10_000, lambda tick: (print(tick, flush=True), time.sleep(0.01)))\n"
+        f"t.slid(Path({str(path)!r}), 31, lambda tick: sys.stdin.read() if tick == 29 else None)\n"
     )
+
+    def told() -> int:
+        with suppress(FileError):
+            return read_recording(path).ticks
+        return 0
+
+    command = end_with_tests([sys.executable, "-c", program])
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, env=env) as running:
-        assert running.stdout is not None
-        told = 0
-        while told < 30:
-            told = int(running.stdout.readline())
-        os.kill(running.pid, signal.SIGKILL)
+    with subprocess.Popen(command, stdin=subprocess.PIPE, env=env) as running:
+        wait_until(lambda: told() == 30)  # all that it recorded, although it does not end
+        running.kill()
     found = read_recording(path)
     assert not found.whole
-    assert found.ticks >= 10
+    assert found.ticks == 30
 
 
-def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tick_is_on_disk_a_second_later(tmp_path: Path) -> None:
+    """What a killed run loses is a second at most, by the clock of its chunks."""
+    clock, path, body = SimulatedClock(), tmp_path / "run.mcap", Scripted(1)
+
+    def told() -> int:
+        with suppress(FileError):
+            return read_recording(path).ticks
+        return 0
+
+    with RunRecorder(path, chunks=clock) as recorder:
+        recorder.begin(body)
+        clock.expect(1)
+        for tick in range(25):
+            recorder.write_tick(tick, {("load", None): np.array([1.0])}, [("a",)])
+            clock.advance(0.1)
+            assert told() == (tick + 1) // 10 * 10
+
+
+def test_a_full_disk_ends_a_run_with_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: Callable[[], None]
+) -> None:
     """Not in the thread of some message, but at a tick, where whoever runs the robot stops it."""
     if not Path("/dev/full").exists():
         pytest.skip("needs /dev/full")
@@ -230,10 +273,12 @@ def test_a_full_disk_ends_a_run_with_a_sentence(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(
         RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; free space"
     ):
-        slid(tmp_path / "full.mcap", 200, lambda tick: time.sleep(0.01))
+        slid(tmp_path / "full.mcap", 200, lambda tick: written())
 
 
-def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_full_disk_holds_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: Callable[[], None]
+) -> None:
     class Small(io.FileIO):
         """A disk with room for 4000 bytes."""
 
@@ -249,7 +294,7 @@ def test_what_a_full_disk_holds_can_be_read(tmp_path: Path, monkeypatch: pytest.
 
     def noted(tick: int) -> None:
         ticks.append(tick)
-        time.sleep(0.005)
+        written()
 
     with pytest.raises(RecordingFailed):
         slid(path, 200, noted)

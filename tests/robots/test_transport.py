@@ -167,7 +167,9 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
         )  # fresh, all of them
 
         def obeyed() -> bool:
-            with suppress(ArmingRefused):  # on a busy machine it was stopped before, or the rover has ended since
+            with suppress(
+                ArmingRefused
+            ):  # on a busy machine it was stopped before, or the rover has ended since
                 robot.arm("a test")
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
             return rover.poll() is not None

@@ -179,7 +179,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
             place = tmp_path / str(domain) / "one.toml"
             place.parent.mkdir()
             place.write_text(f"domain = {domain}\n{text}", encoding="utf-8")
-            robots.append(Robot(load_robot(place), wire, path=place, clock=lambda: rig.now))
+            robots.append(Robot(load_robot(place), wire, path=place, clock=rig.clock))
         rig.names, rig.twin = ("one", "one"), DigitalTwin(Fleet(robots), recorder=recorder)
         return rig
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from tests.robots.rigs import Timed
 from tests.robots.rovers import Wire, odometry
 
 from understudy.robots.fleet import Fleet
@@ -40,19 +41,18 @@ turn_rad_s = 1.0
 
 
 @dataclass
-class Rig:
+class Rig(Timed):
     """Two robots, each on a wire of its own, and their twin."""
 
     names: tuple[str, ...] = ("one", "two")
     world: str = "arena"
-    now: float = 100.0
     wires: list[Wire] = field(default_factory=list)
     recorder: RunRecorder | None = None
 
     def __post_init__(self) -> None:
         self.wires = [Wire() for _ in self.names]
         self.robots = [
-            Robot(parse_robot(ARENA.format(name=name, world=self.world)), wire, clock=lambda: self.now)
+            Robot(parse_robot(ARENA.format(name=name, world=self.world)), wire, clock=self.clock)
             for name, wire in zip(self.names, self.wires, strict=True)
         ]
         self.twin = DigitalTwin(Fleet(self.robots), recorder=self.recorder)
