@@ -2,43 +2,52 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.rovers import ROVER
-from tests.robots.trials import TRIALS, Process, can_cut, scene
+from tests.robots.rovers import ODOMETRY, ROVER, TWIST, Wire
+from tests.robots.trials import PATIENCE_S, TRIALS, Process, can_cut, scene
+from tests.simulated_clock import SimulatedClock
 from tests.ui.cli.commands import run
 
+from understudy.robots.ros.messages import encode_twist
+from understudy.robots.ros.transport import Publisher
+from understudy.robots.safety import emergency_stop
 from understudy.robots.safety.stop_log import read_stops
 
-GENEROUS_S = 2.0
-"""How long a robot may go on here, where many tests may run at once; what is promised is measured by the trials."""
+cuts = pytest.mark.skipif(not can_cut(), reason="needs root and ip, for a network of its own")
+TOO_BUSY = (
+    "no command came",
+    "this program stood still",
+    "the watchdog",
+    "a command was decided",
+    "is absent",
+    "no sign",
+)
+"""Parts of the causes that stop a robot whose computer is too busy, as may be here."""
 
 
-@pytest.mark.parametrize("name", ["killed", "frozen", "deaf", "killed, Zenoh"])
+@pytest.mark.timed
+@pytest.mark.parametrize(
+    "name", ["killed", "frozen", "deaf", pytest.param("cut", marks=cuts), "killed, Zenoh"]
+)
 def test_it_stops(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long it takes here, where many tests may run at once; what is promised is measured by the trials."""
     if "Zenoh" in name:
         pytest.importorskip("zenoh", reason="needs the extra ros2")
-    monkeypatch.setattr("tests.robots.trials.STOP_S", GENEROUS_S)
-    monkeypatch.setattr("tests.robots.trials.SENSOR_S", GENEROUS_S)
+    for limit in ("STOP_S", "SENSOR_S", "TWITCH_S"):
+        monkeypatch.setattr(f"tests.robots.trials.{limit}", PATIENCE_S)
     if name != "frozen":  # which has to last until it is disarmed
         monkeypatch.setattr("tests.robots.trials.AFTER_S", 0.8)  # longer than a reading may be old
     trial, _ = TRIALS[name]
     assert [outcome.problem for outcome in trial(1)] == [""]
-
-
-@pytest.mark.skipif(not can_cut(), reason="needs root and ip, for a network of its own")
-def test_it_stops_where_the_link_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tests.robots.trials.STOP_S", GENEROUS_S)
-    monkeypatch.setattr("tests.robots.trials.AFTER_S", 0.8)
-    assert [outcome.problem for outcome in TRIALS["cut"][0](1)] == [""]
 
 
 def tell(line: str) -> Callable[[Process], object]:
@@ -65,46 +74,73 @@ ENDS: list[tuple[str, Callable[[Process], object], str, str]] = [  # how it ends
 ]
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize(("how", "ends", "cause", "by"), ENDS, ids=[row[0] for row in ENDS])
 def test_it_stops_however_its_program_ends(
     how: str, ends: Callable[[Process], object], cause: str, by: str
 ) -> None:
-    with scene() as (here, _):
-        assert here.drive() == ""
-        ends(here.decider)
-        assert here.robot.line().split()[::2] == ["stops", "command"]
-        here.decider.process.wait(10.0)
-        assert here.robot.line(0.3) == ""
-        stops = read_stops(here.log)
-        assert [stop.by for stop in stops] == [by]
-        assert cause in stops[0].cause
+    """It may have stopped before, on a busy computer; then it has to be driving at the end of another program."""
+    for _ in range(20):
+        with scene() as (here, _):
+            assert here.drive() == ""
+            ends(here.decider)
+            lines = [here.robot.line()]
+            here.decider.process.wait(PATIENCE_S)
+            while line := here.robot.line(0.3):
+                lines.append(line)
+            assert lines[-1].split()[::2] == ["stops", "command"]
+            stop = read_stops(here.log)[-1]
+            if stop.by == by and cause in stop.cause:
+                return
+            assert any(words in stop.cause for words in TOO_BUSY), stop
+    pytest.fail("this computer is too busy")
 
 
-def test_a_late_tick_stops_it_until_the_next() -> None:
+@pytest.mark.timed
+def test_it_is_stopped_by_a_late_tick_until_the_next_and_from_another_terminal_for_good() -> None:
     with scene() as (here, _):
         assert here.drive() == ""
         assert here.decider.ask("late") == "late"
-        assert [here.robot.line().split()[0] for _ in range(2)] == ["stops", "moves"]
-        assert here.decider.ask("state") == "armed"
+        lines = [here.robot.line() for _ in range(2)]
+        assert [line.split()[0] for line in lines] == ["stops", "moves"]
         assert "no command came" in read_stops(here.log)[0].cause
-
-
-def test_it_is_stopped_from_another_terminal() -> None:
-    with scene() as (here, _):
-        assert here.drive() == ""
+        assert here.drive() == ""  # armed all the while, but on a busy computer
         result = run("robots", "stop", here.log.with_name("rover.toml"))
         assert result.exit_code == 0, result.output
-        assert here.decider.ask("state").startswith("disarmed somebody else publishes")
         lines = [here.robot.line()]
         while line := here.robot.line(0.5):
             lines.append(line)
         assert lines[-1].startswith("stops")
-        assert "robots stop" in {stop.by for stop in read_stops(here.log)}
+        assert here.decider.ask("state").startswith("disarmed")
+        stops = read_stops(here.log)
+        assert "robots stop" in {stop.by for stop in stops}
+        assert any("somebody else publishes" in stop.cause for stop in stops) or any(
+            words in stops[-1].cause for words in TOO_BUSY
+        )
 
 
-def test_a_robot_that_is_not_heard_may_not_have_heard_it(tmp_path: Path) -> None:
-    file = tmp_path / "rover.toml"
-    file.write_text(ROVER.replace("/rover", f"/nobody_{os.getpid()}"))
+@pytest.mark.parametrize(
+    ("heard", "said"), [(True, ""), (False, "look whether it stands")], ids=["heard", "not heard"]
+)
+def test_stops_are_sent_for_two_seconds(
+    heard: bool, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot that is not heard may not have heard them."""
+    file, wire = tmp_path / "rover.toml", Wire([Publisher("/rover/odom", ODOMETRY)] if heard else [])
+    file.write_text(ROVER)
+    clocks, send = list[SimulatedClock](), emergency_stop.send_emergency_stop
+
+    def send_in_memory(*arguments: Any, **options: Any) -> bool:
+        clocks.append(SimulatedClock(0.0))  # of the thread that stops this robot
+        return send(*arguments, clock=clocks[-1], **options)
+
+    monkeypatch.setattr(emergency_stop, "open_transport", lambda file: wire)
+    monkeypatch.setattr(emergency_stop, "send_emergency_stop", send_in_memory)
     result = run("robots", "stop", file)
-    assert result.exit_code == 1
-    assert "look whether it stands" in result.stdout
+    assert result.exit_code == int(not heard)
+    assert said in result.stdout
+    assert [clock() for clock in clocks] == [2.0]
+    still = encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)
+    assert wire.sent == [("/rover/cmd_vel", still)] * 101
+    assert [stop.by for stop in read_stops(file.with_suffix(".stops.jsonl"))] == ["robots stop"]
+    assert wire.closed

@@ -29,17 +29,19 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from threading import Thread
 
+from tests.processes import end_with_tests
+from tests.robots.domains import own_domain
 from tests.robots.rovers import ROVER
 
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.safety.stop_log import read_stops
 
 ROOT = Path(__file__).parents[2]
-DOMAIN = 61
+DOMAIN = own_domain()
 STOP_S = 0.2
-SENSOR_S = parse_robot(ROVER).readings["sonar_ahead"].stale_s + 0.1
+SENSOR_S = FORGOTTEN_S = parse_robot(ROVER).readings["sonar_ahead"].stale_s + 0.1
 ROBOT_DEADLINE_S = 0.15
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 AFTER_S = 1.3
 """For so long it must not move again: longer than the watchdog goes on."""
 TWITCH_S = 0.05
@@ -73,7 +75,7 @@ class Process:
     ) -> None:
         self.lines: Queue[str] = Queue()
         self.process = subprocess.Popen(
-            [*prefix, sys.executable, "-m", *command],
+            end_with_tests([*prefix, sys.executable, "-m", *command]),
             cwd=ROOT,
             env={**os.environ, **(env or {})},
             stdin=subprocess.PIPE,
@@ -256,7 +258,9 @@ def deaf(times: int) -> Iterator[Outcome]:
                 yield here.disarmed(outcome, "it spoke again")
             finally:
                 sensor.end()
-                time.sleep(SENSOR_S)  # else its last word would arm the robot before the next sensor speaks
+                time.sleep(
+                    FORGOTTEN_S
+                )  # else its last word would arm the robot before the next sensor speaks
 
 
 def cut(times: int) -> Iterator[Outcome]:
