@@ -19,9 +19,12 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("cv2", reason="needs the extra camera")
 
 from tests.peers.building import fast_dds, missing
+from tests.processes import end_with_tests
+from tests.robots.domains import own_domain
 from tests.robots.hostile import FILE, TOPICS, anything
 from tests.robots.routers import Router
 from tests.robots.rovers import TWIST, sonar
+from tests.waiting import wait_until
 
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
@@ -31,7 +34,7 @@ from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.runtime.body import list_reading_keys
 
-DOMAIN = 48
+DOMAIN = own_domain()
 SENT = 300
 """Hostile messages."""
 MEMORY = 100 * 2**20
@@ -45,7 +48,9 @@ def over_dds(folder: pytest.Config) -> Iterator[tuple[Transport, Transport, Send
     """The robot's transport, another that sees what it sends, and what publishes any bytes."""
     program = fast_dds(folder.cache.mkdir("peers"), "raw")
     command = [str(program), str(DOMAIN)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        end_with_tests(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdin is not None
         assert process.stdout is not None
 
@@ -64,7 +69,7 @@ def over_dds(folder: pytest.Config) -> Iterator[tuple[Transport, Transport, Send
         ours = DdsTransport(DOMAIN)
         yield ours, DdsTransport(DOMAIN), send
         process.stdin.close()
-        process.wait(10)
+        process.wait(60)
 
 
 @contextmanager
@@ -85,6 +90,7 @@ def way(request: pytest.FixtureRequest) -> Iterator[tuple[Transport, Transport, 
         made[1].close()
 
 
+@pytest.mark.timed
 def test_hostile_messages_on_the_wire_end_nothing_and_move_nothing(
     way: tuple[Transport, Transport, Send],
 ) -> None:
@@ -97,11 +103,11 @@ def test_hostile_messages_on_the_wire_end_nothing_and_move_nothing(
         sonar_ahead = robot.senses.latest["sonar_ahead"]
 
         def hear(range_m: float) -> None:
-            until = time.monotonic() + 10
-            while robot.senses.value("sonar_ahead", robot.now_s) != pytest.approx(range_m):
+            def came() -> bool:
                 send("/rover/sonar", sonar(range_m))
-                time.sleep(0.01)
-                assert time.monotonic() < until, "it never came"
+                return robot.senses.value("sonar_ahead", robot.now_s) == pytest.approx(range_m)
+
+            wait_until(came)
 
         def besiege() -> None:
             for number in range(SENT):
