@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from math import nan
 
@@ -14,6 +13,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from msgspec.structs import replace
 from tests.robots.rovers import Wire
 from tests.sim_mujoco.drawing import draws
+from tests.simulated_clock import SimulatedClock
 
 from understudy.robots.ros.messages import TWIST, encode_message, encode_twist, make_message
 from understudy.robots.ros.transport import Publish
@@ -32,7 +32,7 @@ class Hub(Wire):
     def publisher(self, topic: str, type: str) -> Publish:
         def publish(data: bytes) -> None:
             if topic in self._received:
-                self.deliver(topic, data, time.monotonic())
+                self.deliver(topic, data, 0.0)
 
         return publish
 
@@ -147,15 +147,21 @@ def test_odometry_that_cannot_be_moves_nobody(said: tuple[float, float, float], 
 
 def test_time_is_kept_and_late_ticks_are_counted() -> None:
     """Ten ticks in a second of 0.1 s each; one that takes three periods makes itself and none other late."""
-    ticks: list[float] = []
+    ticks, clock = list[float](), SimulatedClock(0.0)
 
     def slow_once(number: int, seconds: float) -> Callable[[float], None]:
         def tick(now_s: float) -> None:
             ticks.append(now_s)
             if len(ticks) == number:
-                time.sleep(seconds)
+                clock.sleep(seconds)
 
         return tick
 
-    late = tick_in_real_time(slow_once(3, 0.07), 0.02, seconds=0.3, stopped=lambda: len(ticks) >= 8)
+    late = tick_in_real_time(
+        slow_once(3, 0.07), 0.02, seconds=0.3, stopped=lambda: len(ticks) >= 8, clock=clock
+    )
     assert (len(ticks), late) == (8, 1)
+    assert ticks == [0.0, 0.02, 0.04, 0.11, 0.13, 0.15, 0.17, 0.19]
+    ticks.clear()
+    assert tick_in_real_time(slow_once(0, 0.0), 0.1, seconds=1.0, stopped=lambda: False, clock=clock) == 0
+    assert len(ticks) == 10
