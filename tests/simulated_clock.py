@@ -137,3 +137,28 @@ class SimulatedClock:
                 names = ", ".join(sorted(thread.name for thread in self._running)) or "none"
                 raise TimeoutError(f"waited in vain for {what}; these threads run: {names}")
             self._changed.wait(POLL_S)
+
+
+class ReadOnlyClock:
+    """The time that something else keeps; nothing may wait by it.
+
+    Parameters
+    ----------
+    read
+        Function that returns the time, s.
+    """
+
+    def __init__(self, read: Callable[[], float]) -> None:
+        self._read = read
+
+    def __call__(self) -> float:
+        """Return the time, s."""
+        return self._read()
+
+    def sleep(self, seconds: float) -> None:
+        """Raise an error."""
+        raise RuntimeError("nothing waits by this clock")
+
+    def wait(self, event: Event, timeout_s: float) -> bool:
+        """Raise an error."""
+        raise RuntimeError("nothing waits by this clock")

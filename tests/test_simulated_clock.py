@@ -6,7 +6,7 @@ from threading import Event, Lock, Thread
 
 import pytest
 from tests import simulated_clock
-from tests.simulated_clock import SimulatedClock
+from tests.simulated_clock import ReadOnlyClock, SimulatedClock
 
 
 class Ticker:
@@ -142,3 +142,12 @@ def test_only_the_test_lets_time_pass() -> None:
     thread.start()
     thread.join()
     assert len(errors) == 1
+
+
+def test_nothing_waits_by_a_clock_that_is_only_read() -> None:
+    clock = ReadOnlyClock(lambda: 3.0)
+    assert clock() == 3.0
+    with pytest.raises(RuntimeError, match="nothing waits"):
+        clock.sleep(1.0)
+    with pytest.raises(RuntimeError, match="nothing waits"):
+        clock.wait(Event(), 1.0)

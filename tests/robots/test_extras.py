@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -31,23 +32,46 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "said"), CASES, ids=lambda case: " ".join(case[:2]))
-def test_what_to_install_is_said(arguments: list[str], said: str, tmp_path: Path) -> None:
+ASK = """
+import contextlib, io, json
+from understudy.ui.cli.main import make_command_line
+
+for arguments in json.loads(sys.stdin.read()):
+    code, errors = 0, io.StringIO()
+    with contextlib.redirect_stderr(errors):
+        try:
+            make_command_line()(arguments)
+        except SystemExit as ended:
+            code = ended.code
+    print(json.dumps([code, errors.getvalue()]))
+"""
+"""A program that gives commands one after another, and tells how each ended and what it wrote on standard error."""
+
+
+def test_what_to_install_is_said(tmp_path: Path) -> None:
+    """All in one process, which takes a while to start."""
     robot = tmp_path / "rover.toml"
     robot.write_text(ROVER, encoding="utf-8")
     recording = copy(robot, tmp_path / "run.mcap")  # what is in it is not looked at
     copy(ROOT / "docs" / "pictures" / "physics.png", tmp_path)
-    given = [each.format(robot=robot, folder=tmp_path, recording=recording) for each in arguments]
-    program = (
-        f"{WITHOUT}from understudy.ui.cli.main import make_command_line\nmake_command_line()({given!r})\n"
-    )
+    commands = [
+        [each.format(robot=robot, folder=tmp_path, recording=recording) for each in arguments]
+        for arguments, _ in CASES
+    ]
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))
     result = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path},
-    )  # fmt: skip
-    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
-    assert said in result.stderr
+        [sys.executable, "-c", WITHOUT + ASK],
+        input=json.dumps(commands),
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    ended = [json.loads(line) for line in result.stdout.splitlines()]
+    assert len(ended) == len(CASES)
+    for (arguments, said), (code, errors) in zip(CASES, ended, strict=True):
+        assert (code, errors.count("\n")) == (2, 1), (arguments, errors)
+        assert said in errors, arguments
     assert not (tmp_path / "recordings").exists() or not [*(tmp_path / "recordings").iterdir()]
 
 

@@ -202,7 +202,7 @@ def check_messages(join: Join, _: Router) -> None:
     wait_until(lambda: Publisher(topic, ODOMETRY) in ours.peers())
     assert Publisher(topic, ODOMETRY) not in theirs.peers()
     sent = odometry(1.25)
-    wait_until(lambda: publish(sent) or came)  # type: ignore[func-returns-value]
+    wait_until(lambda: came, meanwhile=lambda: publish(sent))
     assert came[0] == sent
     theirs.close()
     publish(sent)  # does nothing any more
@@ -216,7 +216,7 @@ def check_answers(join: Join, _: Router) -> None:
     ours.subscribe(f"{namespace}/odom", ODOMETRY, lambda data, _: answer(data))
     ours.subscribe(f"{namespace}/answer", ODOMETRY, lambda data, _: came.append(data))
     ask = ours.publisher(f"{namespace}/odom", ODOMETRY)
-    wait_until(lambda: ask(odometry(2.5)) or came)  # type: ignore[func-returns-value]
+    wait_until(lambda: came, meanwhile=lambda: ask(odometry(2.5)))
     assert came[0] == odometry(2.5)
 
 

@@ -258,7 +258,7 @@ def check_listening(_: Router, namespace: str) -> None:
     with closing(listening), closing(connected):
         connected.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append(data))
         publish = listening.publisher(f"{namespace}/sonar", RANGE)
-        wait_until(lambda: publish(sonar(1.5)) or came)  # type: ignore[func-returns-value]
+        wait_until(lambda: came, meanwhile=lambda: publish(sonar(1.5)))
         assert came[0] == sonar(1.5)
         wait_until(lambda: Publisher(f"{namespace}/sonar", RANGE) in connected.peers())
 
@@ -271,7 +271,7 @@ def check_domains(router: Router, namespace: str) -> None:
         there.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append("there"))
         same.subscribe(f"{namespace}/sonar", RANGE, lambda data, _: came.append("same"))
         publish = here.publisher(f"{namespace}/sonar", RANGE)
-        wait_until(lambda: publish(sonar(1.5)) or "same" in came)  # type: ignore[func-returns-value]
+        wait_until(lambda: "same" in came, meanwhile=lambda: publish(sonar(1.5)))
         wait_until(same.peers)
         assert "there" not in came
         assert there.peers() == []

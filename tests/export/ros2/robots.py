@@ -17,6 +17,7 @@ from tests.export.exports import keep_arcs_on_circles
 from tests.export.ros2.packages import write_words
 from tests.robots.rovers import Wire
 from tests.runtime.random_libraries import random_library
+from tests.simulated_clock import ReadOnlyClock
 
 from understudy.export.export_automaton import link_ground
 from understudy.export.reference_run import ReferenceRun
@@ -380,7 +381,9 @@ class ReferenceNode:
         self.ns, self.wire, self.run = 0, Wire(), Run()
         program, self.hierarchy = link_ground(library, name, {}, interface.body)
         self.reference = ReferenceRun(program, self.hierarchy)
-        self.robot = Robot(load_robot(path), self.wire, path=path, clock=lambda: self.ns * 1e-9)
+        self.robot = Robot(
+            load_robot(path), self.wire, path=path, clock=ReadOnlyClock(lambda: self.ns * 1e-9)
+        )
         self.offered = {(each.name, each.of_targets) for each in self.robot.readings}
         self.reference.start(0.0)
         self.due = {self.tick: TICK_NS, self.check: CHECK_NS}

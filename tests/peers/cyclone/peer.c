@@ -5,7 +5,7 @@
 // A master is a publisher of commands, too, that says nothing.
 //
 // Prints `sent TOPIC HEX` for the first message of each topic, then `ready`, and `got cmd_vel HEX X Z` for each Twist
-// unlike the last. Ends with 0 after the first that moves, with 1 where none came within 30 s.
+// unlike the last. Ends with 0 after the first that moves, with 1 where none came within 300 s.
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -97,7 +97,7 @@ int main(int count, char **given) {
     say(participant, odometries, space, "odom", &odometry);
     printf("ready\n");
     bool moved = false;
-    for (int sent = 0; sent < 1500 && !moved; ++sent) {
+    for (int sent = 0; sent < 15000 && !moved; ++sent) {
         dds_write(ranges, &range);
         dds_write(odometries, &odometry);
         dds_sleepfor(DDS_MSECS(20));

@@ -17,6 +17,7 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER, Wire, odometry, sonar
 from tests.robots.twins import Rig as Twins
 from tests.sim.patrollers import ROBOTS
+from tests.simulated_clock import ReadOnlyClock
 from tests.ui.cli.commands import run, said
 
 from understudy.model.automaton import START, Automaton, State
@@ -169,7 +170,9 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     library = open_library(folder, KIT).library
     now, wire = [100.0], Wire()
     with RunRecorder(path, clock=lambda: now[0]) as recorder:
-        robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder), clock=lambda: now[0])
+        robot = Robot(
+            parse_robot(ROVER), RecordingTransport(wire, recorder), clock=ReadOnlyClock(lambda: now[0])
+        )
         now[0] += 3.7
         going = Run.from_program(robot, link(library, "wander", {}))
         ran = RunInfo(scenario="arena", library=str(folder), sorts=["robot"], behavior="wander")
