@@ -116,7 +116,7 @@ class Robot:
         if of.publish:
             publish = transport.publisher(file.topic(of.topic), DIAGNOSTICS)
             self.status_publisher = StatusPublisher(publish, [self.describe_status])
-        self._cancel_all = make_cancel_sender(file, transport)
+        self._cancel_all = make_cancel_sender(file, transport, clock=clock)
         self._owner = os.getpid()
         self.guard = Guard(
             file,

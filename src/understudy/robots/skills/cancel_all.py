@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
+from understudy.clock import REAL_TIME
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.robots.ros.transport import Transport
@@ -15,7 +15,9 @@ ANSWER_S = 1.0
 """The time for which an answer is awaited, in s; nothing depends on it."""
 
 
-def make_cancel_sender(file: RobotFile, transport: Transport) -> Callable[[], None]:
+def make_cancel_sender(
+    file: RobotFile, transport: Transport, *, clock: Callable[[], float] = REAL_TIME
+) -> Callable[[], None]:
     """Make a function that asks all actions of a robot file to cancel all their goals.
 
     It may be called often: requests are `AGAIN_S` apart. A goal id and a time of zero mean all goals.
@@ -32,7 +34,7 @@ def make_cancel_sender(file: RobotFile, transport: Transport) -> Callable[[], No
 
     def cancel() -> None:
         nonlocal last_s
-        now = time.monotonic()
+        now = clock()
         if now - last_s < AGAIN_S:
             return
         last_s = now

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from secrets import token_hex
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.robots.team_network.team_access import TeamAccess
 
 HEARD_S = 0.3
 """The time in s in which two agents that have joined the network hear of each other's claims."""
@@ -14,7 +14,7 @@ ALIVE_S = 2.0
 """The longest time in s to wait for the answer of an agent that holds a name; one that does not answer has died."""
 
 
-def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
+def claim_name(network: TeamAccess, name: str, *, team: str, clock: Clock = REAL_TIME) -> None:
     """Claim the name of an agent, and from then on answer all who ask whether it is taken.
 
     Each claim has a random number: of two at the same moment, the smaller one wins. An agent whose computer has died
@@ -28,6 +28,8 @@ def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
         The name of the agent.
     team
         The name of the team.
+    clock
+        What it waits by for the claims of others.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
     if not came_first:
         network.answer(f"claim/{name}/{mine}", lambda question: b"")
         network.declare_token(f"claim/{name}/{mine}")
-        time.sleep(HEARD_S)
+        clock.sleep(HEARD_S)
         others = _list_claims(network, name) - former
         came_first = any(other < mine for other in others) or (not was_held and is_held(network, name))
     if came_first:
@@ -51,11 +53,11 @@ def claim_name(network: ZenohNetwork, name: str, *, team: str) -> None:
     network.declare_token(f"held/{name}")
 
 
-def _list_claims(network: ZenohNetwork, name: str) -> set[str]:
+def _list_claims(network: TeamAccess, name: str) -> set[str]:
     return {key.rpartition("/")[2] for key in network.list_tokens(f"claim/{name}/*")}
 
 
-def is_held(network: ZenohNetwork, name: str) -> bool:
+def is_held(network: TeamAccess, name: str) -> bool:
     """Ask the network whether an agent of this name runs, or is about to."""
     return network.is_present(name) or bool(network.list_tokens(f"held/{name}"))
 

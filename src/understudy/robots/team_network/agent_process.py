@@ -11,13 +11,16 @@ from functools import partial
 from math import inf
 from pathlib import Path
 from queue import Empty, Queue
+from threading import Event
+from typing import Protocol
 
 import msgspec
 
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
-from understudy.robots.fleet import connect_robot
+from understudy.robots.fleet import Fleet, connect_robot
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
@@ -28,13 +31,13 @@ from understudy.robots.team_network.agent_views import STATUS, STATUS_S, RobotVi
 from understudy.robots.team_network.arming_permits import ArmingPermits
 from understudy.robots.team_network.library_push import LibraryFolder
 from understudy.robots.team_network.load_plan import LoadedTeam, fingerprint_folder
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.robots.team_network.team_access import TeamAccess
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.messages import UNREADABLE
 from understudy.runtime.agents.network import Network
-from understudy.runtime.agents.remote_members import Clock
+from understudy.runtime.agents.remote_members import TickClock
 
 LOOK_S = 0.005
 """The time between two looks at a simulation's clock, s."""
@@ -53,16 +56,26 @@ class WallClock:
         The nominal length of a tick, s.
     targets
         The targets of the team.
+    clock
+        A monotonic clock, s.
     """
 
-    def __init__(self, tick_s: float, targets: Sequence[str]) -> None:
-        self.tick_s, self.targets = tick_s, tuple(targets)
-        self._began = time.monotonic()
+    def __init__(self, tick_s: float, targets: Sequence[str], clock: Callable[[], float]) -> None:
+        self.tick_s, self.targets, self._clock = tick_s, tuple(targets), clock
+        self._began = clock()
         self.time_s = 0.0
 
     def advance(self) -> None:
         """Take the present time as that of this tick."""
-        self.time_s = time.monotonic() - self._began
+        self.time_s = self._clock() - self._began
+
+
+class ConnectRobot(Protocol):
+    """A function that connects to the robot of a robot file as a fleet of one, optionally with a recorder."""
+
+    def __call__(self, path: Path, *, recorder: RunRecorder | None) -> Fleet:
+        """Connect to the robot of a file."""
+        ...
 
 
 class AgentProcess:
@@ -78,6 +91,10 @@ class AgentProcess:
         Its access to the network.
     record
         The recorder of a file in which it is recorded; None: it is not.
+    clock
+        The clock of its leases, permits and ticks; ticks go by a simulation's clock if its robot does.
+    connect
+        A function that connects to its robot.
 
     Raises
     ------
@@ -88,18 +105,25 @@ class AgentProcess:
     """
 
     def __init__(
-        self, name: str, team: LoadedTeam, network: ZenohNetwork, *, record: RunRecorder | None = None
+        self,
+        name: str,
+        team: LoadedTeam,
+        network: TeamAccess,
+        *,
+        record: RunRecorder | None = None,
+        clock: Clock = REAL_TIME,
+        connect: ConnectRobot = connect_robot,
     ) -> None:
         if name not in team.agents:
             raise UnknownName(what="agent", name=name, where=f"team {team.name}", known=list(team.agents))
-        claim_name(network, name, team=team.name)
-        self.name, self.team, self._network = name, team, network
+        claim_name(network, name, team=team.name, clock=clock)
+        self.name, self.team, self._network, self._clock = name, team, network, clock
         self._recorder = None if record is None else AgentRecorder(record, name, team)
         self._messages: Network = network if record is None else RecordedNetwork(network, record, name)
         self._exit = ExitStack()
         self._log: deque[str] = deque(maxlen=LOGGED)
         self._asked: Queue[tuple[AgentQuestion, Future[AgentAnswer]]] = Queue()
-        self._permits = ArmingPermits()
+        self._permits = ArmingPermits(clock)
         self.ticks = self.late = 0
         self.left = False
         """Whether the agent was told to leave."""
@@ -107,20 +131,20 @@ class AgentProcess:
         """Whether the agent has to start anew, with another library."""
         self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
-        self._pace: Callable[[], float] = time.monotonic
+        self._pace: Callable[[], float] = clock
         self.agent: Agent | None = None
-        self._clock: Clock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets)
+        self._tick_clock: TickClock | WallClock = WallClock(team.scenario.tick_s, team.plan.targets, clock)
         if name in team.robots:
-            self._connect_robot(team.robots[name][1])
+            self._connect_robot(team.robots[name][1], connect)
         self.coordinators = [
             SquadCoordinator(
                 team.plan.make_agent_spec(squad),
                 team.plan.make_squad_spec(squad),
                 host=name,
                 candidates=team.plan.list_candidates(squad),
-                clock=self._clock,
+                clock=self._tick_clock,
                 network=self._messages,
-                lease_clock=time.monotonic,
+                lease_clock=clock,
             )
             for squad in team.plan.list_led_squads(name)
         ]
@@ -132,22 +156,22 @@ class AgentProcess:
         network.announce(name)
         self.note("started")
 
-    def _connect_robot(self, path: Path) -> None:
+    def _connect_robot(self, path: Path, connect: ConnectRobot) -> None:
         recorder = self._recorder
         file = None if recorder is None else recorder.recorder
-        fleet = connect_robot(path, recorder=file)
+        fleet = connect(path, recorder=file)
         self._exit.callback(fleet.close)
         twin = DigitalTwin(fleet, recorder=file)
         self.robot = robot = fleet.robots[0]
-        self._pace = robot.simulation_clock or time.monotonic
+        self._pace = robot.simulation_clock or self._clock
         if robot.simulation_clock is None:
-            self._clock = twin
+            self._tick_clock = twin
         self.agent = Agent(
             self.team.plan.make_agent_spec(self.name),
             twin,
             self._messages,
             unfit=lambda: robot.unfitness,
-            clock=time.monotonic,
+            clock=self._clock,
         )
         twin.follow(self._list_paths)
         if recorder is not None:
@@ -178,8 +202,8 @@ class AgentProcess:
 
     def tick(self) -> None:
         """Hear, sense and report, decide and act once, and carry out what was asked."""
-        if isinstance(self._clock, WallClock):
-            self._clock.advance()
+        if isinstance(self._tick_clock, WallClock):
+            self._tick_clock.advance()
         if self.agent is not None:
             self.agent.sense()
             self.agent.report()
@@ -212,29 +236,45 @@ class AgentProcess:
 
     def _tell_viewers(self) -> None:
         """Publish this agent's status from time to time, while somebody watches the team."""
-        now = time.monotonic()
+        now = self._clock()
         if now - self._told_s >= STATUS_S and is_watched(self._network):
             self._told_s = now
             self._network.publish(f"{STATUS}/{self.name}", msgspec.msgpack.encode(self.describe()))
 
     def run(self, *, until: Callable[[], bool] = lambda: False) -> None:
         """Tick at the team's rate until the agent is told to leave, or `until` says so."""
-        tick_s, pace = self.team.scenario.tick_s, self._pace
-        due = pace()
+        due_s = self._pace()
         while not self.left and not until():
-            self.tick()
-            due += tick_s
-            if pace() >= due:
-                self.late, due = self.late + 1, pace()
-            elif pace is time.monotonic:
-                time.sleep(max(0.0, due - pace()))
+            due_s = self.step(due_s)
+            if self._pace is self._clock:
+                self._clock.sleep(due_s - self._clock())
             else:
-                self._wait(due, until)
+                self._wait(due_s, until)
 
-    def _wait(self, due: float, until: Callable[[], bool]) -> None:
+    def step(self, due_s: float) -> float:
+        """Tick once, and return when the next tick is due: at once if this one was late, which is counted.
+
+        Parameters
+        ----------
+        due_s
+            When this tick was due, s by the clock of its ticks.
+
+        Returns
+        -------
+        float
+            When the next one is, s.
+        """
+        self.tick()
+        due_s += self.team.scenario.tick_s
+        if (now := self._pace()) < due_s:
+            return due_s
+        self.late += 1
+        return now
+
+    def _wait(self, due_s: float, until: Callable[[], bool]) -> None:
         """Wait for a simulation's clock, which may stand still, and answer questions meanwhile."""
-        while self._pace() < due and not self.left and not until():
-            time.sleep(LOOK_S)
+        while self._pace() < due_s and not self.left and not until():
+            self._clock.sleep(LOOK_S)
             self._carry_out()
 
     def close(self) -> None:
@@ -269,13 +309,14 @@ class AgentProcess:
             return msgspec.msgpack.encode(self._make_ready())
         if question.do in ("prepare", "forget"):  # which takes a while, in which decisions go on
             return msgspec.msgpack.encode(AgentAnswer(problem=self._prepare_library(question)))
-        waiting = Future[AgentAnswer]()
+        waiting, answered = Future[AgentAnswer](), Event()
+        waiting.add_done_callback(lambda _: answered.set())
         self._asked.put((question, waiting))
-        try:
-            answer = waiting.result(ANSWER_S)
-        except TimeoutError:  # what cannot be withdrawn any more is being carried out
-            late = AgentAnswer(problem="did not answer in time")
-            answer = late if waiting.cancel() else waiting.result()
+        # What cannot be withdrawn any more is being carried out.
+        if not self._clock.wait(answered, ANSWER_S) and waiting.cancel():
+            answer = AgentAnswer(problem="did not answer in time")
+        else:
+            answer = waiting.result()
         return msgspec.msgpack.encode(answer)
 
     def _make_ready(self) -> AgentAnswer:

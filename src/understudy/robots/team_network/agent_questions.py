@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.robots.team_network.team_access import TeamAccess
 from understudy.runtime.agents.messages import UNREADABLE
 
 ASK_S = 8.0
@@ -72,7 +72,7 @@ class AgentAnswer(msgspec.Struct, frozen=True):
 
 
 def ask(
-    network: ZenohNetwork, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
+    network: TeamAccess, question: AgentQuestion, *, agent: str = "*", wait_s: float = ASK_S
 ) -> dict[str, AgentAnswer]:
     """Ask the agents of a team.
 
@@ -104,12 +104,12 @@ def ask(
     return dict(sorted(found.items()))
 
 
-def ask_to_stop(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+def ask_to_stop(network: TeamAccess, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
     """Stop and disarm robots at once, because the person `by` orders it; `agent` and the result are those of `ask`."""
     return ask(network, AgentQuestion("stop", by), agent=agent)
 
 
-def ask_to_prepare(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+def ask_to_prepare(network: TeamAccess, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
     """Start the watchdogs of robots that the person `by` is about to arm; arming them is immediate then.
 
     Parameters
@@ -130,7 +130,7 @@ def ask_to_prepare(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str
     return ask(network, AgentQuestion("ready", by), agent=agent, wait_s=PREPARE_S)
 
 
-def ask_to_arm(network: ZenohNetwork, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
+def ask_to_arm(network: TeamAccess, by: str, agent: str = "*") -> dict[str, AgentAnswer]:
     """Arm robots: ask whether they are ready, and arm those that are.
 
     A robot that was stopped in between stays disarmed, also if the network held the question up; and one whose agent

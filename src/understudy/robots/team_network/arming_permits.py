@@ -7,10 +7,11 @@ messages.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from secrets import token_hex
 from threading import Lock
+
+from understudy.clock import REAL_TIME
 
 PERMIT_S = 6.0
 """The time in s for which a permit holds, shorter than the wait for the answer to an order to arm."""
@@ -25,7 +26,7 @@ class ArmingPermits:
         A monotonic clock, s.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = REAL_TIME) -> None:
         self._clock, self._lock = clock, Lock()
         self._given: dict[str, tuple[float, int]] = {}
 

@@ -99,11 +99,11 @@ class RemoteRobot(Robot):
     path
         The file.
     watch
-        The team that is watched.
+        The team that is watched; its clock is the robot's, too.
     """
 
     def __init__(self, file: RobotFile, path: Path | str, watch: TeamWatch) -> None:
-        super().__init__(file, SilentTransport(), path=path)
+        super().__init__(file, SilentTransport(), path=path, clock=watch.clock)
         self._inputs = RemoteInputs(file, path, self.targets)
         self.senses = self._inputs
         self._watch = watch

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import inf
-from time import monotonic
 
 import msgspec
 
+from understudy.clock import REAL_TIME
 from understudy.robots.team_network.agent_questions import (
     AgentAnswer,
     AgentQuestion,
@@ -22,7 +22,7 @@ from understudy.robots.team_network.agent_questions import (
 )
 from understudy.robots.team_network.agent_views import STATUS, VIEWER
 from understudy.robots.team_network.load_plan import LoadedTeam
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.robots.team_network.team_access import TeamAccess
 from understudy.runtime.agents.messages import UNREADABLE
 
 SILENT_S = 0.8
@@ -75,9 +75,9 @@ class TeamWatch:
     """
 
     def __init__(
-        self, team: LoadedTeam, network: ZenohNetwork, *, clock: Callable[[], float] = monotonic
+        self, team: LoadedTeam, network: TeamAccess, *, clock: Callable[[], float] = REAL_TIME
     ) -> None:
-        self.team, self.network, self._clock = team, network, clock
+        self.team, self.network, self.clock = team, network, clock
         self._statuses = network.listen(f"{STATUS}/*")
         self._heard: dict[str, tuple[AgentStatus, float]] = {}
         self._asking = ThreadPoolExecutor(ASKING, thread_name_prefix="ask")
@@ -86,7 +86,7 @@ class TeamWatch:
     def list_agents(self) -> list[WatchedAgent]:
         """List all agents of the team: robots, then squads bottom-up."""
         self._hear()
-        now, present = self._clock(), self.network.present
+        now, present = self.clock(), self.network.present
         found = []
         for name in self.team.agents:
             status, heard_s = self._heard.get(name, (None, -inf))
@@ -97,7 +97,7 @@ class TeamWatch:
         """Return one agent of the team."""
         self._hear()
         status, heard_s = self._heard.get(name, (None, -inf))
-        return WatchedAgent(name, status, self._clock() - heard_s, name in self.network.present)
+        return WatchedAgent(name, status, self.clock() - heard_s, name in self.network.present)
 
     def _hear(self) -> None:
         for data in self._statuses.take_all():
@@ -105,7 +105,7 @@ class TeamWatch:
                 status = msgspec.msgpack.decode(data, type=AgentStatus)
             except UNREADABLE:
                 continue
-            self._heard[status.name] = status, self._clock()
+            self._heard[status.name] = status, self.clock()
 
     def order(self, do: str, by: str, name: str) -> str:
         """Ask an agent to make its robot ready, arm or stop it; wait, and return why it did not; empty if it did."""

@@ -30,7 +30,7 @@ from understudy.runtime.agents.messages import (
     pack_message,
 )
 from understudy.runtime.agents.network import Network
-from understudy.runtime.agents.remote_members import Clock, RemoteMembers, RemoteRunner
+from understudy.runtime.agents.remote_members import RemoteMembers, RemoteRunner, TickClock
 from understudy.runtime.body import Reading
 from understudy.runtime.interpreter import RunningAutomaton, RunningBehavior
 from understudy.runtime.team.members import AgentLayer, Finds, Member, MemberGroup, Membership
@@ -102,7 +102,7 @@ class SquadCoordinator:
         *,
         host: str,
         candidates: Sequence[str],
-        clock: Clock,
+        clock: TickClock,
         network: Network,
         leads: bool = False,
         lease_clock: Callable[[], float] | None = None,
@@ -334,7 +334,7 @@ class SquadCoordinator:
 
 
 def _make_groups(
-    squad: SquadPlan, clock: Clock, lease_clock: Callable[[], float]
+    squad: SquadPlan, clock: TickClock, lease_clock: Callable[[], float]
 ) -> list[tuple[RemoteMembers, MemberGroup]]:
     """Make the members of each sort, in the order in which the sorts first occur."""
     groups = []
@@ -350,7 +350,7 @@ def _make_groups(
 
 
 def _make_body(
-    squad: SquadPlan, groups: Sequence[tuple[RemoteMembers, MemberGroup]], clock: Clock
+    squad: SquadPlan, groups: Sequence[tuple[RemoteMembers, MemberGroup]], clock: TickClock
 ) -> SquadBody:
     sorts = [group.name for _, group in groups]
     rows = {member.name: row for body, _ in groups for row, member in enumerate(body.members)}

@@ -19,7 +19,7 @@ from understudy.runtime.program import Program
 from understudy.runtime.team.comms import SILENT_S
 
 
-class Clock(Protocol):
+class TickClock(Protocol):
     """What the members of a team have in common with their coordinator: its clock, the tick, and the targets."""
 
     @property
@@ -86,7 +86,7 @@ class RemoteMembers:
         names: Sequence[str],
         readings: Sequence[Reading],
         keys: Sequence[ReadingKey],
-        clock: Clock,
+        clock: TickClock,
         *,
         library: str | None = None,
         lease_clock: Callable[[], float] | None = None,

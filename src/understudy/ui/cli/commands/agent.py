@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from time import monotonic
 from typing import Annotated
 
 import typer
 
+from understudy.clock import REAL_TIME
 from understudy.ui.cli.options import Json
 
 TeamFileArgument = Annotated[
@@ -51,7 +51,7 @@ def run_agent(
     from understudy.ui.cli.output import print_json
     from understudy.ui.cli.robot_options import choose_recording_path, interrupt_on_termination
 
-    until = None if seconds is None else monotonic() + seconds
+    until = None if seconds is None else REAL_TIME() + seconds
     with interrupt_on_termination(), ExitStack() as recording:
         recorder = None
         if record is not None:
@@ -68,7 +68,7 @@ def run_agent(
                 raise
             try:
                 typer.echo(f"{name} runs in team {team.name}. Ctrl-C stops it.", err=True)
-                process.run(until=lambda: until is not None and monotonic() >= until)
+                process.run(until=lambda: until is not None and REAL_TIME() >= until)
             finally:
                 try:
                     status = process.describe()
