@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
+from contextlib import ExitStack
+from itertools import count
 from typing import Any, Self
+
+LOWEST, PORTS, APART = 10_000, 22_000, 101
+"""Ports below those that the system hands out itself; where the programs that test at the same time begin."""
+_numbers = count()
 
 
 class Router:
@@ -31,8 +38,13 @@ class Router:
 
 
 def free_port() -> int:
-    """A port of TCP that nobody listens on."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port: int = one.getsockname()[1]
-        return port
+    """A port of TCP and UDP on which nothing listens; programs that test beside this one get others."""
+    while True:
+        port = LOWEST + (os.getpid() * APART + next(_numbers)) % PORTS
+        with ExitStack() as opened:
+            try:
+                for kind in (socket.SOCK_STREAM, socket.SOCK_DGRAM):
+                    opened.enter_context(socket.socket(type=kind)).bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from threading import Event, Thread
-from time import sleep
 
 import pytest
 
-pytest.importorskip("zenoh", reason="needs the extra ros2")
+pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.rigs import ODOM, SONAR, Rig
-from tests.robots.routers import free_port
-from tests.robots.rovers import odometry, sonar
+from tests.robots.memory_network import MemoryTeam
 from tests.robots.test_load_plan import write_team
-from tests.robots.test_zenoh_network import wait_until
 
-from understudy.robots.team_network import agent_questions
-from understudy.robots.team_network.agent_process import AgentProcess
+from understudy.robots.robot import Robot
+from understudy.robots.team_network.agent_process import ANSWER_S
 from understudy.robots.team_network.agent_questions import (
+    READY_S,
     AgentQuestion,
     ask,
     ask_to_arm,
@@ -28,119 +23,100 @@ from understudy.robots.team_network.agent_questions import (
     ask_to_stop,
 )
 from understudy.robots.team_network.arming_permits import PERMIT_S, ArmingPermits
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.robots.team_network.load_plan import load_team_plan
 
 NAME = "pioneer_1"
 
 
-class RigAgent(AgentProcess):
-    """The agent of a robot over a wire in memory."""
+class Visited(MemoryTeam):
+    """A team with one agent, and another computer of its network."""
 
-    def __init__(self, team: LoadedTeam, network: ZenohNetwork) -> None:
-        self.rig = Rig()
-        self.rig.hear(SONAR, sonar(2.0))
-        self.rig.hear(ODOM, odometry(0.0))
-        super().__init__(NAME, team, network)
+    @property
+    def robot(self) -> Robot:
+        robot = self.agents[NAME].robot
+        assert robot is not None
+        return robot
 
-    def _connect_robot(self, path: Path) -> None:
-        self.robot = self.rig.robot
+    def ask_for_permits(self) -> dict[str, str]:
+        return {
+            name: answer.permit for name, answer in ask(self.visitor, AgentQuestion("ready", "Ada")).items()
+        }
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
-        """Tick in a thread."""
-        ends = Event()
-        thread = Thread(target=self.run, kwargs={"until": ends.is_set})
-        thread.start()
-        try:
-            yield
-        finally:
-            ends.set()
-            thread.join()
+    def arm(self, permits: dict[str, str]) -> str:
+        """Why the robot was not armed."""
+        return ask(self.visitor, AgentQuestion("arm", "Ada", permits=permits))[NAME].problem
 
 
 @pytest.fixture
-def visited(tmp_path: Path) -> Iterator[tuple[RigAgent, ZenohNetwork]]:
-    """An agent that does not tick yet, and another computer of its network."""
-    team = load_team_plan(write_team(tmp_path))
-    address = f"tcp/127.0.0.1:{free_port()}"
-    network = ZenohNetwork(team.name, ZenohOptions(listen=[address], multicast=False))
-    visitor = ZenohNetwork(team.name, ZenohOptions(connect=[address], multicast=False))
-    agent = RigAgent(team, network)
-    wait_until(lambda: NAME in visitor.present)
-    yield agent, visitor
-    visitor.close()
-    agent.close()
+def visited(tmp_path: Path) -> Iterator[Visited]:
+    """An agent that does not tick yet."""
+    team = Visited(load_team_plan(write_team(tmp_path)))
+    team.make(NAME)
+    assert NAME in team.visitor.present
+    yield team
+    team.close()
 
 
-def ask_for_permits(visitor: ZenohNetwork) -> dict[str, str]:
-    return {name: answer.permit for name, answer in ask(visitor, AgentQuestion("ready", "Ada")).items()}
-
-
-def arm(visitor: ZenohNetwork, permits: dict[str, str]) -> str:
-    """Why the robot was not armed."""
-    return ask(visitor, AgentQuestion("arm", "Ada", permits=permits))[NAME].problem
-
-
-def test_a_robot_is_armed(visited: tuple[RigAgent, ZenohNetwork]) -> None:
-    agent, visitor = visited
-    with agent.running():
-        assert {name: answer.problem for name, answer in ask_to_arm(visitor, "Ada").items()} == {NAME: ""}
-        assert agent.rig.robot.armed
-        ask_to_stop(visitor, "Ada")
-        assert not agent.rig.robot.armed
+def test_a_robot_is_armed(visited: Visited) -> None:
+    with visited.running():
+        assert {name: answer.problem for name, answer in ask_to_arm(visited.visitor, "Ada").items()} == {
+            NAME: ""
+        }
+        assert visited.robot.armed
+        ask_to_stop(visited.visitor, "Ada")
+        assert not visited.robot.armed
 
 
 def test_a_robot_is_armed_whose_watchdog_takes_long_to_start(
-    visited: tuple[RigAgent, ZenohNetwork], monkeypatch: pytest.MonkeyPatch
+    visited: Visited, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Longer than a person's order waits: it is prepared before that."""
-    agent, visitor = visited
-    monkeypatch.setattr(agent_questions, "READY_S", 0.3)
-    start = agent.rig.robot.prepare
-    takes_s = [1.0]
+    start = visited.robot.prepare
+    takes_s = [READY_S + 1.0]
 
     def start_slowly() -> None:
-        sleep(takes_s.pop() if takes_s else 0.0)
+        visited.clock.sleep(takes_s.pop() if takes_s else 0.0)
         start()
 
-    monkeypatch.setattr(agent.rig.robot, "prepare", start_slowly)
-    with agent.running():
-        assert ask_to_prepare(visitor, "Ada")[NAME].problem == ""
-        assert not agent.rig.robot.armed
-        assert ask_to_arm(visitor, "Ada")[NAME].problem == ""
-        assert agent.rig.robot.armed
+    monkeypatch.setattr(visited.robot, "prepare", start_slowly)
+    with visited.running():
+        assert ask_to_prepare(visited.visitor, "Ada")[NAME].problem == ""
+        assert not visited.robot.armed
+        assert ask_to_arm(visited.visitor, "Ada")[NAME].problem == ""
+        assert visited.robot.armed
 
 
-def test_a_stop_since_the_permit_holds(visited: tuple[RigAgent, ZenohNetwork]) -> None:
+def test_a_stop_since_the_permit_holds(visited: Visited) -> None:
     """Also where it stops a robot that was not armed yet."""
-    agent, visitor = visited
-    with agent.running():
-        permits = ask_for_permits(visitor)
-        ask_to_stop(visitor, "Bob")
-        assert "it was stopped meanwhile" in arm(visitor, permits)
-        assert not agent.rig.robot.armed
-        assert arm(visitor, ask_for_permits(visitor)) == ""
+    with visited.running():
+        permits = visited.ask_for_permits()
+        ask_to_stop(visited.visitor, "Bob")
+        assert "it was stopped meanwhile" in visited.arm(permits)
+        assert not visited.robot.armed
+        assert visited.arm(visited.ask_for_permits()) == ""
+
+
+def test_a_permit_that_is_too_old_arms_nothing(visited: Visited) -> None:
+    with visited.running():
+        permits = visited.ask_for_permits()
+        visited.clock.advance(PERMIT_S + 0.1)
+        assert visited.arm(permits) == "was told to arm too late: arm it again"
+        assert not visited.robot.armed
 
 
 @pytest.mark.parametrize("permits", [{}, {NAME: ""}, {NAME: "0" * 16}])
-def test_without_a_permit_nothing_is_armed(
-    visited: tuple[RigAgent, ZenohNetwork], permits: dict[str, str]
-) -> None:
-    agent, visitor = visited
-    with agent.running():
-        assert arm(visitor, permits) == "was told to arm too late: arm it again"
-        assert not agent.rig.robot.armed
+def test_without_a_permit_nothing_is_armed(visited: Visited, permits: dict[str, str]) -> None:
+    with visited.running():
+        assert visited.arm(permits) == "was told to arm too late: arm it again"
+        assert not visited.robot.armed
 
 
-def test_who_was_told_that_it_did_not_answer_finds_it_disarmed_later(
-    visited: tuple[RigAgent, ZenohNetwork],
-) -> None:
-    agent, visitor = visited
-    permits = ask_for_permits(visitor)
-    assert arm(visitor, permits) == "did not answer in time"  # it does not tick
-    agent.tick()
-    assert not agent.rig.robot.armed
+def test_who_was_told_that_it_did_not_answer_finds_it_disarmed_later(visited: Visited) -> None:
+    permits, asked_s = visited.ask_for_permits(), visited.clock()
+    assert visited.arm(permits) == "did not answer in time"  # it does not tick
+    assert visited.clock() == asked_s + ANSWER_S
+    visited.agents[NAME].tick()
+    assert not visited.robot.armed
 
 
 def test_a_permit_is_for_one_use_and_a_short_while() -> None:

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
-from threading import Event, Thread
 from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("zenoh", reason="needs the extra ros2")
+pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.routers import free_port
+from tests.robots.memory_network import MemoryTeam
 from tests.robots.test_load_plan import write_team
 from tests.ui.cli.commands import run
 from typer.testing import Result
 
-from understudy.robots.team_network import agent_process
+from understudy.robots.team_network import agent_process, zenoh_network
 from understudy.robots.team_network.agent_process import AgentProcess
 from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
 from understudy.robots.team_network.library_push import Files, read_library_files
 from understudy.robots.team_network.load_plan import load_team_plan
 from understudy.robots.team_network.team_push import WhichLibrary, describe_push, push_library
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.ui.cli.commands import team as team_commands
 
 AGENTS = ("one", "two", "three")
 
@@ -103,32 +99,26 @@ def documents_are_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def agents(tmp_path: Path) -> Iterator[dict[str, AgentProcess]]:
-    """Running agents without robots: two share a folder, and each of the others has its own."""
-    address = f"tcp/127.0.0.1:{free_port()}"
-    file = write_team(tmp_path, f'[agents.network]\nmulticast = false\nconnect = ["{address}"]\n')
-    team = load_team_plan(file)
+def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryTeam]:
+    """Agents without robots that tick: two share a folder, and each of the others has its own."""
+    team = load_team_plan(write_team(tmp_path))
     write_library(tmp_path / "pushed", NEW)
-    running: dict[str, AgentProcess] = {}
-    ends = Event()
-    with ExitStack() as closing:
-        options = ZenohOptions(listen=[address], multicast=False)
-        closing.callback(ZenohNetwork(team.name, options).close)
-        for name in team.agents:
-            folder = write_library(tmp_path / FOLDERS.get(name, "shared") / "library", OLD)
-            own = replace(team, robots={}, library=folder)
-            network = ZenohNetwork(team.name, team.make_network_options(name))
-            running[name] = process = AgentProcess(name, own, network)
-            closing.callback(process.close)
-        threads = [Thread(target=each.run, kwargs={"until": ends.is_set}) for each in running.values()]
-        for thread in threads:
-            thread.start()
-        try:
-            yield running
-        finally:
-            ends.set()
-            for thread in threads:
-                thread.join()
+    folders = {
+        name: write_library(tmp_path / FOLDERS.get(name, "shared") / "library", OLD) for name in team.agents
+    }
+    memory = MemoryTeam(team, folders)
+    monkeypatch.setattr(zenoh_network, "ZenohNetwork", lambda team, options: memory.network.join())
+    monkeypatch.setattr(team_commands, "FOUND_S", 0.0)
+    for name in team.agents:
+        memory.make(name, has_robot=False)
+    with memory.running():
+        yield memory
+    memory.close()
+
+
+@pytest.fixture
+def agents(made: MemoryTeam) -> dict[str, AgentProcess]:
+    return made.agents
 
 
 FOLDERS = {"pioneer_3": "third", "patrol_0": "coordinator"}
@@ -166,20 +156,20 @@ def test_if_one_agent_cannot_switch_the_others_go_back(
 
 
 def test_an_agent_checks_a_library_while_it_ticks(
-    tmp_path: Path, agents: dict[str, AgentProcess], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, made: MemoryTeam, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The coordinator ticks on while the library is checked, however long that takes."""
-    coordinator, ticks = agents["patrol_0"], list[int]()
+    coordinator, ticks = made.agents["patrol_0"], list[int]()
 
     def check_slowly(folder: Path) -> str:
         ticks.append(coordinator.ticks)
-        time.sleep(0.5)
+        made.clock.sleep(0.5)
         ticks.append(coordinator.ticks)
         return ""
 
     monkeypatch.setattr(coordinator._library, "_compute", check_slowly)
     assert push(tmp_path).exit_code == 0
-    assert ticks[1] > ticks[0]
+    assert ticks[1] - ticks[0] == 5
 
 
 def test_an_armed_robot_refuses_before_anything_is_checked(
