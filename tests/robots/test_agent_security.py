@@ -8,7 +8,7 @@ import subprocess
 import time
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,12 @@ from tests.robots.test_zenoh_network import wait_until
 from understudy.errors import UnderstudyError
 from understudy.robots.ros.transport import Unreachable
 from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
-from understudy.runtime.agents.network import Inbox
 
 DOCS = Path(__file__).parents[2] / "docs"
 TEAM = "patrol"
-HEARD_S = 3.0
-"""For so long who must not be heard goes on sending; the others are heard after a small part of it."""
+REPORT = "report/patrol_0"
+TRIES_S = 1.0
+"""For so long who must not be heard tries at least to connect and to send; each try takes a tenth of it."""
 DOCUMENTED = "/etc/understudy/"
 """Where the certificates are in the example of the documents."""
 
@@ -90,94 +90,117 @@ def make_tls(folder: Path, name: str) -> dict[str, Any]:
 
 
 @contextmanager
-def two(
-    one: Mapping[str, Any], other: Mapping[str, Any], *, protocol: str = "tls"
-) -> Iterator[tuple[ZenohNetwork, ZenohNetwork]]:
-    """One that listens, and another that connects to it."""
-    port = free_port()
-    first = ZenohNetwork(TEAM, ZenohOptions(listen=[f"tls/127.0.0.1:{port}"], multicast=False, config=one))
-    try:
-        second = ZenohNetwork(
-            TEAM,
-            ZenohOptions(
-                connect=[f"{protocol}/127.0.0.1:{port}"],
-                multicast=False,
-                config=other,
-            ),
-        )
-        try:
-            yield first, second
-        finally:
-            second.close()
-    finally:
-        first.close()
+def joined(listening: Mapping[str, Any], *others: Mapping[str, Any]) -> Iterator[list[ZenohNetwork]]:
+    """One that listens, and others that connect to it; each by its configuration."""
+    with ExitStack() as ends:
+        address = f"127.0.0.1:{free_port()}"
+        first = ZenohOptions(listen=[f"tls/{address}"], multicast=False, config=listening)
+        made = [ZenohNetwork(TEAM, first)]
+        ends.callback(made[0].close)
+        for config in others:
+            used = "tls" if config else "tcp"
+            made.append(
+                ZenohNetwork(
+                    TEAM, ZenohOptions(connect=[f"{used}/{address}"], multicast=False, config=config)
+                )
+            )
+            ends.callback(made[-1].close)
+        yield made
 
 
-def hears(inbox: Inbox, sender: ZenohNetwork, key: str) -> bool:
-    until = time.monotonic() + HEARD_S
-    while time.monotonic() < until:
+def wait_heard(receiver: ZenohNetwork, sender: ZenohNetwork, key: str) -> None:
+    """Wait until a message of a key arrives."""
+    inbox = receiver.listen(key)
+
+    def is_heard() -> bool:
         sender.publish(key, b"go")
-        time.sleep(0.05)
-        if inbox.take_all():
-            return True
-    return False
+        time.sleep(0.01)
+        return bool(inbox.take_all())
+
+    wait_until(is_heard)
 
 
-def test_agents_with_certificates_of_the_team_hear_each_other(certificates: Path) -> None:
-    with two(make_tls(certificates, "pioneer_1"), make_tls(certificates, "patrol_0")) as (robot, leader):
-        leader.announce("patrol_0")
-        wait_until(lambda: "patrol_0" in robot.present)
-        assert hears(robot.listen("order/patrol_0"), leader, "order/patrol_0")
-        assert hears(leader.listen("report/patrol_0"), robot, "report/patrol_0")
+def hears(receiver: ZenohNetwork, sender: ZenohNetwork, key: str) -> bool:
+    """Whether messages of a key arrive, as a report does that is sent after them over the same link."""
+    inbox, reports = receiver.listen(key), receiver.listen(REPORT)
+
+    def is_reported(text: bytes) -> bool:
+        sender.publish(key, b"go")
+        sender.publish(REPORT, text)
+        time.sleep(0.01)
+        return text in reports.take_all()
+
+    wait_until(lambda: is_reported(b"since then, who listens is known"))
+    wait_until(lambda: is_reported(b"these have come after it"))
+    return bool(inbox.take_all())
 
 
-def test_who_has_no_certificate_of_the_team_is_not_heard(certificates: Path) -> None:
-    mine = make_tls(certificates, "pioneer_1")
-    trusting = {"transport/link/tls/root_ca_certificate": str(certificates / "team.pem")}
-    client = {"mode": "client", "listen/endpoints": []}  # which needs no certificate to listen with
-    strangers = {
-        "none": ("tls", trusting | client),
-        "another": ("tls", make_tls(certificates, "stranger") | trusting),
-        "no TLS": ("tcp", {}),
-    }
-    for what, (protocol, theirs) in strangers.items():
-        with suppress(Unreachable), two(mine, theirs, protocol=protocol) as (robot, stranger):
-            stranger.announce("patrol_0")
-            assert not hears(robot.listen("order/patrol_0"), stranger, "order/patrol_0"), what
-            assert not robot.present, what
+OBEYED = [  # an agent, whether a robot obeys its orders, is driven by it, and answers it
+    ("pioneer_2", False, False, False),
+    ("patrol_0", True, False, False),
+    ("laptop", False, True, True),
+]
 
 
-def test_who_must_not_give_orders_is_not_heard(certificates: Path) -> None:
-    mine = read_documented(certificates, "pioneer_1")
-    for name, obeyed in {"pioneer_2": False, "patrol_0": True}.items():
-        with two(mine, read_documented(certificates, name)) as (robot, other):
-            assert hears(robot.listen("report/patrol_0"), other, "report/patrol_0")
-            assert hears(robot.listen("order/patrol_0"), other, "order/patrol_0") == obeyed, name
-
-
-@pytest.mark.parametrize(("name", "obeyed"), [("pioneer_2", False), ("laptop", True)])
-def test_only_operators_train(certificates: Path, name: str, obeyed: bool) -> None:
+@pytest.mark.timed
+@pytest.mark.parametrize(("name", "orders", "drives", "asks"), OBEYED)
+def test_only_who_may_give_orders_or_ask_is_heard(
+    certificates: Path, name: str, orders: bool, drives: bool, asks: bool
+) -> None:
     """And all who are of the team are watched, and see who claims or holds a name."""
-    mine = read_documented(certificates, "pioneer_1")
-    with two(mine, read_documented(certificates, name)) as (robot, other):
-        assert hears(other.listen("status/*"), robot, "status/pioneer_1")
-        assert hears(other.listen("view/pioneer_1"), robot, "view/pioneer_1")
+    mine, theirs = (read_documented(certificates, each) for each in ("pioneer_1", name))
+    with joined(mine, theirs) as (robot, other):
+        wait_heard(other, robot, "status/pioneer_1")
+        wait_heard(other, robot, "view/pioneer_1")
         robot.declare_token("claim/pioneer_1/7")
         robot.answer("claim/pioneer_1/7", lambda question: b"")
         robot.declare_token("held/pioneer_1")
         wait_until(lambda: len(other.list_tokens("claim/pioneer_1/*")) == 1)
         wait_until(lambda: len(other.list_tokens("held/*")) == 1)
-        assert other.ask("claim/pioneer_1/*", b"") == {"claim/pioneer_1/7": b""}
-        assert hears(robot.listen("drive/pioneer_1"), other, "drive/pioneer_1") == obeyed
+        assert other.ask("claim/pioneer_1/*", b"", timeout_s=60.0) == {"claim/pioneer_1/7": b""}
+        assert hears(robot, other, "order/patrol_0") == orders
+        assert hears(robot, other, "drive/pioneer_1") == drives
+        robot.answer("agent/pioneer_1", lambda question: b"yes")
+        if asks:
+            wait_until(lambda: other.ask("agent/*", b"status") == {"agent/pioneer_1": b"yes"})
+        else:
+            assert other.ask("agent/*", b"status") == {}
 
 
-def test_only_operators_are_answered(certificates: Path) -> None:
-    for name, answered in {"pioneer_2": {}, "laptop": {"agent/pioneer_1": b"yes"}}.items():
-        mine, theirs = (read_documented(certificates, each) for each in ("pioneer_1", name))
-        with two(mine, theirs) as (robot, other):
-            robot.answer("agent/pioneer_1", lambda question: b"yes")
-            assert hears(robot.listen("report/patrol_0"), other, "report/patrol_0")
-            assert other.ask("agent/*", b"status") == answered, name
+@pytest.mark.timed
+def test_who_has_no_certificate_of_the_team_is_not_heard(certificates: Path) -> None:
+    """While those who have one hear each other."""
+    trusting = {"transport/link/tls/root_ca_certificate": str(certificates / "team.pem")}
+    client = {"mode": "client", "listen/endpoints": []}  # which needs no certificate to listen with
+    strangers: list[Mapping[str, Any]] = [make_tls(certificates, "stranger") | trusting, {}]
+    with pytest.raises(Unreachable), joined(make_tls(certificates, "pioneer_1"), trusting | client):
+        pass
+    certified = (make_tls(certificates, each) for each in ("pioneer_1", "patrol_0"))
+    with joined(*certified, *strangers) as (robot, leader, *others):
+        leader.announce("patrol_0")
+        for each in others:
+            each.announce("stranger")
+        orders, reports, until = (
+            robot.listen("order/patrol_0"),
+            leader.listen(REPORT),
+            time.monotonic() + TRIES_S,
+        )
+        heard, reported = list[bytes](), False
+
+        def are_heard() -> bool:
+            nonlocal reported
+            leader.publish("order/patrol_0", b"leader")
+            robot.publish(REPORT, b"robot")
+            for each in others:
+                each.publish("order/patrol_0", b"stranger")
+            time.sleep(0.01)
+            heard.extend(orders.take_all())
+            reported = reported or bool(reports.take_all())
+            return bool(heard) and reported and "patrol_0" in robot.present and time.monotonic() > until
+
+        wait_until(are_heard)
+        assert {*heard} == {b"leader"}
+        assert robot.present == {"patrol_0"}
 
 
 def test_a_certificate_that_is_not_there_is_named(certificates: Path) -> None:
