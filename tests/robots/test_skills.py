@@ -1,15 +1,9 @@
-"""Skills of a robot over Zenoh: fake servers accept, succeed, abort, reject, are silent, or die."""
+"""Skills of a robot in simulated time: its servers accept, succeed, abort, reject, are silent, or die."""
 
 from __future__ import annotations
 
 import json
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -17,14 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("zenoh", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, Rig
-from tests.robots.routers import Router
-from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, sonar
-from tests.robots.skill_servers import DEFINITIONS, Conduct, Server
-from tests.robots.trials import Process
+from tests.robots.rovers import TWIST, Wire
+from tests.robots.skill_rigs import OUTCOMES, TABLES, TICK_S, Conduct, SkillRig, skilled
 from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, varied
 
 from understudy.errors import FileError, SettingError, UnknownName
@@ -32,13 +23,12 @@ from understudy.model.binding import Binding
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
+from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.messages import decode_message, encode_twist
-from understudy.robots.ros.transport import Publisher, Transport, WireType
-from understudy.robots.ros.zenoh import ZenohTransport
+from understudy.robots.ros.messages import decode_message
+from understudy.robots.ros.transport import Publisher, WireType
 from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.twin import DigitalTwin
 from understudy.sim.kit import make_scenario_kit
@@ -46,133 +36,6 @@ from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.cli.commands.run_robot import LiveRun
-
-SKILLS = f"""
-definitions = "{DEFINITIONS}"
-transport = "zenoh"
-"""
-TABLES = """
-[skills.go_to]
-action = "navigate_to_pose"
-type = "nav2_msgs/action/NavigateToPose"
-goal = { "pose.header.frame_id" = "map", "pose.pose.position.x" = "A.x", "pose.pose.position.y" = "A.y" }
-feedback = ["distance_remaining"]
-timeout_s = 30
-moves = true
-
-[skills.beep]
-service = "beep"
-type = "std_srvs/srv/Trigger"
-timeout_s = 30
-
-[targets.dock]
-at = [1.5, -2.0]
-
-[targets.home]
-at = [0.0, 0.5]
-"""
-OUTCOMES = ("succeeded", "aborted", "rejected", "timed_out")
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
-
-
-def skilled(tables: str = TABLES) -> str:
-    return ROVER.replace("\n[limits]", f"{SKILLS}\n[limits]", 1) + tables
-
-
-class SkilledRig:
-    """A rover over Zenoh with a second session as its driver: what arrives there is `heard`."""
-
-    def __init__(
-        self,
-        endpoint: str,
-        text: str,
-        path: Path = Path("robot.toml"),
-        recorder: RunRecorder | None = None,
-    ) -> None:
-        self.transport, self.driver = self.open(endpoint), self.open(endpoint)
-        if recorder is not None:
-            self.transport = RecordingTransport(self.transport, recorder)
-        self.heard: list[tuple[float, float]] = []
-        self.driver.subscribe("/rover/cmd_vel", TWIST, self._obey)
-        self.ranges = self.driver.publisher("/rover/sonar", RANGE)
-        self.odometries = self.driver.publisher("/rover/odom", ODOMETRY)
-        self.robot = Robot(parse_robot(text), self.transport, path=path)
-        self.issued, self.target = 0.0, "dock"
-
-    def open(self, endpoint: str) -> Transport:
-        return ZenohTransport(43, endpoint)
-
-    def _obey(self, data: bytes, at_s: float) -> None:
-        twist = decode_message(TWIST, data)
-        self.heard.append((twist.linear.x, twist.angular.z))
-
-    def speak(self) -> None:
-        self.ranges(sonar(2.0))
-        self.odometries(odometry(0.0))
-
-    def is_heard(self) -> bool:
-        self.speak()
-        return self.robot.senses.value("sonar_ahead", self.robot.now_s) == 2.0
-
-    def ready(self, *, skills: bool = True) -> None:
-        wait_for(self.is_heard)
-        wait_for(lambda: not skills or not self.robot.skills.find_problems())
-        self.robot.arm("Ada")
-
-    def tick(
-        self, skill: str | None = None, *, anew: bool = False, drive: float = 0.0, to: str | None = None
-    ) -> None:
-        """One tick in a state that carries out a skill, which was entered now or before."""
-        self.speak()
-        self.robot.sense([])
-        self.issued += anew
-        self.target = to or self.target
-        binding = {"A": self.target} if skill == "go_to" else {}
-        number = self.robot.index_skill(skill, binding) if skill else 0
-        columns = {"drive": drive, "skill": number, "issued": self.issued}
-        self.robot.act({name: np.array([float(value)]) for name, value in columns.items()})
-
-    def read(self, name: str) -> float:
-        return float(self.robot.sense([(name, None)])[name, None][0])
-
-    def outcomes(self, skill: str = "go_to") -> list[str]:
-        return [each for each in OUTCOMES if self.read(f"{skill}_{each}") > 0]
-
-    def run_until(self, what: Callable[[], object], skill: str = "go_to") -> None:
-        """Tick in the same state until something is so."""
-
-        def ticked() -> object:
-            self.tick(skill)
-            return what()
-
-        wait_for(ticked)
-
-
-def wait_for(what: Callable[[], object], seconds: float = 20.0) -> None:
-    until = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < until, "it never came"
-        time.sleep(0.02)
-
-
-@contextmanager
-def rigged(
-    router: Router, conduct: Conduct = "succeed", text: str | None = None
-) -> Iterator[tuple[SkilledRig, Server]]:
-    with Server(router.endpoint, conduct) as server:
-        rig = SkilledRig(router.endpoint, text or skilled())
-        try:
-            rig.ready()
-            yield rig, server
-        finally:
-            rig.robot.close()
-            rig.driver.close()
-
 
 ENDS: list[tuple[Conduct, str]] = [
     ("succeed", "succeeded"),
@@ -182,47 +45,43 @@ ENDS: list[tuple[Conduct, str]] = [
 
 
 @pytest.mark.parametrize(("conduct", "outcome"), ENDS)
-def test_a_goal_ends_as_its_server_says(router: Router, conduct: Conduct, outcome: str) -> None:
+def test_a_goal_ends_as_its_server_says(conduct: Conduct, outcome: str) -> None:
     """One goal while the state lasts, with the place of its target; another one when it is entered anew."""
-    with rigged(router, conduct) as (rig, server):
-        assert rig.outcomes() == []
-        rig.tick("go_to", anew=True)
-        rig.run_until(rig.outcomes)
-        assert rig.outcomes() == [outcome]
-        for _ in range(3):
-            rig.tick("go_to")
-        pose = server.goals[0].goal.pose
-        assert (pose.header.frame_id, pose.pose.position.x, pose.pose.position.y) == ("map", 1.5, -2.0)
-        assert pose.pose.orientation.w == 1.0
-        assert (len(server.goals), server.cancelled_s) == (1, [])
-        rig.tick("go_to", anew=True, to="home")
-        rig.run_until(lambda: len(server.goals) == 2 and rig.outcomes())
-        assert server.goals[1].goal.pose.pose.position.y == 0.5
+    rig = SkillRig(conduct).ready()
+    assert rig.outcomes() == []
+    rig.tick("go_to", anew=True)
+    rig.run_until(rig.outcomes)
+    assert rig.outcomes() == [outcome]
+    for _ in range(3):
+        rig.tick("go_to")
+    pose = rig.wire.goals[0].goal.pose
+    assert (pose.header.frame_id, pose.pose.position.x, pose.pose.position.y) == ("map", 1.5, -2.0)
+    assert pose.pose.orientation.w == 1.0
+    assert (len(rig.wire.goals), rig.wire.cancelled) == (1, [])
+    rig.tick("go_to", anew=True, to="home")
+    rig.run_until(lambda: len(rig.wire.goals) == 2 and rig.outcomes())
+    assert rig.wire.goals[1].goal.pose.pose.position.y == 0.5
 
 
-def test_feedback_is_a_reading_that_is_absent_before(router: Router) -> None:
-    with rigged(router, "run") as (rig, _):
-        assert isnan(rig.read("go_to_distance_remaining"))
+def test_feedback_is_a_reading_that_is_absent_before() -> None:
+    rig = SkillRig("run").ready()
+    assert isnan(rig.read("go_to_distance_remaining"))
+    rig.tick("go_to", anew=True)
+    rig.run_until(lambda: rig.read("go_to_distance_remaining") == 1.0)
+
+
+def test_what_is_asked_and_answered_is_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with RunRecorder(path) as recorder:
+        rig = SkillRig("run", recorder=recorder).ready()
         rig.tick("go_to", anew=True)
         rig.run_until(lambda: rig.read("go_to_distance_remaining") == 1.0)
-
-
-def test_what_is_asked_and_answered_is_recorded(router: Router, tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    with Server(router.endpoint, "run") as server, RunRecorder(path) as recorder:
-        rig = SkilledRig(router.endpoint, skilled(), recorder=recorder)
-        try:
-            rig.ready()
-            rig.tick("go_to", anew=True)
-            rig.run_until(lambda: rig.read("go_to_distance_remaining") == 1.0)
-            server.conduct = "succeed"
-            rig.tick("go_to", anew=True, to="home")
-            rig.run_until(rig.outcomes)
-            rig.tick("beep", anew=True)
-            rig.run_until(lambda: rig.outcomes("beep"), "beep")
-        finally:
-            rig.robot.close()
-            rig.driver.close()
+        rig.wire.conduct = "succeed"
+        rig.tick("go_to", anew=True, to="home")
+        rig.run_until(rig.outcomes)
+        rig.tick("beep", anew=True)
+        rig.run_until(lambda: rig.outcomes("beep"), "beep")
+        rig.robot.close()
     found = [record for record in read_skill_records(path) if record["step"] != "feedback"]
     assert [(record["skill"], record["step"]) for record in found] == [
         ("go_to", "goal"),
@@ -249,76 +108,60 @@ def read_skill_records(path: Path) -> list[dict[str, Any]]:
     return [json.loads(decode_message("std_msgs/msg/String", data).data) for data in found]
 
 
-def test_leaving_the_state_cancels_the_goal_in_that_tick(router: Router) -> None:
-    with rigged(router, "run") as (rig, server):
-        rig.tick("go_to", anew=True)
-        rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
-        rig.tick(anew=True, drive=1.0)
-        wait_for(lambda: server.cancelled_s)
-        rig.tick(drive=1.0)
-        assert rig.outcomes() == []
-        wait_for(lambda: rig.heard[-1][0] > 0)
+def test_leaving_the_state_cancels_the_goal_in_that_tick() -> None:
+    rig = SkillRig("run").ready()
+    rig.tick("go_to", anew=True)
+    rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
+    assert rig.wire.cancelled == []
+    rig.tick(anew=True, drive=1.0)
+    assert rig.wire.cancelled == [bytes(goal.goal_id.uuid) for goal in rig.wire.goals]
+    rig.tick(drive=1.0)
+    assert rig.outcomes() == []
+    assert rig.heard[-1][0] > 0
 
 
-def test_a_goal_is_cancelled_that_the_robot_had_not_heard_of_yet(router: Router) -> None:
-    with rigged(router, "run") as (rig, server):
-        rig.tick("go_to", anew=True)
-        rig.tick(anew=True)
-        wait_for(lambda: all(each.is_set() for each in server.cancels.values()) and server.cancels)
+def test_a_goal_is_cancelled_that_the_robot_had_not_heard_of_yet() -> None:
+    rig = SkillRig("run").ready()
+    rig.act("go_to", anew=True)
+    rig.act(anew=True)
+    assert (rig.wire.goals, len(rig.wire.cancelled)) == ([], 1)
+    rig.pass_tick()
+    assert {*rig.wire.cancelled} == {bytes(goal.goal_id.uuid) for goal in rig.wire.goals}
+    assert len(rig.wire.goals) == 1
 
 
-def test_a_silent_server_times_out(router: Router) -> None:
-    with rigged(router, "silent", skilled(TABLES.replace("timeout_s = 30", "timeout_s = 0.3"))) as (rig, _):
-        for skill in ("go_to", "beep"):
-            rig.tick(skill, anew=True)
-            rig.run_until(partial(rig.outcomes, skill), skill)
-            assert rig.outcomes(skill) == ["timed_out"]
+@pytest.mark.parametrize("skill", ["go_to", "beep"])
+def test_a_silent_server_times_out(skill: str) -> None:
+    rig = SkillRig("silent").ready()
+    began_s = rig.clock()
+    rig.tick(skill, anew=True)
+    rig.run_until(lambda: rig.outcomes(skill), skill)
+    assert rig.outcomes(skill) == ["timed_out"]
+    assert rig.clock() - began_s == pytest.approx(30.0, abs=TICK_S)
 
 
-def test_a_server_that_dies_aborts_the_goal_and_rejects_the_next(router: Router) -> None:
-    command = [sys.executable, "-m", "tests.robots.skill_servers", router.endpoint]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=Path(__file__).parents[2]) as process:
-        rig = SkilledRig(router.endpoint, skilled())
-        try:
-            rig.ready()
-            rig.tick("go_to", anew=True)
-            rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
-            process.kill()
-            rig.run_until(rig.outcomes)
-            assert rig.outcomes() == ["aborted"]
-            wait_for(rig.robot.skills.find_problems)
-            rig.tick("go_to", anew=True)
-            rig.run_until(rig.outcomes)
-            assert rig.outcomes() == ["rejected"]
-            assert "nobody offers /rover/navigate_to_pose" in rig.robot.skills.skills["go_to"].last.problem
-        finally:
-            rig.robot.close()
-            rig.driver.close()
-
-
-def test_a_goal_is_cancelled_when_its_router_restarts() -> None:
-    """Its server goes on meanwhile: the answer is lost, so it counts as aborted, and has to be cancelled."""
-    first = Router()
-    with rigged(first, "run") as (rig, server):
-        rig.tick("go_to", anew=True)
-        rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
-        first.close()
-        rig.run_until(rig.outcomes)
-        assert (rig.outcomes(), server.cancelled_s) == (["aborted"], [])
-        with Router(first.endpoint):
-            rig.run_until(lambda: all(each.is_set() for each in server.cancels.values()))
-        assert len(server.goals) == 1
+def test_a_server_that_dies_aborts_the_goal_and_rejects_the_next() -> None:
+    rig = SkillRig("run").ready()
+    rig.tick("go_to", anew=True)
+    rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
+    rig.wire.leave()
+    rig.tick("go_to")
+    assert rig.outcomes() == ["aborted"]
+    assert set(rig.robot.skills.find_problems()) == {"go_to", "beep"}
+    rig.tick("go_to", anew=True)
+    assert rig.outcomes() == ["rejected"]
+    assert "nobody offers /rover/navigate_to_pose" in rig.robot.skills.skills["go_to"].last.problem
 
 
 @pytest.mark.parametrize(("conduct", "outcome"), [("succeed", "succeeded"), ("abort", "aborted")])
-def test_a_service_is_called_once_and_answers(router: Router, conduct: Conduct, outcome: str) -> None:
-    with rigged(router, conduct) as (rig, server):
-        rig.tick("beep", anew=True)
-        rig.run_until(lambda: rig.outcomes("beep"), "beep")
-        assert (rig.outcomes("beep"), server.requests) == ([outcome], 1)
+def test_a_service_is_called_once_and_answers(conduct: Conduct, outcome: str) -> None:
+    rig = SkillRig(conduct).ready()
+    rig.tick("beep", anew=True)
+    rig.run_until(lambda: rig.outcomes("beep"), "beep")
+    assert (rig.outcomes("beep"), rig.wire.requests) == ([outcome], 1)
 
 
-STOPS: list[Callable[[SkilledRig], object]] = [
+STOPS: list[Callable[[SkillRig], object]] = [
     lambda rig: rig.robot.disarm("Ada said so"),
     lambda rig: rig.robot.emergency_stop("Ada said so"),
     lambda rig: rig.robot.guard.stop_until_next_command("a test"),
@@ -327,68 +170,51 @@ STOPS: list[Callable[[SkilledRig], object]] = [
 
 
 @pytest.mark.parametrize("stop", STOPS)
-def test_what_stops_the_robot_cancels_its_goal(router: Router, stop: Callable[[SkilledRig], object]) -> None:
+def test_what_stops_the_robot_cancels_its_goal(stop: Callable[[SkillRig], object]) -> None:
     """It is sent a stop, too, and nothing while its skill drives it; the goal is not sent again."""
-    with rigged(router, "run") as (rig, server):
-        rig.tick(drive=1.0)
-        rig.tick("go_to", anew=True)
-        rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
-        sent = len(rig.heard)
-        assert rig.heard[-1] == (0.0, 0.0)
-        rig.robot.guard.check()
-        rig.tick("go_to")
-        assert len(rig.heard) == sent
-        stop(rig)
-        wait_for(lambda: server.cancelled_s)
-        wait_for(lambda: len(rig.heard) > sent)
-        assert rig.heard[-1] == (0.0, 0.0)
-        if rig.robot.armed:
-            for _ in range(3):
-                rig.tick("go_to")
-            assert rig.outcomes() == ["aborted"]
-        assert len(server.goals) == 1
-
-
-def test_nothing_is_started_before_it_is_armed(router: Router) -> None:
-    with rigged(router) as (rig, server):
-        rig.robot.disarm()
+    rig = SkillRig("run").ready()
+    rig.tick(drive=1.0)
+    rig.tick("go_to", anew=True)
+    rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
+    sent = len(rig.heard)
+    assert rig.heard[-1] == (0.0, 0.0)
+    rig.robot.guard.check()
+    rig.tick("go_to")
+    assert len(rig.heard) == sent
+    stop(rig)
+    assert rig.wire.cancelled
+    assert len(rig.heard) > sent
+    assert rig.heard[-1] == (0.0, 0.0)
+    if rig.robot.armed:
         for _ in range(3):
             rig.tick("go_to")
-        time.sleep(0.1)
-        assert (server.goals, rig.outcomes()) == ([], [])
-        rig.robot.arm("Ada")
+        assert rig.outcomes() == ["aborted"]
+    assert len(rig.wire.goals) == 1
+
+
+def test_a_program_that_decides_no_more_has_its_goal_cancelled_by_the_guard() -> None:
+    rig = SkillRig("run").ready()
+    rig.tick("go_to", anew=True)
+    rig.run_until(lambda: not isnan(rig.read("go_to_distance_remaining")))
+    left_s = rig.robot.tick_s + rig.robot.file.safety.deadline_s
+    while rig.clock() - rig.decided_s < left_s - 1e-6:
+        assert rig.wire.cancelled == []
+        rig.pass_check()
+    rig.pass_check()
+    assert rig.wire.cancelled == [bytes(goal.goal_id.uuid) for goal in rig.wire.goals]
+    assert rig.heard[-1] == (0.0, 0.0)
+    assert "no command came" in rig.robot.stop_cause
+
+
+def test_nothing_is_started_before_it_is_armed() -> None:
+    rig = SkillRig().ready()
+    rig.robot.disarm()
+    for _ in range(3):
         rig.tick("go_to")
-        wait_for(lambda: server.goals)
-
-
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_watchdog_cancels_the_goal_of_a_program_that_is_gone(
-    tmp_path: Path, number: signal.Signals
-) -> None:
-    """On a router of its own: a watchdog goes on for a second, and would cancel the goals of the next test."""
-    path, heard = tmp_path / "rover.toml", list[bytes]()
-    with Router() as router, Server(router.endpoint, "run") as server:
-        path.write_text(skilled().replace("[limits]", f'router = "{router.endpoint}"\n[limits]', 1))
-        driver = ZenohTransport(43, router.endpoint)
-        driver.subscribe("/rover/cmd_vel", TWIST, lambda data, _: heard.append(data))
-        ranges = driver.publisher("/rover/sonar", RANGE)
-
-        def goes_on() -> bool:
-            ranges(sonar(2.0))
-            return any(bytes(goal.goal_id.uuid) in server.asked for goal in server.goals)
-
-        decider = Process("tests.robots.skill_decider", str(path))
-        try:
-            wait_for(goes_on)
-            assert server.cancelled_s == []
-            sent = len(heard)
-            decider.send(number)
-            wait_for(lambda: server.cancelled_s and len(heard) > sent)
-            assert set(heard) == {encode_twist(TWIST, speed_m_s=0.0, turn_rad_s=0.0)}
-            assert all(each.is_set() for each in server.cancels.values())
-        finally:
-            decider.end()
-            driver.close()
+    assert (rig.wire.goals, rig.outcomes()) == ([], [])
+    rig.robot.arm("Ada")
+    rig.tick("go_to")
+    assert len(rig.wire.goals) == 1
 
 
 TAUGHT: list[tuple[Conduct, str]] = [("succeed", "beep"), ("abort", "home"), ("reject", "home")]
@@ -396,7 +222,7 @@ TAUGHT: list[tuple[Conduct, str]] = [("succeed", "beep"), ("abort", "home"), ("r
 
 @pytest.mark.parametrize(("conduct", "next_state"), TAUGHT)
 def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
-    router: Router, tmp_path: Path, conduct: Conduct, next_state: str
+    tmp_path: Path, conduct: Conduct, next_state: str
 ) -> None:
     """Taught in simulation: from the dock, beep; where the goal was aborted or rejected, go home instead."""
     library = Library(make_scenario_kit(SCENARIO)).with_automaton(teach_round())
@@ -404,27 +230,19 @@ def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
     (tmp_path / "skilled.toml").write_text(SCENARIO_FILE.read_text())
     text = skilled(TABLES.replace('["distance_remaining"]', '["distance_remaining", "number_of_recoveries"]'))
     text = text.replace('name = "rover"', 'name = "rover"\nworld = "skilled.toml"', 1)
-    with Server(router.endpoint, conduct) as server:
-        rig = SkilledRig(router.endpoint, text, path=tmp_path / "rover.toml", recorder=recorder)
-        twin = DigitalTwin(Fleet([rig.robot]))
-        live = LiveRun(twin, {"rover": library}, {"rover": ("round", {})}, sleep=lambda _: None)
-        seen = dict[str, None]()
-
-        def ticked() -> bool:
-            rig.speak()
-            live.team.tick()
-            seen.update(dict.fromkeys(live.team.paths[0]))
-            came = server.requests > 0 if next_state == "beep" else len(server.goals) > 1
-            return next_state in seen and came
-
-        try:
-            rig.ready()
-            wait_for(ticked)
-            assert [each for each in seen if each != "start"] == ["dock", next_state]
-        finally:
-            twin.close()
-            rig.driver.close()
-            recorder.close()
+    rig = SkillRig(conduct, text, path=tmp_path / "rover.toml", recorder=recorder)
+    twin = DigitalTwin(Fleet([rig.robot]))
+    live = LiveRun(twin, {"rover": library}, {"rover": ("round", {})})
+    rig.ready()
+    seen = dict[str, None]()
+    for _ in range(20):
+        live.team.tick()
+        rig.pass_tick()
+        seen.update(dict.fromkeys(live.team.paths[0]))
+    assert [each for each in seen if each != "start"] == ["dock", next_state]
+    assert rig.wire.requests > 0 if next_state == "beep" else len(rig.wire.goals) > 1
+    twin.close()
+    recorder.close()
 
 
 def teach_round() -> TrainedAutomaton:
@@ -511,15 +329,11 @@ WRONG = [  # what is written instead, and what is said
 
 
 @pytest.mark.parametrize(("before", "after", "said"), WRONG)
-def test_a_wrong_skill_is_one_sentence(router: Router, before: str, after: str, said: str) -> None:
-    transport = ZenohTransport(43, router.endpoint)
-    try:
-        with pytest.raises(FileError) as caught:
-            Robot(parse_robot(skilled(TABLES.replace(before, after, 1))), transport)
-        assert said in str(caught.value)
-        assert "\n" not in str(caught.value)
-    finally:
-        transport.close()
+def test_a_wrong_skill_is_one_sentence(before: str, after: str, said: str) -> None:
+    with pytest.raises(FileError) as caught:
+        Robot(parse_robot(skilled(TABLES.replace(before, after, 1))), Wire())
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives() -> None:
@@ -563,32 +377,10 @@ def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:
     assert (rig.robot.armed, rig.robot.stop_cause, rig.sent) == (False, "sonar_ahead is absent", (0.0, 0.0))
 
 
-def test_a_target_without_a_place_is_refused_when_it_is_bound(router: Router) -> None:
-    with rigged(router) as (rig, server):
-        with pytest.raises(
-            SettingError, match=r"targets\.ball is missing, and the skill go_to needs its place"
-        ):
-            rig.robot.index_skill("go_to", Binding(A="ball"))
-        with pytest.raises(UnknownName, match="no skill 'dance'"):
-            rig.robot.index_skill("dance", {})
-        assert server.goals == []
-
-
-def test_a_server_of_another_definition_is_told(router: Router, tmp_path: Path) -> None:
-    """Its hash differs: a goal of ours would be garbage to it."""
-    (tmp_path / "nav2_msgs" / "action").mkdir(parents=True)
-    (tmp_path / "std_srvs" / "srv").mkdir(parents=True)
-    for part in ("nav2_msgs/action/NavigateToPose.action", "std_srvs/srv/Trigger.srv"):
-        text = (DEFINITIONS / part).read_text().replace("string behavior_tree", "string tree")
-        (tmp_path / part).write_text(text)
-    with Server(router.endpoint, definitions=tmp_path) as server:
-        rig = SkilledRig(router.endpoint, skilled())
-        try:
-            rig.ready(skills=False)
-            said = "has another definition of nav2_msgs/action/NavigateToPose_SendGoal"
-            wait_for(lambda: said in rig.robot.skills.find_problems().get("go_to", ""))
-            rig.tick("go_to", anew=True)
-            assert (rig.outcomes(), server.goals) == (["rejected"], [])
-        finally:
-            rig.robot.close()
-            rig.driver.close()
+def test_a_target_without_a_place_is_refused_when_it_is_bound() -> None:
+    rig = SkillRig().ready()
+    with pytest.raises(SettingError, match=r"targets\.ball is missing, and the skill go_to needs its place"):
+        rig.robot.index_skill("go_to", Binding(A="ball"))
+    with pytest.raises(UnknownName, match="no skill 'dance'"):
+        rig.robot.index_skill("dance", {})
+    assert rig.wire.goals == []
