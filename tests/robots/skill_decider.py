@@ -1,18 +1,22 @@
-"""A program that drives the rover of `tests.robots.test_skills` by its skill, until it is killed or frozen.
+"""A program that drives the rover of `tests.robots.skill_rigs` by its skill, until it is killed or frozen.
 
 python -m tests.robots.skill_decider FILE
+
+On a busy machine, its guard or its watchdog may stop the robot: then the program begins again.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from understudy.robots.robot import connect_robot_body
 from understudy.robots.robot_file import load_robot
+from understudy.robots.safety.guard import ArmingRefused
 
 
 def main(path: str) -> None:
@@ -20,15 +24,14 @@ def main(path: str) -> None:
         number, issued = float(robot.index_skill("go_to", {"A": "dock"})), 1.0
         while robot.senses.find_missing(robot.now_s) or robot.skills.find_problems():
             time.sleep(0.02)
-        robot.arm("a test")
-        until = time.monotonic() + 60
-        while time.monotonic() < until:
+        while True:
+            if not robot.armed:
+                with suppress(ArmingRefused):  # its sensors were not heard for a while
+                    robot.arm("a test")
             robot.sense([])
-            robot.act({"skill": np.array([number]), "issued": np.array([issued])})
             if not robot.skills.drives:
-                break
-            sys.stdout.write(".\n")
-            sys.stdout.flush()
+                issued += 1
+            robot.act({"skill": np.array([number]), "issued": np.array([issued])})
             time.sleep(robot.tick_s)
 
 

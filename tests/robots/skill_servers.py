@@ -14,14 +14,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Self
+
+from tests.robots.skill_rigs import ABORTED, CANCELED, DEFINITIONS, NAVIGATE, SUCCEEDED, TRIGGER, Conduct
 
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
-
-DEFINITIONS = Path(__file__).with_name("interfaces")
-NAVIGATE, TRIGGER = "nav2_msgs/action/NavigateToPose", "std_srvs/srv/Trigger"
-SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
-Conduct: TypeAlias = Literal["run", "succeed", "abort", "reject", "silent"]
 
 
 class Server:
@@ -40,6 +37,8 @@ class Server:
         self.goals: list[Any] = []
         self.requests = 0
         self.cancelled_s: list[float] = []
+        self.cancelled: list[bytes] = []
+        """When goals were to be cancelled, and their ids, one for each request; an id of zeros means all goals."""
         self.cancels: dict[bytes, Event] = {}
         self.asked: set[bytes] = set()
         """The goals whose result was asked for."""
@@ -133,14 +132,15 @@ class Server:
             self._publish(self._interfaces.encode(self._feedback_type, message))
             time.sleep(0.02)
         if self.conduct == "run":
-            cancelled.wait(30)
+            cancelled.wait(600)
         status = CANCELED if cancelled.is_set() else ABORTED if self.conduct == "abort" else SUCCEEDED
         self._reply(query, self._result.response, status=status)
 
     def _take_back(self, query: Any) -> None:
         request = self._interfaces.decode(self._cancel.request, bytes(query.payload))
-        self.cancelled_s.append(time.monotonic())
         id = bytes(request.goal_info.goal_id.uuid)
+        self.cancelled_s.append(time.monotonic())
+        self.cancelled.append(id)
         for each in self.cancels if id == bytes(16) else [id]:
             if each in self.cancels:
                 self.cancels[each].set()
@@ -158,7 +158,7 @@ def main(endpoint: str, conduct: Conduct = "run") -> None:
     with Server(endpoint, conduct):
         sys.stdout.write("ready\n")
         sys.stdout.flush()
-        time.sleep(60)
+        time.sleep(600)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import ODOM, SONAR, Rig
 from tests.robots.rovers import Wire, odometry, sonar
-from tests.robots.skill_servers import DEFINITIONS, NAVIGATE
-from tests.robots.test_skills import OUTCOMES, skilled
+from tests.robots.skill_rigs import DEFINITIONS, NAVIGATE, OUTCOMES, skilled
 
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.robots.ros.transport import Answered, WireType
