@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,11 +15,13 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+from tests.robots.domains import own_domain
 from tests.robots.skill_servers import Server
 
 from understudy.robots.ros.dds_services import make_raw_type
 
 POLL_S = 0.005
+DOMAIN = own_domain(0)
 
 
 @dataclass(frozen=True)
@@ -34,12 +35,12 @@ class Query:
 
 
 class DdsServer(Server):
-    """Servers in domain 43; `user_data` is what their readers say of themselves."""
+    """Servers in a domain of these tests; `user_data` is what their readers say of themselves."""
 
     user_data = b"serviceid= 1.10.b2.0.0.0.0.0.0.0.0.0.0.0.0.1;"
 
     def _open(self, endpoint: str) -> None:
-        self._participant, self._ended = DomainParticipant(43), Event()
+        self._participant, self._ended = DomainParticipant(DOMAIN), Event()
         self._answers: list[tuple[Any, Any, Any, Callable[[Any], None]]] = []
         self.taken = 0
         """The number of requests that arrived."""
@@ -108,8 +109,3 @@ def _ros(type: str) -> str:
     """The name of a type in ROS 2, of which the transport makes that in DDS."""
     package, sort, _, name = type.split("::")
     return f"{package}/{sort}/{name.removesuffix('_')}"
-
-
-def wait_a_little() -> None:
-    """Let what was sent arrive, if it was."""
-    time.sleep(0.3)

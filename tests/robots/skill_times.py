@@ -16,14 +16,15 @@ from tests.robots.dds_skill_servers import DdsServer
 from tests.robots.routers import Router
 from tests.robots.skill_servers import Server
 from tests.robots.test_dds_skills import TEXT, DdsRig
-from tests.robots.test_skills import SkilledRig, skilled, wait_for
+from tests.robots.test_zenoh_skills import SkilledRig
+from tests.waiting import wait_until
 
 CALLS, CANCELS = 200, 50
 
 
 def main() -> None:
     with Router() as router, Server(router.endpoint) as server:
-        report("Zenoh", SkilledRig(router.endpoint, skilled()), server)
+        report("Zenoh", SkilledRig(router.endpoint), server)
     with DdsServer("") as server:
         report("Cyclone DDS", DdsRig("", TEXT), server)
 
@@ -38,8 +39,7 @@ def report(over: str, rig: SkilledRig, server: Server) -> None:
         sys.stdout.write(
             f"{over}, {what}, {len(times)} times: median {found[0]:.1f}, 99 % {found[1]:.1f}, most {found[2]:.1f} ms\n"
         )
-    rig.robot.close()
-    rig.driver.close()
+    rig.close()
 
 
 def time_call(rig: SkilledRig) -> float:
@@ -54,7 +54,7 @@ def time_cancel(rig: SkilledRig, server: Server) -> float:
     """From the tick in which the state was left to the request at the server."""
     rig.tick("go_to", anew=True)
     last, before = rig.robot.skills.skills["go_to"].last, len(server.cancelled_s)
-    wait_for(lambda: last.feedback)
+    wait_until(lambda: last.feedback)
     began_s = time.monotonic()
     rig.tick(anew=True)
     spin(lambda: len(server.cancelled_s) > before)
