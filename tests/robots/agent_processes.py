@@ -5,14 +5,18 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests import waiting
+from tests.processes import end_with_tests
+from tests.robots.domains import own_domain
 from tests.robots.routers import free_port
 
+from understudy.model.features import BoundFeature, TimeInState
+from understudy.model.library import TrainedAutomaton
 from understudy.robots.team_network.agent_questions import (
     AgentAnswer,
     AgentQuestion,
@@ -20,30 +24,39 @@ from understudy.robots.team_network.agent_questions import (
     ask_to_arm,
     ask_to_prepare,
 )
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
+from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan, open_libraries
 from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.sim.catalog import find_scenario
 from understudy.storage.library_folder import save_automaton
-from understudy_lab.patrol import practice
-from understudy_lab.patrol.teach import teach
+from understudy_lab.tree_builder import build_automaton, split_below, split_on_flag
 
-DOMAIN = 63
+DOMAIN = own_domain(1)
 SQUAD = "patrol_0"
-PATIENCE_S = 60.0
-SETTLES_S = 2.0
+ROBOTS = tuple(f"pioneer_{number}" for number in range(1, 5))
+BOUND_S = 120.0
+"""The time after which a team counts as never in a state, s: five programs start at once on a busy machine."""
+TURNS_S = 1.45
 COMMAND = (sys.executable, "-m", "understudy.ui.cli")
 
 
 class AgentProcesses:
-    """The agents of a team as processes of this machine."""
+    """The agents of a team as processes of this machine, which end with the tests.
 
-    def __init__(self, file: Path, team: LoadedTeam, visitor: ZenohNetwork) -> None:
-        self.file, self.team, self.visitor = file, team, visitor
+    Each writes a recording to the folder `record`, unless that is None.
+    """
+
+    def __init__(
+        self, file: Path, team: LoadedTeam, visitor: ZenohNetwork, *, record: Path | None = None
+    ) -> None:
+        self.file, self.team, self.visitor, self._record = file, team, visitor, record
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str) -> None:
         """Start an agent."""
         command = [*COMMAND, "agent", str(self.file), "--name", name]
-        self.running[name] = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        if self._record is not None:
+            command += ["--record", str(self._record / f"{name}.mcap")]
+        self.running[name] = subprocess.Popen(end_with_tests(command), stderr=subprocess.DEVNULL)
 
     def end(self) -> None:
         """End all agents."""
@@ -52,7 +65,7 @@ class AgentProcesses:
                 process.send_signal(signal.SIGCONT)
             process.terminate()
         for process in self.running.values():
-            process.wait(20.0)
+            process.wait(BOUND_S)
 
     def ask(self, do: str) -> Mapping[str, AgentAnswer]:
         """Ask all agents."""
@@ -63,6 +76,17 @@ class AgentProcesses:
         ask_to_prepare(self.visitor, "a trial")
         return ask_to_arm(self.visitor, "a trial")
 
+    def are_armed(self) -> bool:
+        """Whether all robots are armed; if one is not, arm it: on a busy machine, its guard may have stopped it."""
+        answers = self.ask("status")
+        found = [answers[name].status for name in self.team.robots if name in answers]
+        if len(found) == len(self.team.robots) and all(
+            status is not None and status.armed for status in found
+        ):
+            return True
+        self.arm()
+        return False
+
     def find_leaders(self) -> list[str]:
         """Find the agents that lead the squad."""
         return [
@@ -72,51 +96,77 @@ class AgentProcesses:
         ]
 
 
-def wait_until(seen: Callable[[], bool], what: str) -> None:
+def wait_until(seen: Callable[[], object], what: str) -> None:
     """Wait until something is so; raise TimeoutError if it never is."""
-    until = time.monotonic() + PATIENCE_S
-    while not seen():
-        if time.monotonic() > until:
-            raise TimeoutError(what)
-        time.sleep(0.1)
+    try:
+        waiting.wait_until(seen, bound_s=BOUND_S)
+    except TimeoutError:
+        raise TimeoutError(what) from None
+
+
+def save_patrol(folder: Path) -> None:
+    """Save a coordinator that lets all robots patrol, and disperse once all have; robots turn on the spot."""
+    turned = {"time_in_state": BoundFeature(TimeInState())}
+    for name, turns in (("patrol", "left"), ("disperse", "right")):
+        built = build_automaton(
+            name,
+            {"start": turns, turns: split_below("time_in_state", TURNS_S, turns, "done")},
+            readings=turned,
+            flags=("done",),
+            basics=(turns,),
+        )
+        save_automaton(folder, TrainedAutomaton(built))
+    features = open_libraries(find_scenario("patrol"), folder)["patrol"].kit.features
+    led = build_automaton(
+        "collective_patrol",
+        {
+            "start": "patrol",
+            "patrol": split_on_flag("all_done", "disperse", "patrol"),
+            "disperse": split_on_flag("all_done", "patrol", "disperse"),
+        },
+        readings={"all_done": BoundFeature(features["all_done"])},
+        runs={"patrol": "patrol", "disperse": "disperse"},
+    )
+    save_automaton(folder / "patrol", TrainedAutomaton(led))
 
 
 @contextmanager
-def run_patrol(seed: int, *, trainer: str | None = None) -> Iterator[AgentProcesses]:
-    """Teach a patrol, simulate its robots, and run an agent for each robot and the coordinator.
+def run_patrol(
+    seed: int, *, robots: int = len(ROBOTS), trainer: str | None = None, record: Path | None = None
+) -> Iterator[AgentProcesses]:
+    """Simulate the robots of a patrol, and run an agent for each robot and the coordinator.
 
-    `trainer` is the name of the computer from which robots may be trained.
+    `seed` is that of the world, `robots` the number of robots that have agents, and `trainer` the name of the computer
+    from which they may be trained.
     """
     with TemporaryDirectory() as folder, ExitStack() as ends:
         where = Path(folder)
-        taught = teach(seed)
-        for automaton in taught.robots.library.taught.values():
-            save_automaton(where / "library", automaton)
-        for automaton in taught.coordinators.library.taught.values():
-            save_automaton(where / "library" / practice.SQUAD, automaton)
+        save_patrol(where / "library")
         file = where / "files" / "team.toml"
         command = [*COMMAND, "robots", "simulate", "patrol", "--domain", str(DOMAIN), "--rate", "10"]
-        simulated = subprocess.Popen([*command, "--write-files", str(file.parent)], stdout=subprocess.DEVNULL)
-        ends.callback(simulated.wait, 20.0)
+        command += ["--seed", str(seed), "--write-files", str(file.parent)]
+        simulated = subprocess.Popen(end_with_tests(command), stdout=subprocess.DEVNULL)
+        ends.callback(simulated.wait, BOUND_S)
         ends.callback(simulated.terminate)
         wait_until(file.is_file, "the simulated robots never came")
-        with file.open("a") as text:
-            text.write(_format_settings(trainer))
+        lines = [line for line in file.read_text().splitlines() if not line.startswith("robots")]
+        listed = ", ".join(f'"{name}.toml"' for name in ROBOTS[:robots])
+        lines += [f"robots = [{listed}]", _format_settings(ROBOTS[:robots], trainer)]
+        file.write_text("\n".join(lines))
         team = load_team_plan(file)
         visitor = ZenohNetwork(team.name, team.make_network_options())
         ends.callback(visitor.close)
-        agents = AgentProcesses(file, team, visitor)
+        agents = AgentProcesses(file, team, visitor, record=record)
         ends.callback(agents.end)
         for name in team.agents:
             agents.start(name)
         wait_until(lambda: visitor.present >= set(team.agents), "the agents never came")
-        time.sleep(SETTLES_S)
-        agents.arm()
+        wait_until(agents.are_armed, "a robot was never armed")
         yield agents
 
 
-def _format_settings(trainer: str | None) -> str:
-    names = [SQUAD, *(f"pioneer_{number}" for number in range(1, 5))]
+def _format_settings(robots: Sequence[str], trainer: str | None) -> str:
+    names = [SQUAD, *robots]
     ports = {name: f"tcp/127.0.0.1:{free_port()}" for name in names}
     trains = "" if trainer is None else f'trainer = "{trainer}"\n'
     connect = ", ".join(f'"{port}"' for port in ports.values())

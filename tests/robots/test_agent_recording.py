@@ -1,94 +1,160 @@
-"""Recordings of agents that run as processes: merged, decided again, and explained across computers."""
+"""Agents in processes of their own: trained over the network, left by their coordinator, recorded, and explained."""
 
 from __future__ import annotations
 
-import subprocess
+import shutil
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 pytest.importorskip("zenoh", reason="needs the extra ros2")
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from tests.robots.agent_processes import COMMAND, SQUAD, AgentProcesses, run_patrol, wait_until
+from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun
 from understudy.robots.recording.header import format_part
 from understudy.robots.recording.merge import read_team_clock
 from understudy.robots.recording.team_reader import read_team_recording
+from understudy.robots.team_network.agent_questions import AgentStatus
 from understudy.robots.team_network.load_plan import load_team_plan
+from understudy.robots.team_network.remote_robot import drive_robots
+from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.leadership import is_term_of
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.runtime.team.team import Team
+from understudy.training.lesson_design import new_lesson
+from understudy.training.session import Session
+from understudy.ui.cli.running_team import watch_team
 
-pytestmark = [pytest.mark.long, pytest.mark.timed]
+ROBOTS = ("pioneer_1", "pioneer_2")
+TRAINED = "pioneer_2"
+TICK_S, LOOKS_AFTER = 0.05, 5
+"""The time between ticks of a training, s, and after how many its robots are asked."""
+GOES_ON = 20
+"""The number of ticks after which a robot counts as one that goes on."""
 
 
-class Recorded(NamedTuple):
-    """The recordings of a patrol whose coordinator was killed."""
-
-    paths: list[Path]
-    library: Path
-    deputy: str
-    """The robot that leads since."""
+def find_statuses(agents: AgentProcesses) -> dict[str, AgentStatus]:
+    answers = agents.ask("status")
+    return {name: answer.status for name, answer in answers.items() if answer.status is not None}
 
 
-def record(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Recorded:
-    """Record a patrol whose coordinator is killed."""
+def find_trained(agents: AgentProcesses) -> list[str] | None:
+    """The robots that a person's computer drives; None if one of them does not say."""
+    found = find_statuses(agents)
+    if not found.keys() >= {*ROBOTS}:
+        return None
+    return [name for name in ROBOTS if found[name].trainer == "laptop"]
 
-    def start(agents: AgentProcesses, name: str) -> None:
-        command = [*COMMAND, "agent", str(agents.file), "--name", name]
-        record = ["--record", str(folder / f"{name}.mcap")]
-        agents.running[name] = subprocess.Popen([*command, *record], stderr=subprocess.DEVNULL)
 
-    monkeypatch.setattr(AgentProcesses, "start", start)
-    with run_patrol(1000) as agents:
-        subprocess.run(
-            ["cp", "-r", agents.file.parent, agents.file.parent.parent / "library", folder], check=True
-        )
+def train(session: Session, press: str, seen: Callable[[], bool]) -> None:
+    """Press a state, and tick until something is seen."""
+    session.train()
+    session.direct(press)
 
-        def count_ordered() -> int:
-            found = [answer.status for answer in agents.ask("status").values()]
-            return sum(
-                each is not None and each.armed is not None and each.order is not None for each in found
-            )
+    def is_seen() -> bool:
+        for _ in range(LOOKS_AFTER):
+            session.tick()
+            time.sleep(TICK_S)
+        return seen()
 
-        wait_until(lambda: count_ordered() == 4, "the robots were never ordered")
+    wait_until(is_seen, "it was never so")
+
+
+def train_both(agents: AgentProcesses, twin: DigitalTwin, library: Path) -> None:
+    """Train one robot, then the coordinator of all; the agents decide again after each."""
+    libraries = load_team_plan(agents.file, library=library).libraries
+    robots, squads = libraries["pioneer"], libraries["patrol"]
+    lesson = new_lesson(
+        robots, "dash", states=["forwards", "backwards"], features=["sonar_front_left"], live=False
+    )
+    drive_robots(twin.fleet, [ROBOTS.index(TRAINED)])
+    train(
+        Session(twin.fleet.robots[ROBOTS.index(TRAINED)], robots, lesson),
+        "forwards",
+        lambda: find_trained(agents) == [TRAINED],
+    )
+    drive_robots(twin.fleet, [])
+    wait_until(lambda: find_trained(agents) == [], "the robot was not left alone")
+
+    team = Team(twin, agents.team.plan.tree, libraries, {}, trained="patrol")
+    lesson = new_lesson(squads, "gather", states=["disperse"], features=["present"], live=False)
+    drive_robots(twin.fleet, range(len(ROBOTS)))
+    session = Session(CoordinatorBody(team, "patrol"), squads, lesson)
+    train(session, "disperse", lambda: find_trained(agents) == [*ROBOTS])
+    assert session.examples[0].next == "disperse"
+    assert {path[0] for path in team.paths} == {"disperse"}
+    drive_robots(twin.fleet, [])
+    wait_until(lambda: find_trained(agents) == [], "the robots were not left alone")
+
+
+def wait_ordered(agents: AgentProcesses, leaders: Callable[[list[str]], bool]) -> None:
+    """Wait until some agent leads, and all robots are armed and have gone on for a while by its orders."""
+    since: dict[str, int] = {}
+
+    def have_gone_on() -> bool:
+        found = find_statuses(agents)
+        leading = [name for name, status in found.items() if SQUAD in status.leads]
+        robots = [found[name] for name in ROBOTS if name in found]
+        if (
+            not agents.are_armed()
+            or not leaders(leading)
+            or any(each.leader not in leading for each in robots)
+        ):
+            since.clear()
+            return False
+        for each in robots:
+            since.setdefault(each.name, each.ticks)
+        return len(robots) == len(ROBOTS) and all(each.ticks > since[each.name] + GOES_ON for each in robots)
+
+    wait_until(have_gone_on, "the robots were not ordered")
+
+
+def run_recorded(folder: Path) -> str:
+    """Run a patrol, train it, kill its coordinator, and return the robot that leads since."""
+    with run_patrol(1000, robots=len(ROBOTS), trainer="laptop", record=folder) as agents:
+        shutil.copytree(agents.file.parent, folder / "files")
+        shutil.copytree(agents.file.parent.parent / "library", folder / "library")
+        with watch_team(agents.file) as (_, twin):
+            train_both(agents, twin, folder / "library")
+        wait_ordered(agents, lambda leading: leading == [SQUAD])
         agents.running[SQUAD].kill()
-        wait_until(lambda: agents.find_leaders() not in ([], [SQUAD]), "no deputy led")
-        ticks = {name: answer.status.ticks for name, answer in agents.ask("status").items() if answer.status}
-
-        def has_gone_on() -> bool:
-            found = {name: each.status.ticks for name, each in agents.ask("status").items() if each.status}
-            return all(found.get(name, 0) > before + 40 for name, before in ticks.items())
-
-        wait_until(has_gone_on, "the robots did not go on")
+        agents.running[SQUAD].wait()
+        wait_ordered(agents, lambda leading: len(leading) == 1 and leading != [SQUAD])
         (deputy,) = agents.find_leaders()  # on a busy machine, the first may come too late
-    return Recorded(sorted(folder.glob("*.mcap")), folder / "library", deputy)
+    return deputy
 
 
-def test_a_team_is_recorded_merged_and_explained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    paths, library, deputy = record(tmp_path, monkeypatch)
-    assert [path.stem for path in paths] == [SQUAD, *(f"pioneer_{number}" for number in range(1, 5))]
+@pytest.mark.long
+@pytest.mark.timed
+def test_a_team_is_trained_recorded_merged_and_explained(tmp_path: Path) -> None:
+    deputy = run_recorded(tmp_path)
+    paths = sorted(tmp_path.glob("*.mcap"))
+    assert [path.stem for path in paths] == [SQUAD, *ROBOTS]
     merged = tmp_path / "team.mcap"
     assert run("team", "merge", merged, *paths).exit_code == 0
     clock = read_team_clock(merged)
     assert clock is not None
-    assert [each.whole for each in clock.members] == [False, True, True, True, True]
+    assert [each.whole for each in clock.members] == [False, True, True]
     for each in clock.members:  # in truth, all have the clock of this computer
         assert abs(each.ahead_s) <= each.error_s + 1e-3
-    decide_again(merged, library, tmp_path / "files" / "team.toml", deputy)
-    explain(merged, library, clock.start_ns, deputy)
+    decide_again(merged, tmp_path / "library", tmp_path / "files" / "team.toml", deputy)
+    explain(merged, tmp_path / "library", clock.start_ns, deputy)
 
 
 def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
-    """Robots and both coordinators decide as they did, on the orders that they had."""
+    """Robots and both coordinators decide as they did, on the orders that they had, and around their training."""
     team = read_team_recording(merged)
     assert team is not None
     assert set(team.parts) >= {
         f"{SQUAD}/{SQUAD}",
         f"{SQUAD}/{deputy}",
-        *(f"pioneer_{each}" for each in range(1, 5)),
+        *ROBOTS,
     }  # at the beginning, others may lead until the first choice has started
     libraries = load_team_plan(file, library=library).libraries
     for part in team.parts:
@@ -99,8 +165,13 @@ def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
         while not rerun.is_over:
             rerun.tick()
             paths.append(rerun.paths[0])
-        assert paths == list(recording.paths[0])
+        assert paths == list(recording.paths[0]), part
         assert len(recording.duties[0]) > 0
+    for name in ROBOTS:
+        recording = team.read_part(name)
+        driven = [duty for duty in recording.duties[0] if duty.leader == "laptop"]
+        assert len(driven) >= (2 if name == TRAINED else 1), name  # more often if messages are late
+        assert () in recording.paths[0]
 
 
 def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
@@ -108,8 +179,7 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
     team = read_team_recording(merged)
     assert team is not None
     last_ns = 0
-    robots = [f"pioneer_{number}" for number in range(1, 5)]
-    follower = next(each for each in robots if format_part(SQUAD, each) not in team.parts)
+    follower = next(each for each in ROBOTS if format_part(SQUAD, each) not in team.parts)
     for name in (follower, deputy):
         last_ns = int(team.read_part(name).logged_ns[-1])
         why = said("why", merged, "--agent", name, "--time", (last_ns - start_ns) / 1e9, "-l", library)
@@ -117,14 +187,14 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
         assert (robot["agent"], robot["host"], coordinator["agent"]) == (name, name, SQUAD)
         assert robot["order"]["squad"] == SQUAD
         assert robot["order"]["leader"] == deputy
-        assert is_term_of(robot["order"]["order"][0], coordinator["host"], (SQUAD, *robots))
+        assert is_term_of(robot["order"]["order"][0], coordinator["host"], (SQUAD, *ROBOTS))
         assert (
             coordinator["time_s"]
             <= robot["order"]["heard_s"] + coordinator["error_s"] + robot["error_s"] + 0.1
         )
         (level,) = coordinator["levels"]
         assert level["decision"]["after"] == level["state"]
-        assert {each["member"] for each in coordinator["reports"]} == set(robots)
+        assert {each["member"] for each in coordinator["reports"]} == set(ROBOTS)
     shown = run("why", merged, "--agent", SQUAD, "--time", (last_ns - start_ns) / 1e9, "-l", library)
     assert shown.exit_code == 0
     assert f"{SQUAD} (led by {deputy}) at" in shown.stdout
