@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -131,6 +132,33 @@ def save_patrol(folder: Path) -> None:
 
 
 @contextmanager
+def simulate_patrol(folder: Path, domain: int, *, robots: int = len(ROBOTS), seed: int = 0) -> Iterator[Path]:
+    """Simulate the robots of a patrol, and write the file of a team of the first of them.
+
+    Their guards wait for late ticks as long as they may, and for readings for longer than a busy machine takes.
+    """
+    file = folder / "team.toml"
+    command = [*COMMAND, "robots", "simulate", "patrol", "--domain", str(domain), "--rate", "10"]
+    command += ["--seed", str(seed), "--write-files", str(folder)]
+    simulated = subprocess.Popen(
+        end_with_tests(command), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        wait_until(file.is_file, "the simulated robots never came")
+        listed = ", ".join(f'"{name}.toml"' for name in ROBOTS[:robots])
+        lines = [line for line in file.read_text().splitlines() if not line.startswith("robots")]
+        file.write_text("\n".join([*lines, f"robots = [{listed}]\n"]))
+        for name in ROBOTS:
+            robot = folder / f"{name}.toml"
+            text = re.sub(r"stale_s = [\d.]+", "stale_s = 10.0", robot.read_text())
+            robot.write_text(f"{text}\n[safety]\ndeadline_s = 1.0\n")
+        yield file
+    finally:
+        simulated.terminate()
+        simulated.wait(BOUND_S)
+
+
+@contextmanager
 def run_patrol(
     seed: int, *, robots: int = len(ROBOTS), trainer: str | None = None, record: Path | None = None
 ) -> Iterator[AgentProcesses]:
@@ -142,17 +170,9 @@ def run_patrol(
     with TemporaryDirectory() as folder, ExitStack() as ends:
         where = Path(folder)
         save_patrol(where / "library")
-        file = where / "files" / "team.toml"
-        command = [*COMMAND, "robots", "simulate", "patrol", "--domain", str(DOMAIN), "--rate", "10"]
-        command += ["--seed", str(seed), "--write-files", str(file.parent)]
-        simulated = subprocess.Popen(end_with_tests(command), stdout=subprocess.DEVNULL)
-        ends.callback(simulated.wait, BOUND_S)
-        ends.callback(simulated.terminate)
-        wait_until(file.is_file, "the simulated robots never came")
-        lines = [line for line in file.read_text().splitlines() if not line.startswith("robots")]
-        listed = ", ".join(f'"{name}.toml"' for name in ROBOTS[:robots])
-        lines += [f"robots = [{listed}]", _format_settings(ROBOTS[:robots], trainer)]
-        file.write_text("\n".join(lines))
+        file = ends.enter_context(simulate_patrol(where / "files", DOMAIN, robots=robots, seed=seed))
+        with file.open("a") as text:
+            text.write(_format_settings(ROBOTS[:robots], trainer))
         team = load_team_plan(file)
         visitor = ZenohNetwork(team.name, team.make_network_options())
         ends.callback(visitor.close)

@@ -6,7 +6,7 @@ import json
 import os
 import pty
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from threading import Thread
@@ -15,16 +15,23 @@ from typing import Any
 import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from tests.robots.agent_processes import COMMAND, wait_until
-from tests.robots.test_live_run import save_library
+from tests.processes import end_with_tests
+from tests.robots.agent_processes import (
+    BOUND_S,
+    COMMAND,
+    ROBOTS,
+    save_patrol,
+    simulate_patrol,
+    wait_until,
+)
+from tests.robots.domains import own_domain
 from tests.ui.cli.commands import said
 
 from understudy.robots.recording.reader import read_recording
 
-pytestmark = [pytest.mark.long, pytest.mark.timed]
-DOMAIN = 64
-PATIENCE_S = 60.0
+DOMAIN = own_domain(2)
 
 
 class Terminal:
@@ -33,7 +40,9 @@ class Terminal:
     def __init__(self, *arguments: object) -> None:
         self.here, there = pty.openpty()
         command = [*COMMAND, *map(str, arguments)]
-        self.process = subprocess.Popen(command, stdin=there, stderr=there, stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(
+            end_with_tests(command), stdin=there, stderr=there, stdout=subprocess.PIPE, text=True
+        )
         os.close(there)
         self.shown = ""
         self._reading = Thread(target=self._read, daemon=True)
@@ -55,7 +64,7 @@ class Terminal:
 
     def finish(self) -> str:
         """Return its standard output when it has ended."""
-        output, _ = self.process.communicate(timeout=PATIENCE_S)
+        output, _ = self.process.communicate(timeout=BOUND_S)
         assert self.process.returncode == 0, self.shown
         return output
 
@@ -63,32 +72,15 @@ class Terminal:
         """End it, if it runs still."""
         if self.process.poll() is None:
             self.process.terminate()
-            self.process.wait(20.0)
+            self.process.wait(BOUND_S)
         os.close(self.here)
 
 
-@pytest.fixture
-def team(tmp_path: Path) -> Iterator[Path]:
-    """The file of four simulated robots, beside a library."""
-    save_library(tmp_path / "library")
-    command = [*COMMAND, "robots", "simulate", "patrol", "--domain", str(DOMAIN), "--rate", "10"]
-    file = tmp_path / "files" / "team.toml"
-    simulated = subprocess.Popen(
-        [*command, "--write-files", str(file.parent)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    try:
-        wait_until(file.is_file, "the simulated robots never came")
-        yield file
-    finally:
-        simulated.terminate()
-        simulated.wait(20.0)
-
-
-def run_armed(team: Path, act: Callable[[Terminal], None], *options: object) -> Any:
+def run_armed(team: Path, library: Path, act: Callable[[Terminal], None], *options: object) -> Any:
     """Run the coordinator's automaton, armed by a person, and return what `--json` says."""
+    command = ["run", "--team", team, "-l", library, "--behavior", "collective_patrol", "--json"]
     with ExitStack() as ends:
-        library = team.parent.parent / "library"
-        terminal = Terminal("run", "--team", team, "-l", library, "--behavior", "lead", "--json", *options)
+        terminal = Terminal(*command, *options)
         ends.callback(terminal.close)
         terminal.wait_for("Type arm and Enter")
         terminal.type("arm\n")
@@ -96,24 +88,28 @@ def run_armed(team: Path, act: Callable[[Terminal], None], *options: object) -> 
         return json.loads(terminal.finish())
 
 
-def test_a_team_is_run_recorded_and_decided_again(team: Path, tmp_path: Path) -> None:
-    record = tmp_path / "run.mcap"
-    told = run_armed(team, lambda terminal: None, "--seconds", 8, "--record", record)
-    assert told["robots"] == [f"pioneer_{number}" for number in range(1, 5)]
-    assert told["ended"] == "its time is over"
-    assert told["ticks"] >= 40
+def press_when_dispersed(terminal: Terminal) -> None:
+    terminal.wait_for("disperse")
+    terminal.type("x")
+
+
+@pytest.mark.long
+@pytest.mark.timed
+def test_a_team_is_run_in_a_terminal_recorded_and_decided_again(tmp_path: Path) -> None:
+    """Until any key stops its robots, or its time is over."""
+    record, library = tmp_path / "run.mcap", tmp_path / "library"
+    save_patrol(library)
+    with simulate_patrol(tmp_path / "files", DOMAIN, robots=2) as team:
+        told = run_armed(team, library, press_when_dispersed, "--record", record)
+        assert told["robots"] == [*ROBOTS[:2]]
+        assert told["ended"] == "stopped by a key"
+        timed = run_armed(team, library, lambda terminal: None, "--no-record", "--seconds", 1)
+        assert timed["ended"] == "its time is over"
+        assert timed["ticks"] > 0
+        assert not list(team.parent.glob("recordings/*"))
     recording = read_recording(record)
-    assert {path[0] for path in recording.paths[0]} == {"walk", "left"}
+    assert told["ticks"] == recording.ticks
+    assert {path[0] for path in recording.paths[0]} == {"patrol", "disperse"}
     again = said("run", "--replay", record)
-    assert (again["decisions"], again["differences"]) == (4 * recording.ticks, [])
-    assert len(said("why", record, "--agent", 3, "--time", 3.0)["agents"]) == 2
-
-
-def test_any_key_stops_the_robots(team: Path) -> None:
-    def press(terminal: Terminal) -> None:
-        terminal.wait_for("walk")
-        terminal.type("x")
-
-    told = run_armed(team, press, "--no-record")
-    assert told["ended"] == "stopped by a key"
-    assert not list(team.parent.glob("recordings/*"))
+    assert (again["decisions"], again["differences"]) == (2 * recording.ticks, [])
+    assert len(said("why", record, "--agent", 1, "--time", 1.0)["agents"]) == 2

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
+from math import inf
 from pathlib import Path
 from random import Random
 from threading import Lock, Thread
@@ -28,6 +29,8 @@ SET_NAME, TUN_DEVICE, NO_HEADER = 0x400454CA, 0x0001, 0x1000
 DEVICE = "link"
 LONGEST_PACKET = 65536
 IPV4, MULTICAST = 4, range(224, 240)
+NETWORK = bytes((10, 83, 0))
+"""How the addresses of all members begin."""
 IDLE_S = 0.2
 """The longest time to wait for a packet before looking whether to end, s."""
 
@@ -56,6 +59,60 @@ def find_obstacle() -> str:
     return f"network namespaces cannot be made: {made.stderr.strip()}" if made.returncode else ""
 
 
+class PacketQueue:
+    """Packets under way between members of a network, each lost or delayed by a random draw.
+
+    Parameters
+    ----------
+    members
+        The number of members, whose addresses end with their numbers, from 1 on.
+    loss
+        What happens to packets.
+    seed
+        The seed of the random draws.
+    """
+
+    def __init__(self, members: int, loss: Loss, *, seed: int = 0) -> None:
+        self._members, self.loss = members, loss
+        self.sent = self.lost = 0
+        """The number of packets that members sent, and of those that were lost at random."""
+        self._random = Random(seed)
+        self._numbers = count()
+        self._under_way: list[tuple[float, int, int, int, bytes]] = []
+
+    @property
+    def due_s(self) -> float:
+        """When the next packet arrives, s; infinite if none is under way."""
+        return self._under_way[0][0] if self._under_way else inf
+
+    def send(self, sender: int, packet: bytes, now: float) -> None:
+        """Draw what happens to a packet that a member has sent at a time (s), to each of its receivers."""
+        for receiver in self._find_receivers(sender, packet):
+            self.sent += 1
+            if self._random.random() < self.loss.share:
+                self.lost += 1
+                continue
+            jitter_s = self._random.uniform(-self.loss.jitter_s, self.loss.jitter_s)
+            due = now + max(0.0, self.loss.delay_s + jitter_s)
+            heapq.heappush(self._under_way, (due, next(self._numbers), sender, receiver, packet))
+
+    def take_due(self, now: float) -> list[tuple[int, int, bytes]]:
+        """Take the packets that have arrived until a time (s): the sender, the receiver and the packet of each."""
+        taken = []
+        while self.due_s <= now:
+            taken.append(heapq.heappop(self._under_way)[2:])
+        return taken
+
+    def _find_receivers(self, sender: int, packet: bytes) -> list[int]:
+        if packet[0] >> 4 != IPV4:
+            return []
+        if packet[16] in MULTICAST:
+            return [index for index in range(self._members) if index != sender]
+        receiver = packet[19] - 1
+        known = packet[16:19] == NETWORK and 0 <= receiver < self._members
+        return [receiver] if known else []
+
+
 class LossyLinks:
     """A network of namespaces; every packet between two of them is lost or delayed alike.
 
@@ -70,14 +127,11 @@ class LossyLinks:
     """
 
     def __init__(self, members: Sequence[str], loss: Loss = NONE, *, seed: int = 0) -> None:
-        self.members, self.loss = tuple(members), loss
-        self.sent = self.lost = 0
-        """The number of packets that members sent, and of those that were lost at random."""
-        self._random = Random(seed)
+        self.members = tuple(members)
+        self.packets = PacketQueue(len(self.members), loss, seed=seed)
+        """The packets under way."""
         self._cut: set[int] = set()
         self._lock, self._ends = Lock(), False
-        self._numbers = count()
-        self._under_way: list[tuple[float, int, int, bytes]] = []
         self._devices: list[int] = []
         try:
             for index in range(len(self.members)):
@@ -94,7 +148,7 @@ class LossyLinks:
 
     def address(self, member: str) -> str:
         """Return the IP address of a member."""
-        return f"10.83.0.{self.members.index(member) + 1}"
+        return ".".join(map(str, (*NETWORK, self.members.index(member) + 1)))
 
     def command(self, member: str) -> list[str]:
         """Return how a command begins that runs in a member's namespace."""
@@ -150,7 +204,7 @@ class LossyLinks:
             for index, device in enumerate(self._devices):
                 selector.register(device, selectors.EVENT_READ, index)
             while not self._ends:
-                wait_s = min(IDLE_S, self._under_way[0][0] - monotonic()) if self._under_way else IDLE_S
+                wait_s = min(IDLE_S, self.packets.due_s - monotonic())
                 for key, _ in selector.select(max(0.0, wait_s)):
                     self._take(key.data)
                 self._deliver()
@@ -163,29 +217,10 @@ class LossyLinks:
                 packet = os.read(self._devices[sender], LONGEST_PACKET)
             except BlockingIOError:
                 return
-            for receiver in self._find_receivers(sender, packet):
-                self.sent += 1
-                if self._random.random() < self.loss.share:
-                    self.lost += 1
-                    continue
-                jitter_s = self._random.uniform(-self.loss.jitter_s, self.loss.jitter_s)
-                due = now + max(0.0, self.loss.delay_s + jitter_s)
-                heapq.heappush(self._under_way, (due, next(self._numbers), sender * 256 + receiver, packet))
-
-    def _find_receivers(self, sender: int, packet: bytes) -> list[int]:
-        if packet[0] >> 4 != IPV4:
-            return []
-        if packet[16] in MULTICAST:
-            return [index for index in range(len(self.members)) if index != sender]
-        receiver = packet[19] - 1
-        known = packet[16:19] == bytes((10, 83, 0)) and 0 <= receiver < len(self.members)
-        return [receiver] if known else []
+            self.packets.send(sender, packet, now)
 
     def _deliver(self) -> None:
-        now = monotonic()
-        while self._under_way and self._under_way[0][0] <= now:
-            _, _, pair, packet = heapq.heappop(self._under_way)
-            sender, receiver = divmod(pair, 256)
+        for sender, receiver, packet in self.packets.take_due(monotonic()):
             with self._lock:
                 is_cut = sender in self._cut or receiver in self._cut
             if not is_cut:
