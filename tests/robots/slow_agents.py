@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 import msgspec
 from tests.robots.twins import ARENA
+from tests.waiting import BOUND_S, wait_until
 
 from understudy.robots.fleet import Fleet
 from understudy.robots.robot_file import parse_robot
@@ -20,8 +20,8 @@ from understudy.robots.team_network.remote_robot import RemoteRobot
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.runtime.agents.network import Inbox
 
-LONGEST_S = 3.0
-"""How long an answer is held back if nobody lets it go, s."""
+LONGEST_S = 60.0
+"""How long an answer is held back if it is never let go, s."""
 
 
 class SlowAgents:
@@ -50,7 +50,7 @@ class SlowAgents:
         if do == "stop":
             self.armed[name] = False
         if (name, do) in self.held:
-            self.held[name, do].wait(min(timeout_s, LONGEST_S))
+            self.held[name, do].wait(LONGEST_S)
         if do == "arm" and name in self.refusing:
             return {key: msgspec.msgpack.encode(AgentAnswer(problem="is outside its geofence"))}
         if do == "arm":
@@ -80,11 +80,17 @@ def make_fleet(agents: SlowAgents, names: Sequence[str]) -> Fleet:
     return Fleet([RemoteRobot(file, Path(f"{file.name}.toml"), watch) for file in files])
 
 
-def wait_for(what: Callable[[], bool], within_s: float = 1.0) -> bool:
-    """Whether something comes true in time."""
-    until = time.monotonic() + within_s
-    while not what():
-        if time.monotonic() > until:
-            return False
-        time.sleep(0.005)
+def wait_for(what: Callable[[], bool], within_s: float = BOUND_S) -> bool:
+    """Wait until something comes true; return whether it does in time."""
+    try:
+        wait_until(what, bound_s=within_s)
+    except TimeoutError:
+        return False
     return True
+
+
+def finish(fleet: Fleet) -> None:
+    """Wait until all that the laptop has asked for is done."""
+    for robot in fleet:
+        assert isinstance(robot, RemoteRobot)
+        robot._watch.close()

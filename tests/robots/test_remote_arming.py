@@ -9,13 +9,12 @@ import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.slow_agents import SlowAgents, make_fleet, wait_for
+from tests.robots.slow_agents import SlowAgents, finish, make_fleet, wait_for
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.robots.arming_order import ArmingOrder
 from understudy.robots.fleet import Fleet
 from understudy.robots.safety.guard import ArmingRefused
-from understudy.robots.team_network.remote_robot import RemoteRobot
 
 SILENT = tuple(f"silent_{number}" for number in range(40))
 STOPS: dict[str, Callable[[Fleet], None]] = {
@@ -59,7 +58,8 @@ def test_a_robot_whose_agent_refuses_is_not_stopped() -> None:
     with pytest.raises(SettingError, match="was refused: is outside its geofence"):
         fleet.robots[0].arm("Ada")
     fleet.robots[0].disarm("the page was closed")
-    assert not wait_for(lambda: ("one", "stop") in agents.asked, 0.2)
+    finish(fleet)
+    assert ("one", "stop") not in agents.asked
 
 
 def test_where_one_answer_is_lost_all_are_stopped() -> None:
@@ -105,9 +105,7 @@ def test_the_network_is_left_only_after_the_robot_of_a_cancelled_order_was_stopp
     assert wait_for(lambda: ("one", "stop") in agents.asked)
     answer.set()
     closing.join()
-    robot = fleet.robots[0]
-    assert isinstance(robot, RemoteRobot)
-    robot._watch.close()
+    finish(fleet)
     assert agents.asked[-1] == ("one", "stop")
     assert not agents.armed["one"]
     ordered.join()
@@ -128,7 +126,8 @@ def test_armed_elsewhere_it_goes_on_where_nobody_looks() -> None:
     fleet = make_fleet(agents, ["one", "two"])
     ArmingOrder(fleet.robots[:1], "Ada").carry_out()
     fleet.disarm("nobody looks")
-    assert wait_for(lambda: ("one", "stop") in agents.asked)
+    finish(fleet)
+    assert ("one", "stop") in agents.asked
     assert ("two", "stop") not in agents.asked
 
 

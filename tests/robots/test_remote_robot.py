@@ -46,7 +46,7 @@ class Rig:
     """A robot with its agent, and a laptop on which it is a body; both have the clock of the test."""
 
     def __init__(self, trainer: str | None = "laptop") -> None:
-        self.now = 100.0
+        self.clock = SimulatedClock()
         self.network, self.wire = LocalNetwork(), Wire()
         self.robot = Robot(FILE, self.wire, clock=ReadOnlyClock(lambda: self.now))
         node = self.network.join("rover")
@@ -55,7 +55,7 @@ class Rig:
         self.agent, self.views = Agent(spec, self.robot, node), RobotViews(self.robot, node)
         team: Any = SimpleNamespace(settings=SimpleNamespace(trainer=trainer), agents=("rover",), name="team")
         laptop: Any = self.network.join("laptop")
-        self.watch = TeamWatch(team, laptop, clock=lambda: self.now)
+        self.watch = TeamWatch(team, laptop, clock=self.clock)
         self.remote = RemoteRobot(FILE, Path("rover.toml"), self.watch)
         self.remote._clock = ReadOnlyClock(lambda: self.now)
         self.fleet = Fleet([self.remote])
@@ -63,9 +63,9 @@ class Rig:
 
     def tick(self) -> float:
         """Let the robot's agent decide once, and return the speed that the robot was sent, m/s."""
-        self.now += 0.1
-        self.wire.deliver("/rover/sonar", sonar(2.0), self.now)
-        self.wire.deliver("/rover/odom", odometry(3.0), self.now)
+        self.clock.advance(0.1)
+        self.wire.deliver("/rover/sonar", sonar(2.0), self.clock())
+        self.wire.deliver("/rover/odom", odometry(3.0), self.clock())
         self.agent.sense()
         self.views.publish()
         self.agent.obey()
@@ -99,7 +99,7 @@ def test_a_press_moves_a_robot_elsewhere_until_the_laptop_dies(rig: Rig) -> None
         ("forward", "forward"),
     ]
     assert session.examples[0].values == (2.0,)
-    assert rig.remote.senses.value("x", rig.now) == 3.0
+    assert rig.remote.senses.value("x", rig.clock()) == 3.0
     assert rig.agent.is_driven
     after = [rig.tick() for _ in range(12)]  # the laptop has died
     assert after[3] == pytest.approx(0.4)
@@ -118,9 +118,9 @@ def test_readings_of_a_silent_agent_are_absent(rig: Rig) -> None:
     key = "sonar_ahead", None
     rig.tick()
     assert rig.fleet.sense([key])[key][0] == 2.0
-    assert rig.remote.senses.value("x", rig.now) == 3.0
+    assert rig.remote.senses.value("x", rig.clock()) == 3.0
     assert rig.remote.sense([key])[key][0] == 2.0
-    rig.now += 0.6
+    rig.clock.advance(0.6)
     assert np.isnan(rig.fleet.sense([key])[key][0])
     assert np.isnan(rig.remote.sense([key])[key][0])
     assert (rig.remote.armed, rig.remote.stop_cause) == (False, "its agent is not there")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import inf
 
 import msgspec
 
-from understudy.clock import REAL_TIME
+from understudy.clock import REAL_TIME, Clock
 from understudy.robots.team_network.agent_questions import (
     AgentAnswer,
     AgentQuestion,
@@ -71,12 +70,10 @@ class TeamWatch:
     network
         The visitor's access to the network.
     clock
-        A monotonic clock, s.
+        The clock of what is heard, and of robots that are seen here.
     """
 
-    def __init__(
-        self, team: LoadedTeam, network: TeamAccess, *, clock: Callable[[], float] = REAL_TIME
-    ) -> None:
+    def __init__(self, team: LoadedTeam, network: TeamAccess, *, clock: Clock = REAL_TIME) -> None:
         self.team, self.network, self.clock = team, network, clock
         self._statuses = network.listen(f"{STATUS}/*")
         self._heard: dict[str, tuple[AgentStatus, float]] = {}
