@@ -19,7 +19,7 @@ if shutil.which("openssl") is None:
     pytest.skip("needs openssl", allow_module_level=True)
 
 from tests.robots.routers import free_port
-from tests.robots.test_zenoh_network import wait_until
+from tests.waiting import BOUND_S, wait_until
 
 from understudy.errors import UnderstudyError
 from understudy.robots.ros.transport import Unreachable
@@ -157,7 +157,7 @@ def test_only_who_may_give_orders_or_ask_is_heard(
         robot.declare_token("held/pioneer_1")
         wait_until(lambda: len(other.list_tokens("claim/pioneer_1/*")) == 1)
         wait_until(lambda: len(other.list_tokens("held/*")) == 1)
-        assert other.ask("claim/pioneer_1/*", b"", timeout_s=60.0) == {"claim/pioneer_1/7": b""}
+        assert other.ask("claim/pioneer_1/*", b"", timeout_s=BOUND_S) == {"claim/pioneer_1/7": b""}
         assert hears(robot, other, "order/patrol_0") == orders
         assert hears(robot, other, "drive/pioneer_1") == drives
         robot.answer("agent/pioneer_1", lambda question: b"yes")

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import errno
 import os
-import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 
 from understudy.errors import FileError
 from understudy.robots.team_network import library_push
 from understudy.robots.team_network.library_push import LibraryFolder, read_library_files
+from understudy.storage.atomic_write import lock_folder
 
 
 def fingerprint(folder: Path) -> str:
@@ -93,14 +96,21 @@ def test_a_kill_between_the_renames_leaves_a_whole_library(
 def test_agents_of_one_folder_that_switch_at_once_keep_the_former_library(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rename = Path.rename
+    together, inside, entered = Barrier(3), list[int](), 0
 
-    def rename_slowly(source: Path, target: Path) -> Path:
-        time.sleep(0.001)  # in which the others look at the folder
-        return rename(source, target)
+    @contextmanager
+    def lock_together(folder: Path) -> Iterator[None]:
+        nonlocal entered
+        together.wait(60.0)  # all have looked at the folder before one of them changes it
+        with lock_folder(folder):
+            inside.append(1)
+            assert len(inside) == 1
+            entered += 1
+            yield
+            inside.pop()
 
-    monkeypatch.setattr(Path, "rename", rename_slowly)
-    for number in range(30):
+    monkeypatch.setattr(library_push, "lock_folder", lock_together)
+    for number in range(3):
         first = make_folder(tmp_path / str(number))
         folders = [first, *(LibraryFolder(first.folder, name, fingerprint) for name in ("other", "third"))]
         assert [each.prepare(NEW) for each in folders] == ["", "", ""]
@@ -112,6 +122,7 @@ def test_agents_of_one_folder_that_switch_at_once_keep_the_former_library(
             assert list(threads.map(LibraryFolder.forget, folders)) == ["", "", ""]
         assert read_library_files(first.folder) == {"go.json": b"old"}
         assert [path.name for path in (tmp_path / str(number)).iterdir()] == ["library"]
+        assert entered == 6 * (number + 1)
 
 
 def test_a_broken_library_is_replaced(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def decide(rig: Rig, folder: Path, *, agents: bool, disarms: bool) -> Decisions:
     """What the robots do in the same circumstances, in one program with or without agents."""
     libraries = open_libraries(rig.twin.scenario, folder)
     roots: dict[str, tuple[str, dict[str, str]]] = {"patrol": ("lead", {})}
-    run = LiveRun(rig.twin, libraries, roots, clock=lambda: rig.now, sleep=lambda _: None)
+    run = LiveRun(rig.twin, libraries, roots)
     team = run.team if agents else Team(rig.twin, assign_team_members(rig.twin.scenario), libraries, roots)
     draws, found = Random(4), Decisions()
     rig.twin.follow(lambda: team.paths)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,7 @@ pytest.importorskip("zenoh", reason="needs the extra ros2")
 from tests.robots.routers import Router, free_port
 from tests.robots.test_load_plan import write_team
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
+from tests.waiting import BOUND_S, wait_until
 
 from understudy.errors import SettingError
 from understudy.robots.team_network.agent_claim import claim_name
@@ -28,16 +29,8 @@ from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOpti
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Inbox, LocalNetwork, Observe
 
-WAIT_S = 60.0
 LOST_S = 0.5
 """A message that has not arrived after so long counts as lost, s."""
-
-
-def wait_until(seen: Callable[[], object]) -> None:
-    until = time.monotonic() + WAIT_S
-    while not seen():
-        assert time.monotonic() < until, "it never came"
-        time.sleep(0.01)
 
 
 @contextmanager
@@ -135,7 +128,7 @@ def check_parallel_questions(of: dict[str, ZenohNetwork]) -> None:
         if data == b"stop":
             stopped.set()
         asked.set()
-        return b"" if stopped.wait(WAIT_S) else b"late"
+        return b"" if stopped.wait(BOUND_S) else b"late"
 
     of["one"].answer("agent/busy", answer)
     wait_until(lambda: bool(of["two"].ask("agent/busy", b"stop")))
@@ -143,11 +136,11 @@ def check_parallel_questions(of: dict[str, ZenohNetwork]) -> None:
     stopped.clear()
     said: list[bytes] = []
     asking = Thread(
-        target=lambda: said.extend(of["two"].ask("agent/busy", b"?", timeout_s=WAIT_S).values()), daemon=True
+        target=lambda: said.extend(of["two"].ask("agent/busy", b"?", timeout_s=BOUND_S).values()), daemon=True
     )
     asking.start()
-    assert asked.wait(WAIT_S)
-    assert of["two"].ask("agent/busy", b"stop", timeout_s=WAIT_S) == {"agent/busy": b""}
+    assert asked.wait(BOUND_S)
+    assert of["two"].ask("agent/busy", b"stop", timeout_s=BOUND_S) == {"agent/busy": b""}
     asking.join()
     assert said == [b""]
 
