@@ -34,13 +34,16 @@ LOST_S = 0.5
 
 
 @contextmanager
-def networks(*names: str, protocol: str = "udp") -> Iterator[dict[str, ZenohNetwork]]:
+def networks(*names: str) -> Iterator[dict[str, ZenohNetwork]]:
     """An access for each, on this machine."""
-    where = {name: f"{protocol}/127.0.0.1:{free_port()}" for name in names}
-    made = {
-        name: ZenohNetwork("test", ZenohOptions(connect=list(where.values()), listen=[mine], multicast=False))
-        for name, mine in where.items()
-    }
+    made: dict[str, ZenohNetwork] = {}
+    listening: list[str] = []
+    for name in names:  # each connects to those before it: there is no waiting for those that come later
+        mine = f"udp/127.0.0.1:{free_port()}"
+        made[name] = ZenohNetwork(
+            "test", ZenohOptions(connect=list(listening), listen=[mine], multicast=False)
+        )
+        listening.append(mine)
     with all_there(made):
         yield made
 
@@ -65,7 +68,7 @@ def all_there(made: dict[str, ZenohNetwork]) -> Iterator[dict[str, ZenohNetwork]
             wait_until(partial(_sees, network, set(made)))
         yield made
     finally:
-        for network in made.values():
+        for network in reversed(made.values()):  # before those to which it would connect again
             network.close()
 
 
@@ -76,7 +79,7 @@ def _sees(network: ZenohNetwork, names: set[str]) -> bool:
 @pytest.mark.timed
 @pytest.mark.parametrize("joined", [networks, clients])
 def test_messages_reach_all_who_listen_and_each_agent_answers_for_itself(joined: Any) -> None:
-    with joined("one", "two", "three") as of:
+    with joined("one", "three", "two") as of:
         inboxes = [of[name].listen("order/pair") for name in ("two", "three", "three")]
         other = of["two"].listen("order/other")
         for inbox in inboxes:
@@ -211,7 +214,7 @@ def _all_go(team: LocalTeam) -> bool:
 
 @pytest.mark.timed
 def test_a_killed_coordinator_is_replaced_over_zenoh() -> None:
-    names = ("pair_0", *NAMES)
+    names = (*NAMES, "pair_0")
     with networks(*names) as of:
         team = make_team(ZenohAgents(of), near=-1e9)
         wait_until(partial(_all_go, team))
@@ -244,7 +247,7 @@ def test_datagrams_are_asked_for_where_zenoh_has_them(address: str, complete: st
 def test_names_are_claimed_over_zenoh(tmp_path: Path) -> None:
     """That of an agent that answers nothing is free, and of those that are started later none gets it."""
     team = load_team_plan(write_team(tmp_path))
-    with networks("killed", "first", "second") as of:
+    with networks("second", "first", "killed") as of:
         of["killed"].declare_token("claim/patrol_0/0123456789abcdef")
         of["killed"].declare_token("held/patrol_0")
         wait_until(lambda: bool(of["first"].list_tokens("held/patrol_0")))
@@ -253,4 +256,4 @@ def test_names_are_claimed_over_zenoh(tmp_path: Path) -> None:
         wait_until(lambda: of["second"].is_present("patrol_0"))
         with pytest.raises(SettingError, match="patrol_0 is running already"):
             claim_name(of["second"], "patrol_0", team=team.name)
-        process.close()
+        assert process.ticks == 0

@@ -60,7 +60,7 @@ class WallClock:
         A monotonic clock, s.
     """
 
-    def __init__(self, tick_s: float, targets: Sequence[str], clock: Callable[[], float]) -> None:
+    def __init__(self, tick_s: float, targets: Sequence[str], clock: Callable[[], float] = REAL_TIME) -> None:
         self.tick_s, self.targets, self._clock = tick_s, tuple(targets), clock
         self._began = clock()
         self.time_s = 0.0
