@@ -34,7 +34,7 @@ from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Received
 from understudy.robots.safety.guard import ArmingRefused
 
-DOMAIN = 47
+DOMAIN = own_domain()
 IMAGE = "sensor_msgs/msg/Image"
 OPTIONS = {"cyclone": (), "cyclone-t": ("-t",)}
 PEERS = [
