@@ -17,7 +17,6 @@ from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun
-from understudy.robots.recording.header import format_part
 from understudy.robots.recording.merge import read_team_clock
 from understudy.robots.recording.team_reader import read_team_recording
 from understudy.robots.team_network.agent_questions import AgentStatus
@@ -179,7 +178,7 @@ def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
     team = read_team_recording(merged)
     assert team is not None
     last_ns = 0
-    follower = next(each for each in ROBOTS if format_part(SQUAD, each) not in team.parts)
+    follower = next(each for each in ROBOTS if each != deputy)
     for name in (follower, deputy):
         last_ns = int(team.read_part(name).logged_ns[-1])
         why = said("why", merged, "--agent", name, "--time", (last_ns - start_ns) / 1e9, "-l", library)
