@@ -114,8 +114,8 @@ def wait_ordered(agents: AgentProcesses, leaders: Callable[[list[str]], bool]) -
     wait_until(have_gone_on, "the robots were not ordered")
 
 
-def run_recorded(folder: Path) -> str:
-    """Run a patrol, train it, kill its coordinator, and return the robot that leads since."""
+def run_recorded(folder: Path) -> tuple[str, int]:
+    """Run a patrol, train it, kill its coordinator; return the robot that leads since, and when it did (ns)."""
     with run_patrol(1000, robots=len(ROBOTS), trainer="laptop", record=folder) as agents:
         shutil.copytree(agents.file.parent, folder / "files")
         shutil.copytree(agents.file.parent.parent / "library", folder / "library")
@@ -126,13 +126,13 @@ def run_recorded(folder: Path) -> str:
         agents.running[SQUAD].wait()
         wait_ordered(agents, lambda leading: len(leading) == 1 and leading != [SQUAD])
         (deputy,) = agents.find_leaders()  # on a busy machine, the first may come too late
-    return deputy
+        return deputy, time.time_ns()
 
 
 @pytest.mark.long
 @pytest.mark.timed
 def test_a_team_is_trained_recorded_merged_and_explained(tmp_path: Path) -> None:
-    deputy = run_recorded(tmp_path)
+    deputy, led_ns = run_recorded(tmp_path)
     paths = sorted(tmp_path.glob("*.mcap"))
     assert [path.stem for path in paths] == [SQUAD, *ROBOTS]
     merged = tmp_path / "team.mcap"
@@ -143,7 +143,7 @@ def test_a_team_is_trained_recorded_merged_and_explained(tmp_path: Path) -> None
     for each in clock.members:  # in truth, all have the clock of this computer
         assert abs(each.ahead_s) <= each.error_s + 1e-3
     decide_again(merged, tmp_path / "library", tmp_path / "files" / "team.toml", deputy)
-    explain(merged, tmp_path / "library", clock.start_ns, deputy)
+    explain(merged, tmp_path / "library", clock.start_ns, deputy, led_ns)
 
 
 def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
@@ -173,14 +173,14 @@ def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
         assert () in recording.paths[0]
 
 
-def explain(merged: Path, library: Path, start_ns: int, deputy: str) -> None:
+def explain(merged: Path, library: Path, start_ns: int, deputy: str, led_ns: int) -> None:
     """A robot's order leads to the decision of the coordinator that gave it, on its own computer."""
     team = read_team_recording(merged)
     assert team is not None
     last_ns = 0
     follower = next(each for each in ROBOTS if each != deputy)
     for name in (follower, deputy):
-        last_ns = int(team.read_part(name).logged_ns[-1])
+        last_ns = max(int(each) for each in team.read_part(name).logged_ns if each <= led_ns)
         why = said("why", merged, "--agent", name, "--time", (last_ns - start_ns) / 1e9, "-l", library)
         robot, coordinator = why["agents"]
         assert (robot["agent"], robot["host"], coordinator["agent"]) == (name, name, SQUAD)
