@@ -19,9 +19,9 @@ from typing import TypeAlias
 
 from playwright.sync_api import Page, expect, sync_playwright
 from tests.browser import curriculum
-from tests.browser.conftest import NAMES, QUIET, SNAPS
 from tests.browser.foraging import GOTO, HARVEST, WAYS, Forager, on_its_way
 from tests.browser.studio import Studio
+from tests.browser.window import SNAPS, WINDOW, find_chromium, launch
 
 from understudy.training.trainee import SessionView
 
@@ -196,12 +196,12 @@ def take_from_tests(folder: Path, only: str) -> None:
 @contextmanager
 def at_the_page() -> Iterator[Page]:
     """The page of a studio with an empty library."""
-    found = next(path for name in NAMES if (path := shutil.which(name)))
+    found = find_chromium() or ""
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         studio = Studio(Path(folder) / "library")
         studio.start()
-        browser = playwright.chromium.launch(executable_path=found, args=list(QUIET))
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        browser = launch(playwright, found)
+        page = browser.new_page(viewport=WINDOW)
         page.goto(studio.address)
         yield page
         browser.close()

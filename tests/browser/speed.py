@@ -6,7 +6,6 @@ A crowd drives in circles at 30 ticks a second, with one viewer. Measured in hea
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
-from tests.browser.conftest import NAMES, QUIET
 from tests.browser.studio import READY
+from tests.browser.window import WINDOW, find_chromium, launch
 
 CROWDS = (200, 1000)
 SECONDS = 10
@@ -108,11 +107,11 @@ def main() -> None:
     """Print a table."""
     _say("robots  frames/s   drawn/s  decode+draw p95, ms   received/s   server, core")
     with sync_playwright() as playwright:
-        found = next(path for name in NAMES if (path := shutil.which(name)))
-        browser = playwright.chromium.launch(executable_path=found, args=list(QUIET))
+        found = find_chromium() or ""
+        browser = launch(playwright, found)
         for robots in CROWDS:
             with served(robots) as (address, process):
-                page = browser.new_page(viewport={"width": 1280, "height": 800})
+                page = browser.new_page(viewport=WINDOW)
                 page.add_init_script(WATCH)
                 page.goto(address)
                 page.get_by_role("toolbar", name="Direct the robot").wait_for()

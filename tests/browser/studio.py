@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import re
 import signal
@@ -9,9 +10,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TextIO
 
+import msgspec
 from playwright.sync_api import Browser, Locator, Page
+from tests.browser.shared_clock import SharedClock
+from tests.browser.studio_forks import End, Start
+from tests.browser.window import open_page
 
 READY = re.compile(r"The (?:studio is|recording is|recordings are|drive is) at (http://\S+)")
 
@@ -19,29 +27,31 @@ READY = re.compile(r"The (?:studio is|recording is|recordings are|drive is) at (
 class Studio:
     """`understudy studio` on a library."""
 
-    def __init__(self, library: Path, *what: str) -> None:
-        """`what` is a scenario, forage if left out, or options such as a robot's file."""
+    def __init__(self, library: Path, *what: str, clock: bool = False) -> None:
+        """`what` is a scenario, forage if left out, or options such as a robot's file.
+
+        With a `clock`, time passes in the world only when the test says so.
+        """
         self.library, self._what = library, what or ("forage",)
         self.address = ""
+        self.clock = SharedClock(library.with_suffix(".clock")) if clock else None
         self._port = "0"
-        self._process: subprocess.Popen[str] | None = None
+        self._process = 0
+        self._said: TextIO | None = None
 
     def start(self) -> None:
         """Start it, on the same port as before, and wait until it says where it is."""
-        command = [sys.executable, "-m", "understudy.ui.cli", "studio", *self._what, "--no-browser"]
-        options = ["--library", str(self.library), "--port", self._port]
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self._process = subprocess.Popen(
-            [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
-        )
-        assert self._process.stdout is not None
+        options = ["--no-browser", "--library", str(self.library), "--port", self._port]
+        clock = self.library.with_suffix(".clock") if self.clock else ""
+        self._process, self._said = start_forks().start(["studio", *self._what, *options], str(clock))
         said = []
-        for line in self._process.stdout:
+        for line in self._said:
             said.append(line)
             if found := READY.search(line):
                 self.address = found[1]
                 self._port = self.address.rstrip("/").rsplit(":", 1)[1]
                 return
+        self.kill()
         raise AssertionError("the studio did not start: " + "".join(said))
 
     def stop(self) -> None:
@@ -53,26 +63,80 @@ class Studio:
         self._end(signal.SIGKILL)
 
     def _end(self, how: signal.Signals) -> None:
-        if self._process is not None:
-            self._process.send_signal(how)
-            self._process.wait(20)
-            assert self._process.stdout is not None
-            self._process.stdout.close()
-            self._process = None
+        if self._said is not None:
+            ended = start_forks().end(self._process, how)
+            self._said.close()
+            self._said = None
+            assert ended >= 0, "the studio did not end"
+
+
+class StudioForks:
+    """The process whose forks are studios: it has imported everything once."""
+
+    def __init__(self) -> None:
+        self._environment = dict(os.environ)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tests.browser.studio_forks"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd=Path(__file__).parents[2],
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
+        self._hear("ready")
+
+    def start(self, arguments: list[str], clock: str) -> tuple[int, TextIO]:
+        """Start a command in the folder and environment of the test; return its process and what it prints."""
+        changed = {name: value for name, value in os.environ.items() if self._environment.get(name) != value}
+        path = [each for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each]
+        with TemporaryDirectory() as folder:
+            pipe = Path(folder) / "said"
+            os.mkfifo(pipe)
+            said = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+            process = self._ask(Start(arguments, str(pipe), str(Path.cwd()), path, changed, clock))
+        os.set_blocking(said, True)
+        return process, os.fdopen(said)
+
+    def end(self, process: int, how: signal.Signals) -> int:
+        """Send a studio a signal, and return its wait status, or -1 if it had to be killed."""
+        return self._ask(End(process, how))
+
+    def close(self) -> None:
+        """End all studios."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
+
+    def _ask(self, request: Start | End) -> int:
+        assert self._process.stdin is not None
+        self._process.stdin.write(msgspec.json.encode(request) + b"\n")
+        self._process.stdin.flush()
+        return int(self._hear(r"-?\d+"))
+
+    def _hear(self, expected: str) -> str:
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline().decode().strip()
+        assert re.fullmatch(expected, line), f"the process of studios said {line!r}"
+        return line
+
+
+@cache
+def start_forks() -> StudioForks:
+    """Start the process of studios, once; it ends with this one."""
+    made = StudioForks()
+    atexit.register(made.close)
+    return made
 
 
 @contextmanager
-def open_drive_page(chromium: Browser, library: Path, *what: str) -> Iterator[Page]:
+def open_drive_page(chromium: Browser, library: Path, *what: str, clock: bool = False) -> Iterator[Page]:
     """The page of a recording or of a drive, in a studio of its own; errors of the page fail."""
-    studio = Studio(library, *what)
+    studio = Studio(library, *what, clock=clock)
     studio.start()
-    errors: list[str] = []
     try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(studio.address)
-        yield page
-        assert not errors
+        with open_page(chromium, studio.address) as page:
+            yield page
     finally:
         studio.stop()
 

@@ -1,0 +1,153 @@
+"""Studios as forks of one process that has imported everything: `python -m tests.browser.studio_forks`.
+
+Each line on standard input starts a studio or ends one, and is answered by a line on standard output. When standard
+input ends, because whoever wrote to it is gone, all studios are killed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic, sleep
+
+import msgspec
+from tests.browser.shared_clock import SharedClock
+
+DIE_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of prctl."""
+END_S = 60.0
+"""How long a studio may take to end before it is killed."""
+
+
+class Start(msgspec.Struct, tag=True):
+    """Start a command; the answer is the number of its process."""
+
+    arguments: list[str]
+    output: str
+    """The named pipe in which what it prints is written."""
+    folder: str
+    path: list[str]
+    """Folders in which modules of the test are."""
+    environment: dict[str, str]
+    clock: str = ""
+    """The file whose time is that of the world; empty for real time."""
+
+
+class End(msgspec.Struct, tag=True):
+    """Send a studio a signal and wait until it has ended; the answer is its wait status."""
+
+    process: int
+    signal: int
+
+
+_read = msgspec.json.Decoder(Start | End).decode
+
+
+def main() -> None:
+    """Answer requests until there are no more."""
+    load_studio()
+    running: set[int] = set()
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    for line in sys.stdin.buffer:
+        match _read(line):
+            case Start() as start:
+                said = os.open(start.output, os.O_WRONLY)
+                process = os.fork()
+                if process == 0:
+                    become_studio(start, said)
+                    return
+                os.close(said)
+                running.add(process)
+                answer = process
+            case End() as end:
+                answer = end_process(end.process, end.signal)
+                running.discard(end.process)
+        sys.stdout.write(f"{answer}\n")
+        sys.stdout.flush()
+    for process in running:
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+
+
+def load_studio() -> None:
+    """Import what studios need, and load the kernels of a short lesson."""
+    from tempfile import TemporaryDirectory
+
+    import understudy.ui.cli.commands.studio_drive
+    import understudy.ui.web.drive_app
+    import understudy.ui.web.recording_app  # noqa: F401
+    from understudy.sim.catalog import find_scenario
+    from understudy.sim.kit import make_scenario_kit
+    from understudy.ui.cli.main import make_command_line
+    from understudy.ui.controller.training_plan import LessonChoices
+    from understudy.ui.web.actions import session
+    from understudy.ui.web.server import StudioServer
+    from understudy.ui.web.session_host import SessionHost
+
+    make_command_line(["studio", "--help"])
+    scenario = find_scenario("forage")
+    with TemporaryDirectory() as folder:
+        host = SessionHost(scenario, Path(folder) / "library", make_scenario_kit(scenario))
+        server = StudioServer(host)
+        choices = LessonChoices(states=["forward", "rotate_left"], features=["distance_to(station)"])
+        session.begin_automaton(host, "warm", choices, discard=False)
+        for state in ("forward", "rotate_left"):
+            host.active_trainer.press(state)
+            for _ in range(3):
+                host.step()
+        server.show()
+        host.close()
+
+
+def become_studio(start: Start, said: int) -> None:
+    """Be the process of a command from here on, which ends when the first process does."""
+    ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    for stream, file in enumerate((nothing, said, said)):
+        os.dup2(file, stream)
+    os.close(nothing)
+    os.close(said)
+    sys.stdin, sys.stdout, sys.stderr = os.fdopen(0), os.fdopen(1, "w", 1), os.fdopen(2, "w", 1)
+    os.chdir(start.folder)
+    os.environ.update(start.environment)
+    sys.path[:0] = [start.folder, *start.path]
+    sys.argv = ["understudy", *start.arguments]
+    if start.clock:
+        run_by_clock(Path(start.clock))
+    from understudy.ui.cli import run_command_line
+
+    run_command_line()
+
+
+def run_by_clock(file: Path) -> None:
+    """Let worlds run by the time in a file, which a test sets, in place of real time."""
+    from understudy.ui.cli.commands import studio_drive
+    from understudy.ui.web.session_host import SessionHost
+
+    read = SharedClock(file).read
+    for run in (SessionHost.__init__, studio_drive.make_drive_server):
+        defaults = run.__kwdefaults__
+        assert "wall" in defaults
+        defaults["wall"] = read
+
+
+def end_process(process: int, how: int) -> int:
+    """Send a child a signal, wait until it has ended, and return its status; kill it if it does not end."""
+    os.kill(process, how)
+    until = monotonic() + END_S
+    while (ended := os.waitpid(process, os.WNOHANG))[0] == 0:
+        if monotonic() > until:
+            os.kill(process, signal.SIGKILL)
+            os.waitpid(process, 0)
+            return -1
+        sleep(0.005)
+    return ended[1]
+
+
+if __name__ == "__main__":
+    main()

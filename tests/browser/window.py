@@ -1,0 +1,82 @@
+"""Chromium and its windows: one browser for all tests of a worker, and for each page a context of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from playwright.sync_api import Browser, Page, Playwright, ViewportSize, expect
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+SNAPS = "UNDERSTUDY_SNAPS"
+"""The variable that names a folder for what pages looked like."""
+QUIET = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+WINDOW: ViewportSize = {"width": 1280, "height": 800}
+"""The window of a person at a desk."""
+PATIENCE_MS = 60_000
+"""How long a test waits for a state before it fails: a bound for busy machines, never what is tested."""
+COARSE = 0.5
+"""Pixels of the screen for each of the layout's, where nobody looks at the picture: a quarter of the work."""
+FRAME_MS = 100
+SLOW_SCREEN = f"""
+window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), {FRAME_MS});
+window.cancelAnimationFrame = clearTimeout;
+"""
+"""A screen that shows ten frames a second: drawn by the processor, they are the largest cost of these tests."""
+
+
+def find_chromium() -> str | None:
+    """Find the system's Chromium."""
+    return next((path for name in NAMES if (path := shutil.which(name))), None)
+
+
+def launch(playwright: Playwright, path: str) -> Browser:
+    """Start Chromium."""
+    expect.set_options(timeout=PATIENCE_MS)
+    return playwright.chromium.launch(executable_path=path, args=list(QUIET))
+
+
+@contextmanager
+def open_page(
+    chromium: Browser,
+    address: str,
+    *,
+    fine: bool = False,
+    ready: Callable[[Page], object] = lambda page: None,
+    **options: Any,
+) -> Iterator[Page]:
+    """Open a page as another person; its errors, and requests to elsewhere, fail the test.
+
+    Pages are drawn coarsely, but not for a test that looks at pixels (`fine`), and seldom, unless pictures are kept.
+    `options` are those of the context.
+    """
+    errors: list[str] = []
+    if not (fine or SNAPS in os.environ):
+        options.setdefault("device_scale_factor", COARSE)
+    options.setdefault("viewport", WINDOW)
+    options.setdefault("reduced_motion", "reduce")
+    context = chromium.new_context(**options)
+    context.set_default_timeout(PATIENCE_MS)
+    if SNAPS not in os.environ:
+        context.add_init_script(SLOW_SCREEN)
+    page = context.new_page()
+
+    def check(url: str) -> None:
+        if not url.startswith((address, address.replace("http", "ws"), "data:", "blob:")):
+            errors.append(f"the page asks for {url}")
+
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda request: check(request.url))
+    try:
+        page.goto(address)
+        ready(page)
+        yield page
+    finally:
+        context.close()
+    assert not errors, errors
