@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -61,13 +62,14 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     made.stop()
 
 
-def show_studio(page: Page) -> None:
-    """Wait until the page of the studio is there."""
-    page.get_by_role("heading", name="Understudy").wait_for()
-
-
 @pytest.fixture
-def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[[], Page]]:
-    """Open the page of the studio, each time as another person."""
+def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[..., Page]]:
+    """Open the page of the studio, each time as another person; with the options of `open_page`."""
     with ExitStack() as pages:
-        yield lambda: pages.enter_context(open_page(chromium, studio.address, ready=show_studio))
+
+        def opened(**options: Any) -> Page:
+            page = pages.enter_context(open_page(chromium, studio.address, **options))
+            page.get_by_role("heading", name="Understudy").wait_for()
+            return page
+
+        yield opened

@@ -40,7 +40,7 @@ def show_harvest(person: Forager) -> None:
 def teach_deposit(person: Forager) -> None:
     """With what it has just harvested; and that it goes back where it was put away from the station."""
     person.begin(DEPOSIT)
-    person.page.wait_for_timeout(250)
+    person.look_again()
     assert person.screen().features["food_stored"] > 2, person.screen()
     person.show(DEPOSIT, until=lambda view: 0 < view.features["food_stored"] < CAPACITY - 1)
     person.put_aside()

@@ -16,6 +16,7 @@ from time import monotonic
 from playwright.sync_api import Page, expect
 from tests.browser.glance import glance
 from tests.browser.hand import drag_robot, turn_robot
+from tests.browser.shared_clock import SharedClock
 from tests.browser.teacher import Teacher
 
 from understudy.model.plain_names import format_names as plain
@@ -31,6 +32,8 @@ REACTION_S = 0.12
 """How long they still think about a press; that they see and press late comes by itself."""
 FIRST_FRESH = 100
 """Robots are tried in worlds from here on, and shown things in those before."""
+LOOK_S = 0.05
+"""How much time passes between two looks."""
 PATIENCE_S, MOST_HELP = 30.0, 8
 ASIDE_PX, AWAY = 120, 0.95
 GOES_TO = {"harvest": "nearest_food", "deposit": "station"}
@@ -80,10 +83,12 @@ FORAGE = About(
 class Forager(Teacher):
     """One page, and a person who teaches there."""
 
-    def __init__(self, page: Page, *, said: Callable[[str], None] = lambda what: None) -> None:
-        super().__init__(page)
+    def __init__(
+        self, page: Page, clock: SharedClock | None = None, *, said: Callable[[str], None] = lambda what: None
+    ) -> None:
+        super().__init__(page, clock)
         self._fresh, self._said = count(FIRST_FRESH), said
-        self.corrections, self._helped, self._times = 0, 0, 1
+        self.corrections, self._helped = 0, 0
 
     # What they see
 
@@ -168,7 +173,7 @@ class Forager(Teacher):
         expect(field).to_have_value(str(seed))
         if target is not None:
             self.stand_for(target)
-        self.page.wait_for_timeout(250)
+        self.let_pass(LOOK_S)
 
     def stand_for(self, target: str) -> None:
         """Let A stand for something."""
@@ -177,12 +182,12 @@ class Forager(Teacher):
             self.actions += 1
             choice.select_option(target)
             expect(choice).to_have_value(target)
-            self.page.wait_for_timeout(250)
+            self.let_pass(LOOK_S)
 
-    def speed(self, times: int) -> None:
-        """How fast time goes."""
-        if times != self._times:
-            self._times = times
+    def go(self, times: int) -> None:
+        """Choose how fast time goes."""
+        if times != self.speed:
+            self.speed = times
             choice = self.page.get_by_role("combobox", name="Speed")
             self.actions += 1
             choice.select_option(str(times))
@@ -192,7 +197,7 @@ class Forager(Teacher):
         """The automaton from its start state, the robot where it is."""
         self.click("Restart automaton")
         expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
-        self.page.wait_for_timeout(250)
+        self.let_pass(LOOK_S)
 
     def test(self) -> None:
         """Let it decide by itself."""
@@ -208,7 +213,7 @@ class Forager(Teacher):
         topic = about.topic
 
         def wish(view: SessionView) -> str | None:
-            self.speed(about.drives if view.state == "goto" else about.shows)
+            self.go(about.drives if view.state == "goto" else about.shows)
             return topic.show(view)
 
         until = until or topic.finished
@@ -218,7 +223,7 @@ class Forager(Teacher):
     def try_out(self, about: About) -> TryResult:
         """Let it show what it learned, and correct the first thing that looks wrong."""
         topic = about.topic
-        self.speed(about.tries)
+        self.go(about.tries)
         self.test()
         return self.watch(
             topic.complain, until=topic.finished, limit_s=topic.limit_s, patience_s=PATIENCE_S, corrects=True
@@ -230,7 +235,6 @@ class Forager(Teacher):
         So nothing is recorded that they only did not prevent in time.
         """
         with self.standing_still():
-            self.page.wait_for_timeout(200)
             view = self.screen()
             wished = wish(view)
             wrong = wished is not None and wished != view.state
@@ -256,8 +260,8 @@ class Forager(Teacher):
                 if view.waiting is None and until(view):
                     return TryResult.ENOUGH
             elif hand is None or hand[0] != wished:
-                hand = wished, monotonic() + REACTION_S
-            elif monotonic() >= hand[1]:
+                hand = wished, self._now_s + REACTION_S
+            elif self._now_s >= hand[1]:
                 hand = None
                 if not corrects:
                     self.direct(wished)
@@ -267,17 +271,29 @@ class Forager(Teacher):
                 path, changed = view.path, view.time_s
             if view.time_s - changed > patience_s:
                 return TryResult.LOST
-            self.page.wait_for_timeout(20)
+            self.look_again()
         return TryResult.LOST
+
+    @property
+    def _now_s(self) -> float:
+        """The person's time, s."""
+        return monotonic() if self.clock is None else self.clock.read()
+
+    def look_again(self) -> None:
+        """Let a little time pass until the next look."""
+        if self.clock is None:
+            self.page.wait_for_timeout(20)
+        else:
+            self.let_pass(max(LOOK_S, 0.1 / self.speed))
 
     def let_alone(self, *, limit_s: float) -> None:
         """Hands off, as fast as it goes, until all food is home."""
-        self.speed(16)
+        self.go(16)
         self.test()
         actions = self.actions
         while (food := self.food)[0] < food[1]:
             assert self.screen().time_s < limit_s, f"{food[0]} of {food[1]} at home: {self.screen()}"
-            self.page.wait_for_timeout(100)
+            self.let_pass(0.2)
         assert self.actions == actions
 
     # Teaching
@@ -357,9 +373,10 @@ class Forager(Teacher):
         with self.standing_still():
             heading = 0.0
             for _ in range(2):  # the first shows where A is
+                before = self.screen().features["angle_to(A)"]
                 turn_robot(self.page, heading)
                 self.actions += 1
-                self.page.wait_for_timeout(250)
+                self.wait_until(lambda: self.screen().features["angle_to(A)"] != before)  # noqa: B023
                 heading += self.screen().features["angle_to(A)"] - side * AWAY
 
     def way(self, number: int) -> None:

@@ -56,6 +56,22 @@ def find_robot(page: Page) -> tuple[float, float]:
     return x, y
 
 
+STILL = """async () => {
+  const drawn = () => document.querySelector("canvas").toDataURL();
+  const frame = () => new Promise(requestAnimationFrame);
+  for (let before = ""; before !== drawn(); ) {
+    before = drawn();
+    await frame();
+    await frame();
+  }
+}"""
+
+
+def wait_for_still_picture(page: Page) -> None:
+    """Wait until the world is drawn as it was two frames before: the view has come to where it goes."""
+    page.evaluate(STILL)
+
+
 def drag_finger(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
     """Put a finger on the screen, move it in ten steps, and lift it."""
     touch = page.context.new_cdp_session(page)
@@ -63,6 +79,5 @@ def drag_finger(page: Page, start: tuple[float, float], end: tuple[float, float]
         x, y = (first + (last - first) * step / 10 for first, last in zip(start, end, strict=True))
         kind = "touchMove" if step else "touchStart"
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
-        page.wait_for_timeout(30)
     touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     touch.detach()

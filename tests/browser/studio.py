@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TextIO
+from typing import Any, TextIO
 
 import msgspec
 from playwright.sync_api import Browser, Locator, Page
@@ -130,12 +130,12 @@ def start_forks() -> StudioForks:
 
 
 @contextmanager
-def open_drive_page(chromium: Browser, library: Path, *what: str, clock: bool = False) -> Iterator[Page]:
-    """The page of a recording or of a drive, in a studio of its own; errors of the page fail."""
-    studio = Studio(library, *what, clock=clock)
+def open_studio(chromium: Browser, library: Path, *what: str, **options: Any) -> Iterator[Page]:
+    """Open the page of a studio of its own; `options` are those of the page."""
+    studio = Studio(library, *what)
     studio.start()
     try:
-        with open_page(chromium, studio.address) as page:
+        with open_page(chromium, studio.address, **options) as page:
             yield page
     finally:
         studio.stop()

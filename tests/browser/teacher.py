@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from time import monotonic
 
 from playwright.sync_api import Locator, Page, expect
+from tests.browser.shared_clock import SharedClock
+from tests.browser.window import wait_until
 
 KEYS = {"forward": "ArrowUp", "rotate_left": "ArrowLeft", "rotate_right": "ArrowRight", "done": "4"}
 DISTANCE = re.compile(r"distance to A\s*([\d.]+) m")
 ANGLE = re.compile(r"angle to A\s*(−?\d+)°")
-NEAR_M = 0.35
+
+
+SHOWN_S = 0.15
+"""How far what is shown may lag behind the world: a tick, and what it is rounded by."""
 
 
 class Teacher:
     """One page, and what is pressed there."""
 
-    def __init__(self, page: Page, *, turns_deg: float = 3.0, drives_deg: float = 9.0) -> None:
-        """How far off A may be when it stops turning, and before it stops driving."""
-        self.page, self._turns_deg, self._drives_deg = page, turns_deg, drives_deg
+    def __init__(self, page: Page, clock: SharedClock | None = None) -> None:
+        """`clock` is that of the studio, if the test moves it: then time passes while it waits for that only."""
+        self.page, self.clock, self.speed = page, clock, 1.0
         self.actions = 0
         """How often something was pressed or clicked."""
 
@@ -58,36 +62,32 @@ class Teacher:
         assert angle, text
         return float(distance[1]), float(angle[1].replace("−", "-"))
 
-    def wish(self, reading: tuple[float, float], now: str) -> str:
-        """What is right at a distance and an angle to A, while it does something."""
-        distance, angle = reading
-        if distance < NEAR_M:
-            return "done"
-        if abs(angle) > (self._drives_deg if now == "forward" else self._turns_deg):
-            return "rotate_left" if angle > 0 else "rotate_right"
-        return "forward"
-
-    def show_the_way(self, *, seconds: float = 60.0) -> None:
-        """Direct the robot to A with keys, until it is done."""
-        until = monotonic() + seconds
-        now = ""
-        while monotonic() < until:
-            wish = self.wish(self.reading(), now)
-            if wish != now:
-                self.press(KEYS[wish])
-                now = wish
-            if now == "done":
-                self.page.wait_for_timeout(300)
-                return
-            self.page.wait_for_timeout(20)
-        raise AssertionError(f"not there within {seconds} s")
-
-    def wait_until(self, is_so: Callable[[], bool], *, seconds: float = 10.0) -> None:
+    def wait_until(self, is_so: Callable[[], object]) -> None:
         """Wait until something is so, as a page on a busy machine shows it late."""
-        until = monotonic() + seconds
-        while not is_so():
-            assert monotonic() < until, f"not so within {seconds} s"
-            self.page.wait_for_timeout(20)
+        wait_until(self.page, is_so)
+
+    def let_pass(self, seconds: float) -> None:
+        """Wait until so much more time has passed in the world, or it is paused.
+
+        By a clock of the test so much time passes for the person, and accordingly more in a world that goes faster.
+        """
+        before = self.clock_s
+        if self.clock is None:
+            self.wait_until(lambda: self.clock_s >= before + seconds)
+            return
+        self.clock.advance(seconds)
+        shown = before + seconds * self.speed - SHOWN_S
+        self.wait_until(lambda: self.clock_s >= shown or not self.runs)
+
+    @property
+    def runs(self) -> bool:
+        """Whether time goes on in the world."""
+        return self.page.get_by_role("button", name="Pause", exact=True).is_visible()
+
+    def pause(self) -> None:
+        """Let time stand still."""
+        self.click("Pause")
+        expect(self.page.get_by_role("button", name="Resume", exact=True)).to_be_visible()
 
     def press_until_shown(self, key: str) -> None:
         """Press a key that adds an example, and wait until the page counts it."""
@@ -111,8 +111,10 @@ class Teacher:
 
     def new_world(self) -> None:
         """Another world."""
+        seed = self.page.get_by_label("seed")
+        before = seed.input_value()
         self.click("New world")
-        self.page.wait_for_timeout(200)
+        expect(seed).not_to_have_value(before)
 
     @property
     def clock_s(self) -> float:

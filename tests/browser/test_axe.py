@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.browser.studio import Studio
+from tests.browser.studio import Studio, open_studio
 from tests.browser.teacher import DISTANCE, Teacher
 
 from understudy.sim.catalog import find_scenario
@@ -47,7 +47,7 @@ def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def findings(page: Page, axe: str) -> list[str]:
     """What axe-core finds wrong, where it is serious; motion is waited for."""
-    page.wait_for_timeout(300)
+    page.wait_for_function("document.getAnimations().every((each) => each.playState === 'finished')")
     page.evaluate(axe)
     found: dict[str, Any] = page.evaluate("axe.run()")
     return [
@@ -80,8 +80,7 @@ def test_nothing_is_in_the_way_of_anybody(
     expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
     look("begun")
     for key in ("ArrowLeft", "ArrowUp", "ArrowRight"):
-        teacher.press(key)
-        page.wait_for_timeout(300)
+        teacher.press_until_shown(key)
     look("training")
     page.get_by_role("tab", name=re.compile("Lesson")).click()
     look("lesson")
@@ -118,7 +117,7 @@ def test_nothing_is_in_the_way_of_anybody(
     expect(page.get_by_role("region", name="Tested")).to_be_visible()
     look("tested")
     teacher.click("Try in 100 worlds")
-    expect(page.get_by_role("region", name="How often it succeeded")).to_be_visible(timeout=60_000)
+    expect(page.get_by_role("region", name="How often it succeeded")).to_be_visible()
     look("tried")
     teacher.click("Save")
     page.get_by_role("tab", name=re.compile("Library")).click()
@@ -132,11 +131,7 @@ def test_nothing_is_in_the_way_of_anybody(
 def test_driving_is_in_nobodys_way(
     chromium: Browser, tmp_path: Path, axe: str, scheme: Literal["light", "dark"]
 ) -> None:
-    studio = Studio(tmp_path / "library", "forage", "--drive")
-    studio.start()
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
-        page.goto(studio.address)
+    with open_studio(chromium, tmp_path / "library", "forage", "--drive", color_scheme=scheme) as page:
         page.locator(".stick").wait_for()
         wrong = {"opened": findings(page, axe)}
         page.keyboard.press("Space")
@@ -148,9 +143,6 @@ def test_driving_is_in_nobodys_way(
         expect(page.get_by_text("of all ticks")).to_be_visible()
         wrong["learned"] = findings(page, axe)
         assert not {name: each for name, each in wrong.items() if each}
-        page.close()
-    finally:
-        studio.stop()
 
 
 def nests(teacher: Teacher) -> None:
@@ -180,7 +172,6 @@ def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], stu
     for key, state in (("ArrowUp", "forward"), ("ArrowRight", "rotate_right"), ("4", "done")):
         page.keyboard.press(key)
         expect(teacher.directing(state)).to_have_attribute("aria-pressed", "true")
-        page.wait_for_timeout(300)
     tab_to(page, "New world")
     page.keyboard.press("Enter")
     page.keyboard.press("t")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import find_strip, list_labels, open_drive_page
+from tests.browser.studio import find_strip, list_labels, open_studio
+from tests.browser.window import wait_until
 
 Snap = Callable[[Page, str], None]
 
@@ -15,7 +17,7 @@ Snap = Callable[[Page, str], None]
 @pytest.fixture
 def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
     options = "--seed", "3", "--features", "distance_to(nearest_food),angle_to(nearest_food)"
-    with open_drive_page(chromium, tmp_path / "library", "forage", "--drive", *options) as page:
+    with open_studio(chromium, tmp_path / "library", "forage", "--drive", *options) as page:
         stick(page).wait_for()
         yield page
 
@@ -38,6 +40,17 @@ def lean(page: Page, right: float, up: float) -> None:
     )
 
 
+def driven_s(page: Page) -> int:
+    """How long was driven, as the page says, s."""
+    return int(page.get_by_text(re.compile(r"^\d+ s$")).inner_text().split()[0])
+
+
+def hold_for(page: Page, seconds: float) -> None:
+    """Hold the stick where it is until so much more was driven, to the second in which the page says it."""
+    until = driven_s(page) + round(seconds)
+    wait_until(page, lambda: driven_s(page) >= until)
+
+
 def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Snap) -> None:
     """To the food, 3.5 m away and 164 degrees to the left, at 0.5 m/s and 69 degrees a second; then toward home."""
     expect(page.get_by_text("Drive the robot, and it learns from how you drive.")).to_be_visible()
@@ -46,35 +59,34 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     page.mouse.down()
     lean(page, -0.9, 0)
     span = find_strip(page).locator(".span")
-    page.wait_for_timeout(1000)
-    expect(span.first).to_have_attribute("data-label", "rotate_left", timeout=10_000)  # while it is held
-    page.wait_for_timeout(1250)
+    hold_for(page, 2.25)
+    expect(span.first).to_have_attribute("data-label", "rotate_left")  # while it is held
     lean(page, 0, 0.9)
-    page.wait_for_timeout(6500)
+    hold_for(page, 6.5)
     page.keyboard.down("a")
     lean(page, 0, 0)
-    page.wait_for_timeout(3000)
+    hold_for(page, 2.0)
     page.keyboard.up("a")
     lean(page, -0.9, 0)
-    page.wait_for_timeout(1100)
+    hold_for(page, 1.1)
     lean(page, 0, 0.9)
-    page.wait_for_timeout(2800)
+    hold_for(page, 2.0)
     expect(span.last).to_have_attribute("data-label", "forward")
     snap(page, "driving-under-way")
     page.mouse.up()
     page.get_by_role("button", name="Pause").click()
     pane = page.get_by_role("complementary")
     learn = pane.get_by_role("button", name="Learn from these labels")
-    expect(learn).to_be_enabled(timeout=10_000)
+    expect(learn).to_be_enabled()
     told = labels(page)
     assert told == ["rotate_left", "forward", "load_food", "rotate_left", "forward"], told
     learn.click()
-    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    expect(pane.get_by_text("of all ticks")).to_be_visible()
     snap(page, "driving-learned")
 
     page.get_by_role("button", name="Let it drive").click()
     expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
-    expect(page.get_by_text("By itself: forward")).to_be_visible(timeout=10_000)
+    expect(page.get_by_text("By itself: forward")).to_be_visible()
     expect(page.get_by_role("button", name="New world")).to_be_disabled()
     snap(page, "driving-by-itself")
     page.emulate_media(color_scheme="dark")
@@ -94,18 +106,18 @@ def test_driven_with_the_keyboard(page: Page) -> None:
     page.keyboard.press("Space")
     expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
     page.keyboard.down("ArrowUp")
-    page.wait_for_timeout(1500)
+    hold_for(page, 1.5)
     page.keyboard.down("ArrowRight")  # both: ahead and to the right
     page.keyboard.up("ArrowUp")
-    page.wait_for_timeout(1200)
+    hold_for(page, 1.2)
     page.keyboard.up("ArrowRight")
     page.keyboard.down("a")
     expect(page.get_by_role("button", name="load food").first).to_have_attribute("aria-pressed", "true")
-    page.wait_for_timeout(1000)
+    hold_for(page, 1.0)
     page.keyboard.press("Space")
     page.keyboard.up("a")
     expect(page.get_by_role("button", name="Drive")).to_be_visible()
-    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
     told = labels(page)
     assert told == ["forward", "rotate_right", "load_food"], told
     page.keyboard.press("ArrowRight")  # a key of the review again
@@ -122,34 +134,33 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     """Start begins and pauses, the left stick drives, and X, the second button, unloads."""
     page.evaluate(PAD)
 
-    def push(button: int) -> None:
+    def push(button: int, then: str) -> None:
         page.evaluate(f"window.pad.buttons[{button}].pressed = true")
-        page.wait_for_timeout(200)
+        expect(page.get_by_role("button", name=then, exact=True)).to_be_visible()
         page.evaluate(f"window.pad.buttons[{button}].pressed = false")
 
     expect(page.get_by_text("or the left stick of the gamepad after a press of Start")).to_be_visible()
-    push(9)
-    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    push(9, "Pause")
     page.evaluate("window.pad.axes = [0.02, -0.9]")
-    page.wait_for_timeout(1500)
+    hold_for(page, 1.5)
     page.evaluate("window.pad.axes = [-0.95, 0.05]")
-    page.wait_for_timeout(1200)
+    hold_for(page, 1.2)
     page.evaluate("window.pad.axes = [0.03, 0.03]; window.pad.buttons[2].pressed = true")
-    page.wait_for_timeout(1000)
-    push(9)
+    hold_for(page, 1.0)
+    push(9, "Drive")
     page.evaluate("window.pad.buttons[2].pressed = false")
-    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
     told = labels(page)
     assert told == ["forward", "rotate_left", "unload_food"], told
 
     page.get_by_role("button", name="New world").click()
     expect(page.get_by_text("seed 4")).to_be_visible()
-    push(9)
+    push(9, "Pause")
     page.evaluate("window.pad.axes = [0, -1]")
-    page.wait_for_timeout(1500)
-    push(9)
+    hold_for(page, 1.5)
+    push(9, "Drive")
     expect(page.locator(".strip .gap")).to_have_count(1)  # another episode of the same drive
-    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled(timeout=10_000)
+    expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
     assert labels(page) == [*told, "forward"]
     snap(page, "driving-two-worlds")
 
@@ -160,7 +171,7 @@ def test_the_robot_rests_when_the_page_is_left(page: Page) -> None:
     page.keyboard.down("ArrowUp")
     expect(find_strip(page).locator(".span")).not_to_have_count(0)
     page.evaluate("dispatchEvent(new Event('blur'))")
-    expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible(timeout=2000)
+    expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
 
 
 def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
@@ -184,19 +195,19 @@ def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None
     page.keyboard.press("Space")
     for key in ("ArrowUp", "ArrowLeft"):
         page.keyboard.down(key)
-        page.wait_for_timeout(1500)
+        hold_for(page, 1.5)
         page.keyboard.up(key)
     page.keyboard.press("Space")
     pane = page.get_by_role("complementary")
     by_itself = page.get_by_role("button", name="Let it drive")
     learn = pane.get_by_role("button", name="Learn from these labels")
-    expect(learn).to_be_enabled(timeout=10_000)
+    expect(learn).to_be_enabled()
     expect(by_itself).to_be_disabled()
     learn.click()
-    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    expect(pane.get_by_text("of all ticks")).to_be_visible()
     by_itself.click()
     expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
-    page.wait_for_timeout(1000)
+    expect(page.get_by_text("By itself: ")).to_be_visible()
     expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
     before = labels(page)
 
@@ -206,9 +217,9 @@ def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None
     page.set_viewport_size({"width": 1280, "height": 800})
     page.keyboard.down("ArrowRight")
     expect(page.get_by_text("Move the stick to take over.")).to_have_count(0)
-    page.wait_for_timeout(1500)
+    hold_for(page, 1.5)
     page.keyboard.up("ArrowRight")
     page.keyboard.press("Space")
-    expect(learn).to_be_enabled(timeout=10_000)
+    expect(learn).to_be_enabled()
     assert labels(page) == [*before, "rotate_right"]
     expect(page.locator(".strip .gap")).to_have_count(1)  # another episode

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import Studio
+from tests.browser.studio import open_studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_review import tab
 from tests.falsification.team_kept import keep_team
@@ -31,11 +31,7 @@ def row(page: Page, name: str) -> Locator:
 
 def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: Browser, snap: Snap) -> None:
     library = make_failures(tmp_path)
-    studio = Studio(library, "forage", "--failures", str(tmp_path / "failures"))
-    studio.start()
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(studio.address)
+    with open_studio(chromium, library, "forage", "--failures", str(tmp_path / "failures")) as page:
         tab(page, "Coach")
         snap(page, "failures-before")
         expect(row(page, "forage-2")).to_contain_text("no more progress")
@@ -48,9 +44,10 @@ def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: 
         expect(page.get_by_text("Paused in forage-2")).to_be_visible()
         snap(page, "failures-opened")
         page.keyboard.press("Space")  # it goes wrong again: it stands
-        page.wait_for_timeout(500)
+        expect(page.get_by_role("button", name="Pause")).to_be_visible()
+        teacher.let_pass(0.5)
         teacher.directing("left").click()
-        expect(row(page, "forage-1").get_by_role("img", name="Passes now")).to_be_visible(timeout=20_000)
+        expect(row(page, "forage-1").get_by_role("img", name="Passes now")).to_be_visible()
         expect(row(page, "forage-2").get_by_role("img", name="Passes now")).to_be_visible()
         expect(row(page, "forage-4").get_by_role("img", name="Still fails")).to_be_visible()
         snap(page, "failures-corrected")
@@ -60,8 +57,6 @@ def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: 
         page.get_by_role("button", name="Save", exact=True).click()
         expect(page.get_by_text("goto is saved")).to_be_visible()
         snap(page, "failures-saved")
-    finally:
-        studio.stop()
 
 
 def test_a_failure_of_a_team_opens_its_coordinator(tmp_path: Path, chromium: Browser, snap: Snap) -> None:
@@ -70,20 +65,13 @@ def test_a_failure_of_a_team_opens_its_coordinator(tmp_path: Path, chromium: Bro
     (library / "properties.toml").write_text(HEAD + PROPERTY)
     options = ("--property", "keeps_away", "--worlds", 6, "--limit", 60, "-o", tmp_path / "failures")
     assert run("falsify", library, "lead", *options).exit_code == 1
-    studio = Studio(library, "patrol", "--failures", str(tmp_path / "failures"))
-    studio.start()
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(studio.address)
+    with open_studio(chromium, library, "patrol", "--failures", str(tmp_path / "failures")) as page:
         tab(page, "Coach")
         part(page).get_by_role("button", name="Open failing world lead-1").click()
-        expect(page.get_by_text("Paused in ")).to_be_visible(timeout=20_000)
+        expect(page.get_by_text("Paused in ")).to_be_visible()
         expect(page.get_by_role("heading", name="lead").or_(page.get_by_text("lead").first)).to_be_visible()
         snap(page, "failures-of-a-team")
         page.keyboard.press("Space")  # the team goes on, led by what was learned
-        page.wait_for_timeout(500)
         expect(page.get_by_text("Paused in ")).to_have_count(0)
         part(page).get_by_role("button", name="back to patrol").click()
         expect(part(page).get_by_role("button", name="back to patrol")).to_have_count(0)
-    finally:
-        studio.stop()

@@ -125,12 +125,12 @@ def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
     """On every tab and in the form, in the rules and in what is said of a press."""
     page = teacher.page
     teacher.press("ArrowLeft")
-    page.wait_for_timeout(500)
+    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
     teacher.press("ArrowUp")
     expect(page.get_by_text("turn left → forward").first).to_be_visible()
     for tab in ("Automaton", "Lesson", "Coach", "Library"):
         page.get_by_role("tab", name=tab).click()
-        page.wait_for_timeout(300)
+        expect(page.get_by_role("tab", name=tab, selected=True)).to_be_visible()
         seen = page.evaluate(
             "document.body.innerText.replace(document.querySelector('.folder')?.innerText, '')"
         )

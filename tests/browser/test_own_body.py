@@ -79,9 +79,9 @@ def begin(page: Page, *, states: list[str], features: list[str]) -> Teacher:
 
 
 def test_an_environment_is_drawn_and_taught(
-    visit: Callable[[], Page], snap: Callable[[Page, str], None]
+    visit: Callable[..., Page], snap: Callable[[Page, str], None]
 ) -> None:
-    page = visit()
+    page = visit(fine=True)
     page.wait_for_function(f"({BROWN})() > 50")
     snap(page, "own_body_welcome")
     page.get_by_label("Speed").select_option(label="0.25×")

@@ -31,7 +31,7 @@ def teacher(visit: Visit) -> Teacher:
 def test_a_correction_and_back(teacher: Teacher) -> None:
     """A press in testing is a correction, and undo takes back what it showed."""
     teacher.press("ArrowLeft")
-    teacher.page.wait_for_timeout(400)
+    teacher.wait_until(lambda: teacher.examples == 2)
     teacher.press("t")
     expect(
         teacher.page.get_by_role("group", name="Mode").get_by_role("button", name="Try")
@@ -144,23 +144,24 @@ def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio,
     expect(teacher.page.get_by_text(re.compile("[Cc]onnection|lost|gone"))).not_to_have_count(0)
     snap(teacher.page, "connection-lost")
     studio.start()
-    teacher.page.wait_for_timeout(3_000)
-    teacher.page.get_by_role("button", name=re.compile("goto")).first.click()
-    expect(teacher.directing("forward")).to_be_visible(timeout=15_000)
+    teacher.page.get_by_role("button", name="Resume goto").first.click()
+    expect(teacher.directing("forward")).to_be_visible()
     teacher.wait_until(lambda: teacher.examples == before)
 
 
 def test_back_on_the_timeline(teacher: Teacher) -> None:
     """The robot is back where it was, the lesson stays, and it goes on from there."""
     teacher.press("ArrowUp")
-    teacher.page.wait_for_timeout(3_000)
-    teacher.press("Space")
+    expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
+    teacher.let_pass(1.0)
+    teacher.pause()
     far, before = teacher.reading(), teacher.examples
     line = teacher.page.get_by_role("slider", name="Rewind")
     line.focus()
     for _ in range(3):
+        now = teacher.clock_s
         line.press("ArrowLeft")
-        teacher.page.wait_for_timeout(250)
+        teacher.wait_until(lambda now=now: teacher.clock_s < now)  # type: ignore[misc]
     teacher.wait_for_change(far)
     near = teacher.reading()
     assert teacher.examples == before

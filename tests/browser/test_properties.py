@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import Studio
+from tests.browser.studio import open_studio
 from tests.browser.test_review import tab
 from tests.falsification.idle_lesson import make_idle_library
 
@@ -41,14 +41,10 @@ def test_a_property_is_written_refused_tested_changed_and_deleted(
         save_automaton(library, taught)
     file = library / "properties.toml"
     file.write_text(OURS)
-    studio = Studio(library, "forage", "--failures", str(tmp_path / "failures"))
-    studio.start()
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(studio.address)
+    with open_studio(chromium, library, "forage", "--failures", str(tmp_path / "failures")) as page:
         tab(page, "Coach")
         part(page).get_by_role("button", name="Test all").click()
-        expect(part(page).get_by_role("img", name="Holds")).to_be_visible(timeout=20_000)
+        expect(part(page).get_by_role("img", name="Holds")).to_be_visible()
 
         part(page).get_by_role("button", name="+ property").click()
         form = page.get_by_role("form", name="New property")
@@ -69,7 +65,7 @@ def test_a_property_is_written_refused_tested_changed_and_deleted(
         form.get_by_label("Reached").fill("distance_to(station) is below 1 m")
         form.get_by_role("button", name="Save and test").click()
         expect(form).to_have_count(0)
-        expect(part(page).get_by_role("img", name="Fails")).to_be_visible(timeout=20_000)
+        expect(part(page).get_by_role("img", name="Fails")).to_be_visible()
         expect(part(page)).to_contain_text("worlds failed")
         snap(page, "properties-tested")
         assert file.read_text().startswith(OURS)
@@ -90,5 +86,3 @@ def test_a_property_is_written_refused_tested_changed_and_deleted(
         page.get_by_role("button", name="undo").click()
         expect(part(page)).to_contain_text("arrives")
         snap(page, "properties-undone")
-    finally:
-        studio.stop()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.browser.studio import find_strip, list_labels, open_drive_page
+from tests.browser.studio import find_strip, list_labels, open_studio
 from tests.segmentation.driven import ANNA, FAR
 from tests.segmentation.driven import MAP as DRIVEN_MAP
 
@@ -60,7 +60,7 @@ def write_drive(folder: Path) -> Path:
 def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
     recording = write_drive(tmp_path)
     options = "--map", str(tmp_path / "map.toml"), "--features", "range(ball)"
-    with open_drive_page(chromium, tmp_path / "library", "--recording", str(recording), *options) as page:
+    with open_studio(chromium, tmp_path / "library", "--recording", str(recording), *options) as page:
         find_strip(page).wait_for()
         yield page
 
@@ -109,7 +109,7 @@ def test_reviewed_learned_and_saved(page: Page, tmp_path: Path, snap: Snap) -> N
     page.keyboard.press("Control+z")
 
     pane.get_by_role("button", name="Learn from these labels").click()
-    expect(pane.get_by_text("of all ticks")).to_be_visible(timeout=30_000)
+    expect(pane.get_by_text("of all ticks")).to_be_visible()
     expect(pane.get_by_text("range (ball) is below 1.")).to_be_visible()
     snap(page, "recording-learned")
     page.get_by_role("button", name="Zoom in").click()
@@ -168,7 +168,7 @@ def drivers_page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
     recordings = [ANNA.write(tmp_path / "anna.csv"), FAR.write(tmp_path / "ben.csv")]
     options = [part for each in recordings for part in ("--recording", str(each))]
     options += ["--map", str(tmp_path / "map.toml"), "--features", "range(ball)"]
-    with open_drive_page(chromium, tmp_path / "library", *options) as page:
+    with open_studio(chromium, tmp_path / "library", *options) as page:
         find_strip(page).wait_for()
         yield page
 
@@ -180,7 +180,7 @@ def test_contradictions_between_drivers_are_settled(drivers_page: Page, tmp_path
     pane.get_by_role("button", name="Learn from these labels").click()
     found = pane.get_by_role("region", name="Contradictions")
     row = found.get_by_role("listitem").filter(has_text="anna stays in forward")
-    expect(row).to_be_visible(timeout=30_000)
+    expect(row).to_be_visible()
     expect(found.get_by_text("to settle: who is right?")).to_be_visible()
     row.get_by_role("button", name="ben switches from forward to back").click()
     expect(find_strip(page).locator(".selected")).to_have_count(1)

@@ -85,7 +85,7 @@ def test_a_robot_is_armed_taught_and_stopped(
     before = camera.get_attribute("src") or ""
     teacher.directing("turn_left").click()
     readings = page.get_by_role("complementary")
-    expect(readings).to_contain_text("px", timeout=15_000)  # the ball comes into sight
+    expect(readings).to_contain_text("px")  # the ball comes into sight
     teacher.directing("walk_forward").click()
     expect(page.get_by_role("tab", name="Lesson")).to_contain_text("4")  # each directive has its default
     expect(camera).not_to_have_attribute("src", before)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.browser.studio import Studio
+from tests.browser.window import open_page
 
 SIZES = {"phone upright": (390, 844), "phone lying": (844, 390), "tablet": (800, 1100)}
 
@@ -25,7 +26,7 @@ def test_all_of_the_page_is_on_the_screen(visit: Callable[[], Page], size: str) 
     assert width_of_content(page) <= width
     button = page.get_by_role("button", name="Teach something new", exact=True)
     expect(button).to_be_visible()
-    button.click(timeout=5000)  # nothing covers it
+    button.click()  # nothing covers it
     expect(page.get_by_role("textbox", name="Name")).to_be_visible()
     assert width_of_content(page) <= width
 
@@ -81,12 +82,9 @@ def touched(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -
     """The page on a screen that is touched, without a keyboard."""
     width, height = SIZES[request.param]
     screen = {"width": width, "height": height}
-    context = chromium.new_context(viewport=screen, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
-    page = context.new_page()
-    page.goto(studio.address)
-    page.get_by_role("button", name="Teach something new", exact=True).wait_for()
-    yield page
-    context.close()
+    with open_page(chromium, studio.address, viewport=screen, has_touch=True, is_mobile=True) as page:
+        page.get_by_role("button", name="Teach something new", exact=True).wait_for()
+        yield page
 
 
 @pytest.mark.parametrize("touched", SIZES, indirect=True)
@@ -109,7 +107,7 @@ def test_all_can_be_pressed_and_read(touched: Page, snap: Callable[[Page, str], 
     page.get_by_role("button", name="Save", exact=True).tap()
     for tab in ("Automaton", "Lesson", "Coach", "Library"):
         page.get_by_role("tab", name=re.compile(tab)).tap()
-        page.wait_for_timeout(300)
+        expect(page.get_by_role("tab", name=re.compile(tab), selected=True)).to_be_visible()
         if tab == "Automaton":
             page.get_by_role("button", name="why?").tap()
             expect(page.get_by_role("region", name="Why")).to_be_visible()
@@ -130,7 +128,6 @@ def test_the_tour_tells_of_no_keys(touched: Page) -> None:
     page.get_by_role("button", name="Show me how").tap()
     begin = page.get_by_role("button", name="Begin", exact=True)
     expect(begin).to_have_attribute("data-pointed", "")
-    page.wait_for_timeout(300)
     expect(begin).to_be_in_viewport(ratio=0.9)  # at the end of a long form, without scrolling
     begin.tap()
     tour = page.get_by_role("region", name="Tour")

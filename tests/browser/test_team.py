@@ -50,7 +50,7 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
     expect(patrol).to_contain_text("4 idles")
     teacher.directing("wander").click()
     expect(patrol).not_to_contain_text("idle")
-    page.wait_for_timeout(3_000)
+    teacher.let_pass(2.0)
     snap(page, "team")
     expect(page.get_by_role("complementary")).to_contain_text("4")
     expect(page.get_by_role("button", name="robot 1 ·")).not_to_contain_text("idle")

@@ -7,9 +7,10 @@ from math import atan2, cos, degrees, hypot, radians, sin
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.browser.hand import drag_finger, find_robot
+from tests.browser.hand import drag_finger, find_robot, wait_for_still_picture
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.browser.window import open_page
 
 SIZES = {"phone upright": (390, 844), "phone lying": (844, 390), "tablet": (800, 1100)}
 OFF_PX = 18.0
@@ -20,18 +21,17 @@ OFF_PX = 18.0
 def teacher(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -> Iterator[Teacher]:
     """Somebody who has begun goto on a screen that is touched, in a world that is paused."""
     width, height = SIZES[request.param]
-    context = chromium.new_context(
-        viewport={"width": width, "height": height}, has_touch=True, is_mobile=True
-    )
-    page = context.new_page()
-    page.goto(studio.address)
-    page.get_by_role("button", name="Teach something new", exact=True).tap()
-    page.get_by_role("button", name="Begin", exact=True).tap()
-    expect(page.locator("[data-state=forward]")).to_be_visible()
-    page.get_by_role("button", name="Pause").tap()
-    page.wait_for_timeout(500)
-    yield Teacher(page)
-    context.close()
+    screen = {"width": width, "height": height}
+    with open_page(
+        chromium, studio.address, fine=True, viewport=screen, has_touch=True, is_mobile=True
+    ) as page:
+        page.get_by_role("button", name="Teach something new", exact=True).tap()
+        page.get_by_role("button", name="Begin", exact=True).tap()
+        expect(page.locator("[data-state=forward]")).to_be_visible()
+        page.get_by_role("button", name="Pause").tap()
+        expect(page.get_by_role("button", name="Resume")).to_be_visible()
+        wait_for_still_picture(page)
+        yield Teacher(page)
 
 
 def heading_deg(page: Page) -> float:
@@ -39,6 +39,11 @@ def heading_deg(page: Page) -> float:
     x, y = page.evaluate(HANDLE)
     robot_x, robot_y = find_robot(page)
     return degrees(atan2(robot_y - y, x - robot_x))
+
+
+def turned_deg(teacher: Teacher, before: tuple[float, float]) -> float:
+    """How far the robot was turned to the left since a reading."""
+    return (before[1] - teacher.reading()[1] + 180) % 360 - 180
 
 
 COVERED = "([x, y]) => document.elementFromPoint(x, y).tagName"
@@ -73,7 +78,7 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
     page.touchscreen.tap(x + OFF_PX, y)
     chosen = page.get_by_role("group", name="What was clicked")
     expect(chosen).to_contain_text("handle to turn it")
-    page.wait_for_timeout(300)
+    wait_for_still_picture(page)
     assert page.evaluate(COVERED, find_robot(page)) == "CANVAS"
     snap(page, f"handle-{page.evaluate('innerWidth')}")
     behind = teacher.reading()
@@ -84,13 +89,13 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
         start = (x + away * cos(now), y - away * sin(now) + OFF_PX)
         now += radians(turn_deg)
         drag_finger(page, start, (x + away * cos(now), y - away * sin(now)))
-        teacher.wait_for_change(behind)
-        page.wait_for_timeout(400)
-        distance, angle = teacher.reading()
-        assert distance == behind[0]
-        turned = (behind[1] - angle + 180) % 360 - 180
-        assert turned == pytest.approx((turn_deg + 180) % 360 - 180, abs=8)
-        behind = distance, angle
+        wanted = pytest.approx((turn_deg + 180) % 360 - 180, abs=8)
+        before = behind
+        teacher.wait_until(lambda before=before, wanted=wanted: turned_deg(teacher, before) == wanted)
+        wait_for_still_picture(page)
+        behind = teacher.reading()
+        assert behind[0] == before[0]
+        assert (before[1] - behind[1] + 180) % 360 - 180 == wanted
     expect(chosen).to_be_visible()
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from random import Random
-from time import monotonic
 
+import pytest
 from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
 from tests.browser.teacher import DISTANCE, Teacher
 
 MOST_PRESSES = 12
@@ -18,8 +20,17 @@ WORLDS = 8
 _log = logging.getLogger(__name__)
 
 
-def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page]) -> None:
-    teacher = Teacher(visit())
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio whose time passes while the person looks: as fast as the page shows it."""
+    made = Studio(tmp_path / "library", clock=True)
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page], studio: Studio) -> None:
+    teacher = Teacher(visit(), studio.clock)
     page = teacher.page
     tour = page.get_by_role("region", name="Tour")
     late = Random(1)
@@ -46,22 +57,22 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page]) -> N
     expect(tour).to_have_count(0)
 
 
-def follow(teacher: Teacher, late: Random, *, seconds: float = 60.0) -> int:
+def follow(teacher: Teacher, late: Random, *, limit_s: float = 60.0) -> int:
     """Press what the tour says until the robot has stopped near the station; return the number of presses."""
-    page, presses, until = teacher.page, 0, monotonic() + seconds
-    while monotonic() < until:
+    page, presses, until = teacher.page, 0, teacher.clock_s + limit_s
+    while teacher.clock_s < until:
         if teacher.state == "done" and teacher.reading()[0] < 1.0:
             return presses
         said = pointed_at(page)
         if said:
-            page.wait_for_timeout(1000 * late.uniform(LEAST_S, MOST_S))
+            teacher.let_pass(late.uniform(LEAST_S, MOST_S))
             if click_if_pointed_at(page, said[0]):
                 presses += 1
-                page.wait_for_timeout(250)
-        page.wait_for_timeout(20)
+                teacher.let_pass(0.25)
+        teacher.let_pass(0.1)
     advice = page.get_by_role("region", name="Tour").inner_text()
     seen = f"{teacher.state} at {teacher.reading()}; the tour says {advice!r}"
-    raise AssertionError(f"not there within {seconds} s, after {presses} presses: {seen}")
+    raise AssertionError(f"not there within {limit_s} s, after {presses} presses: {seen}")
 
 
 def pointed_at(page: Page) -> list[str]:

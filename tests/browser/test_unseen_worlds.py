@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import Studio
+from tests.browser.studio import Studio, open_studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_review import goes, opened, tab
 
@@ -40,7 +40,7 @@ def test_it_is_tried_in_a_hundred_worlds_and_a_failure_is_opened(
     page, unseen = teacher.page, part(teacher.page)
     snap(page, "unseen-before")
     unseen.get_by_role("button", name="Try in 100 worlds").click()
-    expect(unseen).to_contain_text(RESULT, timeout=60_000)
+    expect(unseen).to_contain_text(RESULT)
     judged = evaluate(
         Library(FORAGE_KIT).with_automaton(goes().make_trained_automaton()), "goto", "forage", range(1000, 1100),
         binding={"A": "station"},
@@ -96,18 +96,13 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
     (tmp_path / "slow.py").write_text(SLOW)
     path = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
-    studio = Studio(tmp_path / "library", "forage", "--kit", "slow:kit")
-    studio.start()
-    try:
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(studio.address)
+    with open_studio(chromium, tmp_path / "library", "forage", "--kit", "slow:kit") as page:
         teacher = Teacher(page)
         teacher.click("Teach something new")
         page.get_by_label("stored twice", exact=True).check()
         teacher.begin_as_in_the_paper()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
-            teacher.press(key)
-            page.wait_for_timeout(300)
+            teacher.press_until_shown(key)
         tab(page, "Lesson")
         unseen = part(page)
         unseen.get_by_role("button", name="Try in 100 worlds").click()
@@ -120,5 +115,3 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         expect(page.get_by_text("Test cancelled")).to_be_visible()
         expect(unseen.get_by_role("button", name="Try in 100 worlds")).to_be_enabled()
         expect(unseen.get_by_role("progressbar")).to_have_count(0)
-    finally:
-        studio.stop()

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any
 
 from playwright.sync_api import Browser, Page, Playwright, ViewportSize, expect
@@ -23,6 +24,8 @@ PATIENCE_MS = 60_000
 """How long a test waits for a state before it fails: a bound for busy machines, never what is tested."""
 COARSE = 0.5
 """Pixels of the screen for each of the layout's, where nobody looks at the picture: a quarter of the work."""
+LOOK_MS = 30
+"""How long to wait between two looks at a page for what is no state of one element."""
 FRAME_MS = 100
 SLOW_SCREEN = f"""
 window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), {FRAME_MS});
@@ -42,13 +45,20 @@ def launch(playwright: Playwright, path: str) -> Browser:
     return playwright.chromium.launch(executable_path=path, args=list(QUIET))
 
 
+def wait_until(page: Page, is_so: Callable[[], object]) -> None:
+    """Look at a page until something is so."""
+    until = monotonic() + PATIENCE_MS / 1e3
+    while not is_so():
+        assert monotonic() < until, f"not so within {PATIENCE_MS / 1e3:.0f} s"
+        page.wait_for_timeout(LOOK_MS)
+
+
 @contextmanager
 def open_page(
     chromium: Browser,
     address: str,
     *,
     fine: bool = False,
-    ready: Callable[[Page], object] = lambda page: None,
     **options: Any,
 ) -> Iterator[Page]:
     """Open a page as another person; its errors, and requests to elsewhere, fail the test.
@@ -75,7 +85,6 @@ def open_page(
     page.on("request", lambda request: check(request.url))
     try:
         page.goto(address)
-        ready(page)
         yield page
     finally:
         context.close()
