@@ -113,6 +113,8 @@ class Forager(Teacher):
         else:
             self.actions += 1
             self.directing(state).click()
+        while self.clock is not None and self.directing(state).get_attribute("aria-pressed") != "true":
+            self.let_pass(LOOK_S)
         expect(self.directing(state)).to_have_attribute("aria-pressed", "true")
 
     def begin(self, about: About) -> None:

@@ -15,6 +15,8 @@ from pathlib import Path
 from urllib.request import urlopen
 
 from playwright.sync_api import Locator, Page, TimeoutError, expect
+from tests.browser.studio_forks import end_with_parent
+from tests.browser.window import wait_until
 
 READY = re.compile(r"(http://127\.0\.0\.1:\d+)/lab")
 STARTS, START_S = 3, 60.0
@@ -29,18 +31,18 @@ STARTED, DROPPED = "[*]:", "[ ]:"
 
 
 class Jupyter:
-    """A JupyterLab on a port of its own, which only knows the token of this test."""
+    """A JupyterLab on a port of its own, which only knows the token of these tests."""
 
     def __init__(self, folder: Path, **settings: dict[str, object]) -> None:
-        """`folder` holds the notebooks; `settings` are those of JupyterLab's plugin for its application."""
-        self.folder, self._settings = folder, {**QUIET, **settings}
+        """`folder` is for the notebooks; `settings` are those of JupyterLab's plugin for its application."""
+        self._root, self._settings = folder, {**QUIET, **settings}
+        self.folder = folder
         self.address, self.token = "", secrets.token_hex(16)
-        self._log = folder / ".jupyter.log"
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
         """Start it, and wait until it listens."""
-        own = self.folder / ".jupyter"
+        own = self._root / ".jupyter"
         plugins = own / "settings" / "@jupyterlab" / "apputils-extension"
         plugins.mkdir(parents=True, exist_ok=True)
         for name, values in self._settings.items():
@@ -55,7 +57,7 @@ class Jupyter:
         }
         options = (
             "--no-browser", "--allow-root", "--ServerApp.ip=127.0.0.1", "--ServerApp.port=0",
-            f"--ServerApp.root_dir={self.folder}", f"--IdentityProvider.token={self.token}",
+            f"--ServerApp.root_dir={self._root}", f"--IdentityProvider.token={self.token}",
             "--LabApp.extension_manager=readonly",
         )  # fmt: skip
         environment = {**os.environ, **{name: str(path) for name, path in places.items()}}
@@ -66,6 +68,7 @@ class Jupyter:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     env=environment,
+                    preexec_fn=end_with_parent,
                 )
             if self._wait_until_it_listens(self._process):
                 return
@@ -79,9 +82,19 @@ class Jupyter:
                 self.address = found[1]
                 with suppress(OSError), urlopen(f"{self.address}/api/status?token={self.token}", timeout=5):
                     return True  # by its token: not another program that took its port
-            time.sleep(0.05)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(0.05)
         self.stop()
         return False
+
+    @property
+    def _log(self) -> Path:
+        return self._root / ".jupyter.log"
+
+    def begin(self, name: str) -> None:
+        """Let the notebooks be in a folder of this name from here on."""
+        self.folder = self._root / name
+        self.folder.mkdir()
 
     def open(self, page: Page, notebook: str) -> Notebook:
         """Open a notebook, and wait until its kernel is there."""
@@ -90,13 +103,28 @@ class Jupyter:
 
     def url(self, notebook: str) -> str:
         """The address of a notebook alone, without the list of files."""
-        return f"{self.address}/doc/tree/{notebook}?token={self.token}"
+        return f"{self.address}/doc/tree/{self.folder.relative_to(self._root) / notebook}?token={self.token}"
 
     def restart_kernels(self, page: Page) -> None:
         """End all kernels, and start others in their place."""
-        access = {"Authorization": f"token {self.token}"}
-        for kernel in page.request.get(f"{self.address}/api/kernels", headers=access).json():
-            page.request.post(f"{self.address}/api/kernels/{kernel['id']}/restart", headers=access)
+        for kernel in self._list_kernels(page):
+            page.request.post(f"{self.address}/api/kernels/{kernel['id']}/restart", headers=self._access)
+        wait_until(page, lambda: all(each["execution_state"] == "idle" for each in self._list_kernels(page)))
+
+    def end_kernels(self, page: Page) -> None:
+        """End all kernels."""
+        for kernel in self._list_kernels(page):
+            page.request.delete(f"{self.address}/api/kernels/{kernel['id']}", headers=self._access)
+
+    @property
+    def _access(self) -> dict[str, str]:
+        return {"Authorization": f"token {self.token}"}
+
+    def _list_kernels(self, page: Page) -> list[dict[str, str]]:
+        kernels: list[dict[str, str]] = page.request.get(
+            f"{self.address}/api/kernels", headers=self._access
+        ).json()
+        return kernels
 
     def stop(self) -> None:
         """Ask it to end, as the system does, with its kernels."""
@@ -118,9 +146,7 @@ class Notebook:
 
     def wait_for_kernel(self) -> None:
         """Wait until the kernel is idle."""
-        expect(self.page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]')).to_be_attached(
-            timeout=60_000
-        )
+        expect(self.page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]')).to_be_attached()
 
     def start(self, cell: int) -> None:
         """Start a cell, counted from 0; right after loading, the notebook takes no keys yet, or drops what it began."""
@@ -131,10 +157,10 @@ class Notebook:
             with suppress(TimeoutError):  # if the dialog comes only now
                 self.cells.nth(cell).locator(".cm-content").click(timeout=3_000)
             self.page.keyboard.press("Control+Enter")
-            for _ in range(10):
-                self.page.wait_for_timeout(100)
-                if prompt.inner_text() not in (before, STARTED, DROPPED):
-                    return
+            waits = "|".join(re.escape(each) for each in (before, STARTED, DROPPED))
+            with suppress(AssertionError):
+                expect(prompt).not_to_have_text(re.compile(f"^({waits})$"), timeout=1_000)
+                return
             if prompt.inner_text() == STARTED:
                 return
         raise AssertionError(f"cell {cell} does not start")
@@ -146,13 +172,19 @@ class Notebook:
             sys.stderr.write(f"JupyterLab: {dialog.inner_text()}\n")
             dialog.locator(".jp-mod-accept").click()
 
-    def run(self, cell: int) -> str:
-        """Run a cell, and return what it prints."""
+    def run(self, cell: int) -> None:
+        """Run a cell to its end."""
         self.start(cell)
         prompt = self.cells.nth(cell).locator(".jp-InputPrompt")
-        expect(prompt).to_have_text(re.compile(r"\[\d+\]"), timeout=60_000)
-        self.page.wait_for_timeout(100)
-        return "\n".join(self.cells.nth(cell).locator(".jp-OutputArea-output").all_text_contents()).strip()
+        expect(prompt).to_have_text(re.compile(r"\[\d+\]"))
+
+    def read(self, cell: int) -> str:
+        """Run a cell, and return what it prints."""
+        self.run(cell)
+        printed = self.cells.nth(cell).locator(".jp-OutputArea-output")
+        expect(printed).not_to_have_count(0)
+        expect(printed.first).not_to_have_text("")
+        return "\n".join(printed.all_text_contents()).strip()
 
     def state(self, name: str) -> Locator:
         """The button of a state."""

@@ -12,7 +12,7 @@ import signal
 import sys
 from contextlib import suppress
 from pathlib import Path
-from time import monotonic, sleep
+from select import select
 
 import msgspec
 from tests.browser.shared_clock import SharedClock
@@ -106,7 +106,7 @@ def load_studio() -> None:
 
 def become_studio(start: Start, said: int) -> None:
     """Be the process of a command from here on, which ends when the first process does."""
-    ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
+    end_with_parent()
     nothing = os.open(os.devnull, os.O_RDONLY)
     for stream, file in enumerate((nothing, said, said)):
         os.dup2(file, stream)
@@ -136,17 +136,21 @@ def run_by_clock(file: Path) -> None:
         defaults["wall"] = read
 
 
+def end_with_parent() -> None:
+    """Let the system kill this process when the one that started it ends."""
+    ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
+
+
 def end_process(process: int, how: int) -> int:
     """Send a child a signal, wait until it has ended, and return its status; kill it if it does not end."""
     os.kill(process, how)
-    until = monotonic() + END_S
-    while (ended := os.waitpid(process, os.WNOHANG))[0] == 0:
-        if monotonic() > until:
-            os.kill(process, signal.SIGKILL)
-            os.waitpid(process, 0)
-            return -1
-        sleep(0.005)
-    return ended[1]
+    ended = os.pidfd_open(process)
+    on_time = bool(select([ended], [], [], END_S)[0])
+    os.close(ended)
+    if not on_time:
+        os.kill(process, signal.SIGKILL)
+    _, status = os.waitpid(process, 0)
+    return status if on_time else -1
 
 
 if __name__ == "__main__":

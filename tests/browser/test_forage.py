@@ -40,7 +40,7 @@ def test_a_robot_learns_to_forage(visit: Callable[..., Page], studio: Studio) ->
     def say(what: str) -> None:
         stderr.write(f"{person.actions:4} actions  {what}\n")
 
-    person = Forager(visit(fine=True), studio.clock, said=say)
+    person = Forager(visit(fine=True, prompt=True), studio.clock, said=say)
     for teach in (teach_goto, teach_harvest, teach_deposit, teach_forage):
         teach(person)
         say(teach.__name__)

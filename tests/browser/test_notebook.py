@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from tests.browser.jupyter import Jupyter, Notebook, write_notebook
+from tests.browser.window import COARSE, PATIENCE_MS, SNAPS, wait_until
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorials" / "notebook.ipynb"
 SESSION, SHOW, LESSON, JUDGE = 1, 3, 5, 7
 """The cells of the tutorial's notebook."""
-LIMIT_S = 40.0
 
 BEGIN = """
 from understudy import Forage, Library, Session, new_lesson
@@ -34,24 +34,35 @@ show_session(session)
 """
 
 
-@pytest.fixture
-def jupyter(tmp_path: Path) -> Iterator[Jupyter]:
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Jupyter]:
     """A JupyterLab; where there is none the test is skipped, but in continuous integration it fails."""
     missing = [name for name in ("jupyterlab", "anywidget") if find_spec(name) is None]
     if missing:
         reason = f"there is no {missing[0]}: pip install {missing[0]}"
         pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
-    made = Jupyter(tmp_path)
+    made = Jupyter(tmp_path_factory.mktemp("notebooks"))
     made.start()
     yield made
     made.stop()
 
 
 @pytest.fixture
+def jupyter(lab: Jupyter, page: Page, request: pytest.FixtureRequest) -> Iterator[Jupyter]:
+    """The JupyterLab, with a folder for the notebooks of one test."""
+    lab.begin(request.node.name)
+    yield lab
+    lab.end_kernels(page)
+
+
+@pytest.fixture
 def page(chromium: Browser) -> Iterator[Page]:
     """A page whose errors fail the test."""
     errors: list[str] = []
-    context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    context = chromium.new_context(
+        viewport={"width": 1280, "height": 900}, device_scale_factor=1 if SNAPS in os.environ else COARSE
+    )
+    context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     page.on("pageerror", lambda error: errors.append(str(error)))
     yield page
@@ -60,9 +71,9 @@ def page(chromium: Browser) -> Iterator[Page]:
 
 
 def test_a_robot_is_taught_in_a_notebook(
-    jupyter: Jupyter, page: Page, tmp_path: Path, snap: Callable[[Page, str], None]
+    jupyter: Jupyter, page: Page, snap: Callable[[Page, str], None]
 ) -> None:
-    (tmp_path / "goto.ipynb").write_bytes(TUTORIAL.read_bytes())
+    (jupyter.folder / "goto.ipynb").write_bytes(TUTORIAL.read_bytes())
     notebook = jupyter.open(page, "goto.ipynb")
     notebook.run(SESSION)
     notebook.run(SHOW)
@@ -72,11 +83,11 @@ def test_a_robot_is_taught_in_a_notebook(
 
     press(notebook, "rotate_left")  # with the mouse
     expect(widget.locator(".status")).to_contain_text("start → rotate_left, distance_to(A) = ")
-    until(notebook, lambda: abs(notebook.reading("angle_to(A)")) < 6)
+    wait_until(page, lambda: abs(notebook.reading("angle_to(A)")) < 6)
     before = picture(page)
     page.keyboard.press("1")  # its key, which would make a heading of the cell
     expect(notebook.state("forward")).to_have_attribute("aria-current", "true")
-    until(notebook, lambda: notebook.reading("distance_to(A)") < 0.45)
+    wait_until(page, lambda: notebook.reading("distance_to(A)") < 0.45)
     assert picture(page) != before
     press(notebook, "done")
     snap(page, "notebook-taught")
@@ -96,20 +107,21 @@ def test_a_robot_is_taught_in_a_notebook(
         page.keyboard.press(key)
     assert notebook.cells.count() == 8
 
-    shown = notebook.run(LESSON).splitlines()
+    shown = notebook.read(LESSON).splitlines()
     assert len(shown) == taught
     assert re.fullmatch(r"directive +start → rotate_left", shown[0])
-    assert re.search(r"it arrives in \d+% of 40 worlds", notebook.run(JUDGE))
+    assert re.search(r"it arrives in \d+% of 40 worlds", notebook.read(JUDGE))
 
 
-def test_cells_and_the_widget_share_a_session(jupyter: Jupyter, page: Page, tmp_path: Path) -> None:
+def test_cells_and_the_widget_share_a_session(jupyter: Jupyter, page: Page) -> None:
+    os.mkfifo(jupyter.folder / "gate")
     write_notebook(
-        tmp_path / "two.ipynb",
+        jupyter.folder / "two.ipynb",
         BEGIN,
         SHOWN,
         "session.direct('forward')",
         "print(session.view().state, round(session.body.time_s, 1))",
-        "import time; time.sleep(1.5)",
+        "open('gate').read()",
         "print(session.examples[-1].next)",
     )
     notebook = jupyter.open(page, "two.ipynb")
@@ -119,32 +131,31 @@ def test_cells_and_the_widget_share_a_session(jupyter: Jupyter, page: Page, tmp_
     expect(notebook.state("start")).to_have_attribute("aria-current", "true")
     notebook.run(2)
     expect(notebook.state("forward")).to_have_attribute("aria-current", "true")
-    state, first = notebook.run(3).split()
+    state, first = notebook.read(3).split()
     assert state == "forward"
-    page.wait_for_timeout(500)
-    assert float(notebook.run(3).split()[1]) > float(first)
+    wait_until(page, lambda: float(notebook.read(3).split()[1]) > float(first))
 
     notebook.start(4)  # a cell that takes its time: the press waits, and is not lost
     notebook.state("rotate_left").click()
+    (jupyter.folder / "gate").write_text("")
     expect(notebook.state("rotate_left")).to_have_attribute("aria-current", "true")
-    assert notebook.run(5) == "rotate_left"
+    assert notebook.read(5) == "rotate_left"
 
 
-def test_a_reload_and_the_end_of_the_kernel_lose_nothing(
-    jupyter: Jupyter, page: Page, tmp_path: Path
-) -> None:
+def test_a_reload_and_the_end_of_the_kernel_lose_nothing(jupyter: Jupyter, page: Page) -> None:
     resume = BEGIN.replace("Session(", "Session.resume('goto.journal', ").split("session = ")[0] + (
         "session = Session.resume('goto.journal', Forage([42]), library)\n"
         "print(len(session.examples), session.view().state)"
     )
-    write_notebook(tmp_path / "journal.ipynb", BEGIN, SHOWN, resume, SHOWN)
+    write_notebook(jupyter.folder / "journal.ipynb", BEGIN, SHOWN, resume, SHOWN)
     notebook = jupyter.open(page, "journal.ipynb")
     for cell in (0, 1):
         notebook.run(cell)
     notebook.widget.scroll_into_view_if_needed()
     press(notebook, "forward")
     page.keyboard.press("Control+s")
-    page.wait_for_timeout(1000)
+    saved = jupyter.folder / "journal.ipynb"
+    wait_until(page, lambda: '"execution_count": 2' in saved.read_text(encoding="utf-8"))
     page.reload()
     notebook = Notebook(page)
     notebook.widget.scroll_into_view_if_needed()
@@ -152,27 +163,38 @@ def test_a_reload_and_the_end_of_the_kernel_lose_nothing(
     press(notebook, "rotate_left")
 
     jupyter.restart_kernels(page)
-    page.wait_for_timeout(2000)
     notebook.wait_for_kernel()
-    assert notebook.run(2) == "4 rotate_left"
+    assert notebook.read(2) == "4 rotate_left"
     notebook.run(3)
     expect(notebook.cells.nth(3).locator('.states [data-state="rotate_left"]')).to_have_attribute(
         "aria-current", "true"
     )
 
 
-def test_the_world_stands_still_where_nobody_sees_it(jupyter: Jupyter, page: Page, tmp_path: Path) -> None:
+def test_the_world_stands_still_where_nobody_sees_it(jupyter: Jupyter, page: Page) -> None:
     far = "print('\\n' * 200)"
-    write_notebook(tmp_path / "far.ipynb", BEGIN, SHOWN, far, "print(session.body.time_s)")
+    times = "from time import monotonic; print(session.body.time_s, monotonic())"
+    write_notebook(jupyter.folder / "far.ipynb", BEGIN, SHOWN, far, times)
     notebook = jupyter.open(page, "far.ipynb")
     for cell in (0, 1):
         notebook.run(cell)
     notebook.widget.scroll_into_view_if_needed()
-    until(notebook, lambda: notebook.widget.locator(".time").inner_text() != "0:00.0")
+    wait_until(page, lambda: notebook.widget.locator(".time").inner_text() != "0:00.0")
     notebook.run(2)
-    first = notebook.run(3)
-    page.wait_for_timeout(700)
-    assert notebook.run(3) == first
+    said = [read_times(notebook)]
+
+    def stands_still() -> bool:
+        """Whether the world's time is what it was at least 0.7 s ago."""
+        said.append(read_times(notebook))
+        return any(time == said[-1][0] and now <= said[-1][1] - 0.7 for time, now in said)
+
+    wait_until(page, stands_still)
+
+
+def read_times(notebook: Notebook) -> tuple[float, float]:
+    """Return the world's time and the kernel's, s."""
+    time, now = notebook.read(3).split()
+    return float(time), float(now)
 
 
 def press(notebook: Notebook, state: str) -> None:
@@ -181,15 +203,6 @@ def press(notebook: Notebook, state: str) -> None:
     expect(notebook.state(state)).to_have_attribute("aria-current", "true")
     expect(notebook.widget.locator(f'.graph [data-state="{state}"]')).to_have_class("current")
     expect(notebook.widget.locator(".graph .current")).to_have_count(1)
-
-
-def until(notebook: Notebook, seen: Callable[[], bool]) -> None:
-    """Watch until something is seen."""
-    for _ in range(round(LIMIT_S / 0.02)):
-        if seen():
-            return
-        notebook.page.wait_for_timeout(20)
-    raise AssertionError(f"not within {LIMIT_S:.0f} s")
 
 
 def picture(page: Page) -> str:

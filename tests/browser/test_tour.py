@@ -29,8 +29,8 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     made.stop()
 
 
-def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[[], Page], studio: Studio) -> None:
-    teacher = Teacher(visit(), studio.clock)
+def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[..., Page], studio: Studio) -> None:
+    teacher = Teacher(visit(prompt=True), studio.clock)
     page = teacher.page
     tour = page.get_by_role("region", name="Tour")
     late = Random(1)

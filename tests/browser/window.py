@@ -28,10 +28,15 @@ LOOK_MS = 30
 """How long to wait between two looks at a page for what is no state of one element."""
 FRAME_MS = 100
 SLOW_SCREEN = f"""
-window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), {FRAME_MS});
+const later = window.setTimeout;
+window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), {FRAME_MS});
 window.cancelAnimationFrame = clearTimeout;
 """
 """A screen that shows ten frames a second: drawn by the processor, they are the largest cost of these tests."""
+PROMPT = f"""
+window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) <= {FRAME_MS} ? 4 : ms, ...given);
+"""
+"""What a page shows seldom, such as the time, it shows at once: for tests that move the clock and wait for it."""
 
 
 def find_chromium() -> str | None:
@@ -59,6 +64,7 @@ def open_page(
     address: str,
     *,
     fine: bool = False,
+    prompt: bool = False,
     **options: Any,
 ) -> Iterator[Page]:
     """Open a page as another person; its errors, and requests to elsewhere, fail the test.
@@ -74,7 +80,7 @@ def open_page(
     context = chromium.new_context(**options)
     context.set_default_timeout(PATIENCE_MS)
     if SNAPS not in os.environ:
-        context.add_init_script(SLOW_SCREEN)
+        context.add_init_script(f"(() => {{{SLOW_SCREEN}{PROMPT if prompt else ''}}})()")
     page = context.new_page()
 
     def check(url: str) -> None:
