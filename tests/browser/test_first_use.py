@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from itertools import product
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -26,18 +27,15 @@ def error(page: Page):  # type: ignore[no-untyped-def]  # a Locator
     return page.locator(".toast.error")
 
 
-@pytest.mark.parametrize("seed", ["abc", "-1", "4.5"])
-def test_a_seed_that_is_none_is_told(teacher: Teacher, seed: str) -> None:
-    field = teacher.page.get_by_label("seed")
-    before = field.input_value()
-    field.fill(seed)
-    field.press("Enter")
-    expect(error(teacher.page)).to_contain_text(f"The seed {seed} is no whole number")
-    expect(field).to_have_value(before)
-
-
-def test_an_old_error_goes_with_the_next_success_that_says_the_same(teacher: Teacher) -> None:
+def test_a_seed_that_is_none_is_told_and_the_error_goes_with_the_next_success(teacher: Teacher) -> None:
+    """Also where the success says the same as the last."""
     page, field = teacher.page, teacher.page.get_by_label("seed")
+    for seed in ("abc", "-1", "4.5"):
+        before = field.input_value()
+        field.fill(seed)
+        field.press("Enter")
+        expect(error(page)).to_contain_text(f"The seed {seed} is no whole number")
+        expect(field).to_have_value(before)
     field.fill("3")
     field.press("Enter")
     expect(page.locator(".toast")).to_contain_text("World 3, from the start")
@@ -50,22 +48,16 @@ def test_an_old_error_goes_with_the_next_success_that_says_the_same(teacher: Tea
     expect(page.locator(".toast")).to_contain_text("World 3, from the start")
 
 
-@pytest.mark.parametrize("seconds", ["abc", "-0.3", ""])
-def test_a_reaction_time_that_is_none_is_told(visit: Visit, seconds: str) -> None:
+def test_a_reaction_time_that_is_none_is_told(visit: Visit) -> None:
     page = visit()
     page.get_by_role("button", name="Teach something new", exact=True).click()
-    page.get_by_label("Reaction time").fill(seconds)
-    expect(page.get_by_text("The reaction time is no number of seconds")).to_be_visible()
-    expect(page.get_by_role("button", name="Begin", exact=True)).to_be_disabled()
-    page.get_by_label("Reaction time").fill("0,25")
-    expect(page.get_by_role("button", name="Begin", exact=True)).to_be_enabled()
-
-
-def test_the_first_state_does_not_look_like_a_start_button(teacher: Teacher) -> None:
-    """It records an example, as every press."""
-    row = teacher.page.get_by_role("toolbar", name="Direct the robot")
-    expect(row).not_to_contain_text(re.compile("start", re.IGNORECASE))
-    expect(teacher.directing("start")).to_contain_text("stand still")
+    begin = page.get_by_role("button", name="Begin", exact=True)
+    for seconds in ("abc", "-0.3", ""):
+        page.get_by_label("Reaction time").fill(seconds)
+        expect(page.get_by_text("The reaction time is no number of seconds")).to_be_visible()
+        expect(begin).to_be_disabled()
+        page.get_by_label("Reaction time").fill("0,25")
+        expect(begin).to_be_enabled()
 
 
 def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
@@ -84,30 +76,21 @@ def test_control_that_would_be_refused_is_not_offered(teacher: Teacher, visit: V
     expect(other.get_by_role("button", name="Take control")).to_be_visible()
 
 
-@pytest.mark.parametrize("elsewhere", [False, True])
-@pytest.mark.parametrize("way", ["Rename", "Duplicate"])
-def test_escape_closes_the_field_for_a_name(teacher: Teacher, way: str, elsewhere: bool) -> None:
+def test_escape_closes_the_field_for_a_name(teacher: Teacher) -> None:
+    """Also before the browser has drawn the field once: a busy computer draws late."""
     page = teacher.page
     teacher.press("ArrowUp")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
     teacher.click("Save")
     page.get_by_role("tab", name="Library").click()
-    teacher.click(f"{way} goto")
     field = page.locator(".naming input")
-    expect(field).to_be_focused()
-    if elsewhere:
-        page.get_by_text("As a file").click()
-    page.keyboard.press("Escape")
-    expect(field).to_have_count(0)
-
-
-def test_escape_closes_the_field_for_a_name_as_soon_as_it_is_there(teacher: Teacher) -> None:
-    """Before the browser has drawn the field once: a busy computer draws late."""
-    page = teacher.page
-    teacher.press("ArrowUp")
-    expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
-    teacher.click("Save")
-    page.get_by_role("tab", name="Library").click()
+    for way, elsewhere in product(("Rename", "Duplicate"), (False, True)):
+        teacher.click(f"{way} goto")
+        expect(field).to_be_focused()
+        if elsewhere:
+            page.get_by_text("As a file").click()
+        page.keyboard.press("Escape")
+        expect(field).to_have_count(0)
     page.evaluate(
         """() => new MutationObserver((_, watch) => {
             if (!document.querySelector(".naming input")) return;
@@ -118,12 +101,18 @@ def test_escape_closes_the_field_for_a_name_as_soon_as_it_is_there(teacher: Teac
     )
     teacher.click("Duplicate goto")
     page.wait_for_function("window.pressedEscape")
-    expect(page.locator(".naming input")).to_have_count(0)
+    expect(field).to_have_count(0)
 
 
 def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
-    """On every tab and in the form, in the rules and in what is said of a press."""
+    """On every tab and in the form, in the rules and in what is said of a press.
+
+    The first state does not look like a button that starts something: it records an example, as every press.
+    """
     page = teacher.page
+    row = page.get_by_role("toolbar", name="Direct the robot")
+    expect(row).not_to_contain_text(re.compile("start", re.IGNORECASE))
+    expect(teacher.directing("start")).to_contain_text("stand still")
     teacher.press("ArrowLeft")
     expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
     teacher.press("ArrowUp")

@@ -14,6 +14,7 @@ from tests.browser.jupyter import Jupyter, Notebook, write_notebook
 from tests.browser.window import COARSE, PATIENCE_MS, SNAPS, wait_until
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorials" / "notebook.ipynb"
+pytestmark = pytest.mark.xdist_group("notebook")  # one JupyterLab for all
 SESSION, SHOW, LESSON, JUDGE = 1, 3, 5, 7
 """The cells of the tutorial's notebook."""
 

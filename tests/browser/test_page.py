@@ -87,23 +87,19 @@ def test_an_example_is_edited(teacher: Teacher, snap: Snap) -> None:
 
 
 def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
+    """Also one that is painted late: what the server tells at once may come before anything is painted."""
     teacher.press("ArrowLeft")
     teacher.wait_until(lambda: teacher.examples == 2)
     teacher.page.reload()
     expect(teacher.directing("rotate_left")).to_be_visible()
     assert teacher.examples == 2
     teacher.press_until_shown("ArrowUp")
-
-
-def test_a_page_that_is_painted_late_misses_nothing(visit: Visit) -> None:
-    """What the server tells at once may come before the browser has painted anything."""
-    teacher = Teacher(visit())
-    teacher.begin_goto()
     teacher.page.add_init_script(PAINTED_LATE)
     teacher.page.reload()
     expect(teacher.directing("rotate_left")).to_be_visible()
     expect(teacher.page.get_by_role("banner")).to_contain_text("goto (A)")
     expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
+    teacher.press_until_shown("ArrowLeft")
 
 
 def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:

@@ -20,6 +20,7 @@ for module in ("cyclonedds", "rosbags", "mujoco", "cv2"):
     pytest.importorskip(module, reason="needs the extras ros2 and mujoco")
 
 DOMAIN = "61"
+pytestmark = pytest.mark.xdist_group("domain 61")
 
 
 @pytest.fixture

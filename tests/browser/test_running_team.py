@@ -18,6 +18,7 @@ from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait
 
 from understudy.robots.team_network.agent_questions import AgentStatus
 
+pytestmark = pytest.mark.xdist_group("running team")
 ROBOTS = [f"pioneer_{number}" for number in range(1, 5)]
 
 

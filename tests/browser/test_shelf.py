@@ -174,6 +174,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
 
 
 def test_export_to_run_elsewhere(teacher: Teacher, tmp_path: Path, snap: Callable[[Page, str], None]) -> None:
+    """As C code; and for a robot, which asks for the file of that."""
     page = teacher.page
     page.get_by_role("button", name="Export goto", exact=True).click()
     form = page.get_by_role("form", name="Export goto")
@@ -190,13 +191,7 @@ def test_export_to_run_elsewhere(teacher: Teacher, tmp_path: Path, snap: Callabl
     assert (manifest["binding"], manifest["precision"]) == ({"A": "nearest_food"}, "single")
     expect(page.get_by_text("Exported goto for c99")).to_be_visible()
 
-
-def test_an_export_for_a_robot_asks_for_its_file(
-    teacher: Teacher, tmp_path: Path, snap: Callable[[Page, str], None]
-) -> None:
-    page = teacher.page
     page.get_by_role("button", name="Export goto", exact=True).click()
-    form = page.get_by_role("form", name="Export goto")
     form.get_by_label("Export as").select_option("ROS 2 package")
     button = form.get_by_role("button", name="Download")
     expect(button).to_be_disabled()

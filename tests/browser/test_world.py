@@ -31,9 +31,15 @@ def test_a_press_is_in_the_journal_and_how_long_that_took_is_shown(teacher: Teac
 
 
 def test_as_fast_as_it_goes(teacher: Teacher) -> None:
+    """The speed is chosen with the keyboard at first, and no robot turns: letters and digits choose in a list."""
     page = teacher.page
-    teacher.press("ArrowLeft")
     speed = page.get_by_role("combobox", name="Speed")
+    speed.focus()
+    teacher.press("2")
+    expect(speed).to_have_value("2")
+    assert teacher.state == "start"
+    speed.blur()
+    teacher.press("ArrowLeft")
     speed.select_option("fastest")
     expect(speed).to_have_value("fastest")
     teacher.let_pass(2 * 16)
@@ -45,7 +51,7 @@ def test_as_fast_as_it_goes(teacher: Teacher) -> None:
     expect(speed).to_have_value("1")
 
 
-def test_a_marker_is_placed_aimed_at_and_removed(teacher: Teacher) -> None:
+def test_a_marker_is_placed_aimed_at_and_removed_and_so_is_an_obstacle(teacher: Teacher) -> None:
     page = teacher.page
     teacher.press("Space")
     stands = page.get_by_role("combobox", name="What A stands for")
@@ -73,10 +79,6 @@ def test_a_marker_is_placed_aimed_at_and_removed(teacher: Teacher) -> None:
     chosen.get_by_role("button", name="Remove").click()
     expect(readings).not_to_contain_text(DISTANCE)
 
-
-def test_an_obstacle_comes_and_goes(teacher: Teacher) -> None:
-    page = teacher.page
-    teacher.press("Space")
     world = page.get_by_role("img", name=re.compile("The world"))
     place: Position = {"x": 345, "y": 120}
     page.get_by_role("combobox", name="Add to the world").select_option("obstacle")
@@ -87,15 +89,6 @@ def test_an_obstacle_comes_and_goes(teacher: Teacher) -> None:
     world.click(position={"x": 345, "y": 170})
     page.get_by_role("group", name="What was clicked").get_by_role("button", name="Remove").click()
     expect(page.get_by_role("status").filter(has_text="An obstacle was removed")).to_be_visible()
-
-
-def test_letters_and_digits_choose_in_a_list(teacher: Teacher) -> None:
-    """The speed is chosen with the keyboard, and no robot turns."""
-    speed = teacher.page.get_by_role("combobox", name="Speed")
-    speed.focus()
-    teacher.press("2")
-    expect(speed).to_have_value("2")
-    assert teacher.state == "start"
 
 
 def test_time_before_a_lesson(visit: Callable[[], Page]) -> None:
