@@ -14,16 +14,17 @@ from understudy.training.trainee import Mode, SessionView
 LOOK = """() => {
   const all = (selector) => [...document.querySelectorAll(selector)];
   const text = (selector) => document.querySelector(selector)?.innerText ?? "";
+  const content = (selector) => document.querySelector(selector)?.textContent ?? "";
   return {
-    features: all(".reading").map((each) => [each.dataset.feature, each.querySelector("b").innerText]),
+    features: all(".reading").map((each) => [each.dataset.feature, each.querySelector("b").textContent]),
     states: all(".state").map(({ dataset }) => dataset.state),
     state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
     flag: all(".state.flag.on").length > 0,
     waiting: all(".state.waiting").map(({ dataset }) => dataset.state)[0] ?? null,
     testing: text(".modes [aria-pressed=true]") === "Try",
-    clock: text(".time"),
+    clock: content(".time"),
     path: document.querySelector(".path")?.dataset.path ?? "",
-    examples: Number(text("#tab-lesson").replace(/\\D+/g, "")),
+    examples: Number(content("#tab-lesson").replace(/\\D+/g, "")),
   };
 }"""
 """All that a person takes in at a glance."""

@@ -50,6 +50,7 @@ def turn_robot(page: Page, heading: float) -> None:
 
 def find_robot(page: Page) -> tuple[float, float]:
     """Return where the robot that is trained is in the window, px."""
+    wait_for_still_picture(page)
     found = page.evaluate(FIND)
     assert found is not None, "no robot in the color of its mode"
     x, y = found

@@ -20,7 +20,7 @@ SHOWN_S = 0.15
 """How far what is shown may lag behind a clock: by a tick, and by what it is rounded."""
 PASSES = """(until) => new Promise((resolve, reject) => {
   const look = () => {
-    const [minutes, seconds] = document.querySelector(".time").innerText.split(":");
+    const [minutes, seconds] = document.querySelector(".time").textContent.split(":");
     return 60 * minutes + Number(seconds) >= until || document.querySelector(".pause").ariaLabel !== "Pause";
   };
   if (look()) return resolve();
@@ -133,7 +133,8 @@ class Teacher:
     @property
     def clock_s(self) -> float:
         """The world's time, s."""
-        minutes, seconds = self.page.get_by_title("Time in the world").inner_text().split(":")
+        told = self.page.get_by_title("Time in the world").text_content() or ""
+        minutes, seconds = told.split(":")
         return 60 * int(minutes) + float(seconds)
 
     @property

@@ -27,16 +27,17 @@ COARSE = 0.5
 LOOK_MS = 30
 """How long to wait between two looks at a page for what is no state of one element."""
 FRAME_MS = 100
-SLOW_SCREEN = f"""
+FRAME_OF_TEST_MS = 300
+SLOW_SCREEN = """(() => {
 const later = window.setTimeout;
-window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), {FRAME_MS});
+window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), FRAME_MS);
 window.cancelAnimationFrame = clearTimeout;
+if (PROMPT) window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) <= 100 ? 4 : ms, ...given);
+})()"""
+"""A screen that shows few frames a second: drawn by the processor, they are the largest cost of these tests.
+
+What a page shows seldom, such as the time, it shows at once for tests that move the clock and wait for it.
 """
-"""A screen that shows ten frames a second: drawn by the processor, they are the largest cost of these tests."""
-PROMPT = f"""
-window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) <= {FRAME_MS} ? 4 : ms, ...given);
-"""
-"""What a page shows seldom, such as the time, it shows at once: for tests that move the clock and wait for it."""
 
 
 def find_chromium() -> str | None:
@@ -80,7 +81,8 @@ def open_page(
     context = chromium.new_context(**options)
     context.set_default_timeout(PATIENCE_MS)
     if SNAPS not in os.environ:
-        context.add_init_script(f"(() => {{{SLOW_SCREEN}{PROMPT if prompt else ''}}})()")
+        frame, shown = (FRAME_OF_TEST_MS, "true") if prompt else (FRAME_MS, "false")
+        context.add_init_script(SLOW_SCREEN.replace("FRAME_MS", str(frame)).replace("PROMPT", shown))
     page = context.new_page()
 
     def check(url: str) -> None:
