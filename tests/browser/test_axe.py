@@ -49,7 +49,7 @@ def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 MOVES = """() => document.getAnimations().some(
-  (each) => each.playState !== "finished" && each.effect.getTiming().iterations !== Infinity
+  (each) => each.playState === "running" && each.effect.getTiming().iterations !== Infinity
 )"""
 """Whether anything moves that comes to rest."""
 

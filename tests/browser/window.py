@@ -11,7 +11,8 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, Playwright, ViewportSize, expect
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
+NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+"""Where Chromium may be; the shell without windows takes a third of the work of a browser with them."""
 SNAPS = "UNDERSTUDY_SNAPS"
 """The variable that names a folder for what pages looked like."""
 QUIET = (
