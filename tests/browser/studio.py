@@ -24,6 +24,11 @@ from tests.browser.window import open_page
 READY = re.compile(r"The (?:studio is|recording is|recordings are|drive is) at (http://\S+)")
 
 
+def find_clock(library: Path) -> Path:
+    """Return the file of the clock of a studio with a library."""
+    return library.with_suffix(".clock")
+
+
 class Studio:
     """`understudy studio` on a library."""
 
@@ -34,7 +39,7 @@ class Studio:
         """
         self.library, self._what = library, what or ("forage",)
         self.address = ""
-        self.clock = SharedClock(library.with_suffix(".clock")) if clock else None
+        self.clock = SharedClock(find_clock(library)) if clock else None
         self._port = "0"
         self._process = 0
         self._said: TextIO | None = None
@@ -42,7 +47,7 @@ class Studio:
     def start(self) -> None:
         """Start it, on the same port as before, and wait until it says where it is."""
         options = ["--no-browser", "--library", str(self.library), "--port", self._port]
-        clock = self.library.with_suffix(".clock") if self.clock else ""
+        clock = find_clock(self.library) if self.clock else ""
         self._process, self._said = start_forks().start(["studio", *self._what, *options], str(clock))
         said = []
         for line in self._said:
@@ -130,9 +135,11 @@ def start_forks() -> StudioForks:
 
 
 @contextmanager
-def open_studio(chromium: Browser, library: Path, *what: str, **options: Any) -> Iterator[Page]:
+def open_studio(
+    chromium: Browser, library: Path, *what: str, clock: bool = False, **options: Any
+) -> Iterator[Page]:
     """Open the page of a studio of its own; `options` are those of the page."""
-    studio = Studio(library, *what)
+    studio = Studio(library, *what, clock=clock)
     studio.start()
     try:
         with open_page(chromium, studio.address, **options) as page:

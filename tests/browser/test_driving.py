@@ -2,24 +2,69 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.browser.studio import find_strip, list_labels, open_studio
-from tests.browser.window import wait_until
+from tests.browser.shared_clock import SharedClock
+from tests.browser.studio import find_clock, find_strip, list_labels, open_studio
 
 Snap = Callable[[Page, str], None]
+TICK_S = 0.1
 
 
 @pytest.fixture
 def page(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
     options = "--seed", "3", "--features", "distance_to(nearest_food),angle_to(nearest_food)"
-    with open_studio(chromium, tmp_path / "library", "forage", "--drive", *options) as page:
+    library = tmp_path / "library"
+    with open_studio(chromium, library, "forage", "--drive", *options, clock=True, script=TRAFFIC) as page:
         stick(page).wait_for()
         yield page
+
+
+@pytest.fixture
+def clock(page: Page, tmp_path: Path) -> SharedClock:
+    """The clock by which the world runs: it stands still until a test moves it."""
+    return SharedClock(find_clock(tmp_path / "library"))
+
+
+TRAFFIC = """(() => {
+  window.traffic = { sent: 0, frames: 0, wake: () => {} };
+  const { send } = WebSocket.prototype;
+  WebSocket.prototype.send = function (data) {
+    send.call(this, data);
+    traffic.sent += 1;
+    traffic.wake();
+  };
+  const { set } = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
+  Object.defineProperty(WebSocket.prototype, "onmessage", { set(take) {
+    set.call(this, (event) => {
+      take(event);
+      if (typeof event.data === "string") return;
+      traffic.frames += 1;
+      traffic.wake();
+    });
+  } });
+})()"""
+"""Counts what the page says of the stick, and the moments of the world that it is shown."""
+NOTE = "() => [traffic.sent, traffic.frames]"
+HEARD = """([sent, frames]) => new Promise((resolve, reject) => {
+  traffic.wake = () => {
+    if (traffic.sent > sent && traffic.frames > frames) resolve();
+  };
+  traffic.wake();
+  setTimeout(() => reject(new Error("the world does not go on")), 60000);
+})"""
+"""Waits until the page said where the stick is, and was shown another moment."""
+
+
+def hold_for(page: Page, clock: SharedClock, seconds: float) -> None:
+    """Hold the stick where it is for so long, tick by tick: the studio forgets a stick that it does not hear of."""
+    for _ in range(round(seconds / TICK_S)):
+        before = page.evaluate(NOTE)
+        clock.advance(TICK_S)
+        page.evaluate(HEARD, before)
 
 
 def stick(page: Page) -> Locator:
@@ -40,18 +85,9 @@ def lean(page: Page, right: float, up: float) -> None:
     )
 
 
-def driven_s(page: Page) -> int:
-    """How long was driven, as the page says, s."""
-    return int(page.get_by_text(re.compile(r"^\d+ s$")).inner_text().split()[0])
-
-
-def hold_for(page: Page, seconds: float) -> None:
-    """Hold the stick where it is until so much more was driven, to the second in which the page says it."""
-    until = driven_s(page) + round(seconds)
-    wait_until(page, lambda: driven_s(page) >= until)
-
-
-def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Snap) -> None:
+def test_driven_with_the_mouse_and_learned(
+    page: Page, clock: SharedClock, tmp_path: Path, snap: Snap
+) -> None:
     """To the food, 3.5 m away and 164 degrees to the left, at 0.5 m/s and 69 degrees a second; then toward home."""
     expect(page.get_by_text("Drive the robot, and it learns from how you drive.")).to_be_visible()
     snap(page, "driving-opened")
@@ -59,18 +95,18 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     page.mouse.down()
     lean(page, -0.9, 0)
     span = find_strip(page).locator(".span")
-    hold_for(page, 2.25)
+    hold_for(page, clock, 2.25)
     expect(span.first).to_have_attribute("data-label", "rotate_left")  # while it is held
     lean(page, 0, 0.9)
-    hold_for(page, 6.5)
+    hold_for(page, clock, 6.5)
     page.keyboard.down("a")
     lean(page, 0, 0)
-    hold_for(page, 2.0)
+    hold_for(page, clock, 2.0)
     page.keyboard.up("a")
     lean(page, -0.9, 0)
-    hold_for(page, 1.1)
+    hold_for(page, clock, 1.1)
     lean(page, 0, 0.9)
-    hold_for(page, 2.0)
+    hold_for(page, clock, 2.0)
     expect(span.last).to_have_attribute("data-label", "forward")
     snap(page, "driving-under-way")
     page.mouse.up()
@@ -86,6 +122,7 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
 
     page.get_by_role("button", name="Let it drive").click()
     expect(page.get_by_text("Move the stick to take over.")).to_be_visible()
+    hold_for(page, clock, 4.0)
     expect(page.get_by_text("By itself: forward")).to_be_visible()
     expect(page.get_by_role("button", name="New world")).to_be_disabled()
     snap(page, "driving-by-itself")
@@ -102,18 +139,18 @@ def test_driven_with_the_mouse_and_learned(page: Page, tmp_path: Path, snap: Sna
     assert len([*(tmp_path / "recordings").glob("forage-*.jsonl")]) == 1
 
 
-def test_driven_with_the_keyboard(page: Page) -> None:
+def test_driven_with_the_keyboard(page: Page, clock: SharedClock) -> None:
     page.keyboard.press("Space")
     expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
     page.keyboard.down("ArrowUp")
-    hold_for(page, 1.5)
+    hold_for(page, clock, 1.5)
     page.keyboard.down("ArrowRight")  # both: ahead and to the right
     page.keyboard.up("ArrowUp")
-    hold_for(page, 1.2)
+    hold_for(page, clock, 1.2)
     page.keyboard.up("ArrowRight")
     page.keyboard.down("a")
     expect(page.get_by_role("button", name="load food").first).to_have_attribute("aria-pressed", "true")
-    hold_for(page, 1.0)
+    hold_for(page, clock, 1.0)
     page.keyboard.press("Space")
     page.keyboard.up("a")
     expect(page.get_by_role("button", name="Drive")).to_be_visible()
@@ -130,7 +167,7 @@ navigator.getGamepads = () => [window.pad, null, null, null];
 """
 
 
-def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
+def test_driven_with_a_gamepad_in_two_worlds(page: Page, clock: SharedClock, snap: Snap) -> None:
     """Start begins and pauses, the left stick drives, and X, the second button, unloads."""
     page.evaluate(PAD)
 
@@ -142,11 +179,11 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     expect(page.get_by_text("or the left stick of the gamepad after a press of Start")).to_be_visible()
     push(9, "Pause")
     page.evaluate("window.pad.axes = [0.02, -0.9]")
-    hold_for(page, 1.5)
+    hold_for(page, clock, 1.5)
     page.evaluate("window.pad.axes = [-0.95, 0.05]")
-    hold_for(page, 1.2)
+    hold_for(page, clock, 1.2)
     page.evaluate("window.pad.axes = [0.03, 0.03]; window.pad.buttons[2].pressed = true")
-    hold_for(page, 1.0)
+    hold_for(page, clock, 1.0)
     push(9, "Drive")
     page.evaluate("window.pad.buttons[2].pressed = false")
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
@@ -157,7 +194,7 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     expect(page.get_by_text("seed 4")).to_be_visible()
     push(9, "Pause")
     page.evaluate("window.pad.axes = [0, -1]")
-    hold_for(page, 1.5)
+    hold_for(page, clock, 1.5)
     push(9, "Drive")
     expect(page.locator(".strip .gap")).to_have_count(1)  # another episode of the same drive
     expect(page.get_by_role("button", name="Learn from these labels")).to_be_enabled()
@@ -165,16 +202,17 @@ def test_driven_with_a_gamepad_in_two_worlds(page: Page, snap: Snap) -> None:
     snap(page, "driving-two-worlds")
 
 
-def test_the_robot_rests_when_the_page_is_left(page: Page) -> None:
+def test_the_robot_rests_when_the_page_is_left(page: Page, clock: SharedClock) -> None:
     """Keys that are held when the window loses the focus count as let go of."""
     page.keyboard.press("Space")
     page.keyboard.down("ArrowUp")
+    hold_for(page, clock, 1.5)
     expect(find_strip(page).locator(".span")).not_to_have_count(0)
     page.evaluate("dispatchEvent(new Event('blur'))")
     expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
 
 
-def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
+def test_on_a_narrow_screen(page: Page, clock: SharedClock, snap: Snap) -> None:
     """The world and the stick are on the first screen."""
     page.set_viewport_size({"width": 390, "height": 844})
     box = stick(page).bounding_box()
@@ -185,17 +223,18 @@ def test_on_a_narrow_screen(page: Page, snap: Snap) -> None:
     lean(page, 0, 0)
     page.mouse.down()
     lean(page, 0, 0.9)
+    hold_for(page, clock, 1.5)
     expect(find_strip(page).locator(".span")).not_to_have_count(0)
     snap(page, "driving-narrow")
     page.mouse.up()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None:
+def test_the_stick_takes_over_from_the_automaton(page: Page, clock: SharedClock, snap: Snap) -> None:
     page.keyboard.press("Space")
     for key in ("ArrowUp", "ArrowLeft"):
         page.keyboard.down(key)
-        hold_for(page, 1.5)
+        hold_for(page, clock, 1.5)
         page.keyboard.up(key)
     page.keyboard.press("Space")
     pane = page.get_by_role("complementary")
@@ -217,7 +256,7 @@ def test_the_stick_takes_over_from_the_automaton(page: Page, snap: Snap) -> None
     page.set_viewport_size({"width": 1280, "height": 800})
     page.keyboard.down("ArrowRight")
     expect(page.get_by_text("Move the stick to take over.")).to_have_count(0)
-    hold_for(page, 1.5)
+    hold_for(page, clock, 1.5)
     page.keyboard.up("ArrowRight")
     page.keyboard.press("Space")
     expect(learn).to_be_enabled()

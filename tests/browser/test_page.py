@@ -93,13 +93,13 @@ def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.page.reload()
     expect(teacher.directing("rotate_left")).to_be_visible()
     assert teacher.examples == 2
+    expect(teacher.directing("forward")).to_be_enabled()
     teacher.press_until_shown("ArrowUp")
     teacher.page.add_init_script(PAINTED_LATE)
     teacher.page.reload()
     expect(teacher.directing("rotate_left")).to_be_visible()
     expect(teacher.page.get_by_role("banner")).to_contain_text("goto (A)")
     expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
-    teacher.press_until_shown("ArrowLeft")
 
 
 def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:

@@ -191,7 +191,6 @@ def test_export_to_run_elsewhere(teacher: Teacher, tmp_path: Path, snap: Callabl
     assert (manifest["binding"], manifest["precision"]) == ({"A": "nearest_food"}, "single")
     expect(page.get_by_text("Exported goto for c99")).to_be_visible()
 
-    page.get_by_role("button", name="Export goto", exact=True).click()
     form.get_by_label("Export as").select_option("ROS 2 package")
     button = form.get_by_role("button", name="Download")
     expect(button).to_be_disabled()

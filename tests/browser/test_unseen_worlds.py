@@ -101,6 +101,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         teacher.click("Teach something new")
         page.get_by_label("stored twice", exact=True).check()
         teacher.begin_as_in_the_paper()
+        expect(teacher.directing("forward")).to_be_enabled()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
             teacher.press_until_shown(key)
         tab(page, "Lesson")

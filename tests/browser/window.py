@@ -67,12 +67,13 @@ def open_page(
     *,
     fine: bool = False,
     prompt: bool = False,
+    script: str = "",
     **options: Any,
 ) -> Iterator[Page]:
     """Open a page as another person; its errors, and requests to elsewhere, fail the test.
 
     Pages are drawn coarsely, but not for a test that looks at pixels (`fine`), and seldom, unless pictures are kept.
-    `options` are those of the context.
+    A `script` runs first in the page; `options` are those of the context.
     """
     errors: list[str] = []
     if not (fine or SNAPS in os.environ):
@@ -84,6 +85,8 @@ def open_page(
     if SNAPS not in os.environ:
         frame, shown = (FRAME_OF_TEST_MS, "true") if prompt else (FRAME_MS, "false")
         context.add_init_script(SLOW_SCREEN.replace("FRAME_MS", str(frame)).replace("PROMPT", shown))
+    if script:
+        context.add_init_script(script)
     page = context.new_page()
 
     def check(url: str) -> None:
