@@ -89,6 +89,7 @@ def test_out_as_a_file_and_in_again(teacher: Teacher, tmp_path: Path) -> None:
     give()
     expect(page.get_by_text("Imported goto")).to_be_visible()
     page.get_by_role("button", name="Open goto", exact=True).click()
+    teacher.pause()
     show(teacher, "rotate_left")
     page.get_by_role("tab", name="Library").click()
     page.get_by_role("button", name="Open goto 2").click()
