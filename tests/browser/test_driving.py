@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 from tests.browser.shared_clock import SharedClock
 from tests.browser.studio import find_clock, find_strip, list_labels, open_studio
+from tests.browser.window import wait_until
 
 Snap = Callable[[Page, str], None]
 TICK_S = 0.1
@@ -212,7 +213,9 @@ def test_the_robot_rests_when_the_page_is_left(page: Page, clock: SharedClock) -
     hold_for(page, clock, 1.5)
     expect(find_strip(page).locator(".span")).not_to_have_count(0)
     page.evaluate("dispatchEvent(new Event('blur'))")
-    expect(page.get_by_text("Move the stick: the world waits for you.")).to_be_visible()
+    waits = page.get_by_text("Move the stick: the world waits for you.")
+    wait_until(page, lambda: clock.advance(TICK_S) or waits.is_visible())
+    expect(waits).to_be_visible()
 
 
 def test_on_a_narrow_screen(page: Page, clock: SharedClock, snap: Snap) -> None:
