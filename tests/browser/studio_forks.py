@@ -54,19 +54,18 @@ def main() -> None:
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     for line in sys.stdin.buffer:
-        match _read(line):
-            case Start() as start:
-                said = os.open(start.output, os.O_WRONLY)
-                process = os.fork()
-                if process == 0:
-                    become_studio(start, said)
-                    return
-                os.close(said)
-                running.add(process)
-                answer = process
-            case End() as end:
-                answer = end_process(end.process, end.signal)
-                running.discard(end.process)
+        request = _read(line)
+        if isinstance(request, Start):
+            said = os.open(request.output, os.O_WRONLY)
+            answer = os.fork()
+            if answer == 0:
+                become_studio(request, said)
+                return
+            os.close(said)
+            running.add(answer)
+        else:
+            answer = end_process(request.process, request.signal)
+            running.discard(request.process)
         sys.stdout.write(f"{answer}\n")
         sys.stdout.flush()
     for process in running:
@@ -132,7 +131,7 @@ def run_by_clock(file: Path) -> None:
 
     read = SharedClock(file).read
     for run in (SessionHost.__init__, studio_drive.make_drive_server):
-        defaults = run.__kwdefaults__
+        defaults = run.__kwdefaults__ or {}
         assert "wall" in defaults
         defaults["wall"] = read
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from math import atan2, cos, degrees, hypot, radians, sin
 
 import pytest
@@ -44,6 +45,10 @@ def heading_deg(page: Page) -> float:
 def turned_deg(teacher: Teacher, before: tuple[float, float]) -> float:
     """How far the robot was turned to the left since a reading."""
     return (before[1] - teacher.reading()[1] + 180) % 360 - 180
+
+
+def is_turned(teacher: Teacher, before: tuple[float, float], wanted: object) -> bool:
+    return turned_deg(teacher, before) == wanted
 
 
 COVERED = "([x, y]) => document.elementFromPoint(x, y).tagName"
@@ -91,7 +96,7 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
         drag_finger(page, start, (x + away * cos(now), y - away * sin(now)))
         wanted = pytest.approx((turn_deg + 180) % 360 - 180, abs=8)
         before = behind
-        teacher.wait_until(lambda before=before, wanted=wanted: turned_deg(teacher, before) == wanted)
+        teacher.wait_until(partial(is_turned, teacher, before, wanted))
         wait_for_still_picture(page)
         behind = teacher.reading()
         assert behind[0] == before[0]

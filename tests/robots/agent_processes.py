@@ -31,7 +31,7 @@ from understudy.sim.catalog import find_scenario
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.tree_builder import build_automaton, split_below, split_on_flag
 
-DOMAIN = own_domain(1)
+DOMAIN = own_domain()
 SQUAD = "patrol_0"
 ROBOTS = tuple(f"pioneer_{number}" for number in range(1, 5))
 BOUND_S = 120.0

@@ -21,7 +21,7 @@ from tests.robots.skill_servers import Server
 from understudy.robots.ros.dds_services import make_raw_type
 
 POLL_S = 0.005
-DOMAIN = own_domain(0)
+DOMAIN = own_domain()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
-from tests.simulated_clock import ReadOnlyClock
+from tests.simulated_clock import SimulatedClock
 
 from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior, Command
@@ -48,7 +48,7 @@ class Rig:
     def __init__(self, trainer: str | None = "laptop") -> None:
         self.clock = SimulatedClock()
         self.network, self.wire = LocalNetwork(), Wire()
-        self.robot = Robot(FILE, self.wire, clock=ReadOnlyClock(lambda: self.now))
+        self.robot = Robot(FILE, self.wire, clock=self.clock)
         node = self.network.join("rover")
         find = make_finder(Library(KIT), "rover")
         spec = AgentSpec("rover", find, [], find("backward", Binding({})), trainer=trainer)
@@ -57,7 +57,6 @@ class Rig:
         laptop: Any = self.network.join("laptop")
         self.watch = TeamWatch(team, laptop, clock=self.clock)
         self.remote = RemoteRobot(FILE, Path("rover.toml"), self.watch)
-        self.remote._clock = ReadOnlyClock(lambda: self.now)
         self.fleet = Fleet([self.remote])
         self.robot.arm("a test")
 

@@ -31,7 +31,7 @@ from tests.ui.cli.commands import said
 
 from understudy.robots.recording.reader import read_recording
 
-DOMAIN = own_domain(2)
+DOMAIN = own_domain()
 
 
 class Terminal:
