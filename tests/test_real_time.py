@@ -26,135 +26,37 @@ MOST_TIMED = 60
 WAITS = {
     "simulated_clock.py": "bounds how long it waits for threads",
     "waiting.py": "looks at a state again and again until it is reached",
+    "browser/window.py": "looks at a page again and again until a state is reached",
+    "browser/jupyter.py": "bounds how long a program takes to start",
 }
 """Modules by which all tests may wait for a state: they may sleep and compare the time."""
-OF_TIMED_TESTS: dict[str, str] = {}
+OF_TIMED_TESTS = {
+    "robots/agent_scale.py": "a measurement",
+    "robots/agent_trials.py": "a measurement",
+    "robots/plain_zenoh.py": "a program that publishes for a while",
+    "robots/rover.py": "a program that publishes at a rate",
+    "robots/skill_decider.py": "a program that ticks",
+    "robots/skill_servers.py": "a program that serves until it is killed",
+    "robots/skill_times.py": "a measurement",
+    "robots/test_lossy_links.py": "programs that send at a rate",
+    "robots/test_watchdog.py": "a transport that is slow",
+    "robots/test_zenoh.py": "a program that publishes at a rate",
+    "robots/trial_decider.py": "a program that ticks",
+    "robots/trial_robot.py": "a program that publishes at a rate",
+    "robots/trials.py": "a measurement",
+}
 """Modules that only timed tests use or start as processes, and why they sleep or compare the time."""
-SLEEPING = {
-    "browser/jupyter.py",
-    "browser/test_notebook.py",
-    "jit/test_cache.py",
-    "jit/test_switch.py",
-    "lab/test_parts.py",
-    "peers/test_hostile_peers.py",
-    "peers/test_peers.py",
-    "robots/agent_processes.py",
-    "robots/agent_scale.py",
-    "robots/agent_trials.py",
-    "robots/dds_skill_servers.py",
-    "robots/rover.py",
-    "robots/skill_decider.py",
-    "robots/skill_servers.py",
-    "robots/skill_times.py",
-    "robots/slow_agents.py",
-    "robots/test_agent_security.py",
-    "robots/test_arming_permits.py",
-    "robots/test_dds.py",
-    "robots/test_diagnostics.py",
-    "robots/test_frame_tree.py",
-    "robots/test_guard.py",
-    "robots/test_library_push.py",
-    "robots/test_lossy_links.py",
-    "robots/test_recorded_training.py",
-    "robots/test_recording.py",
-    "robots/test_simulation_clock.py",
-    "robots/test_skills.py",
-    "robots/test_team_push.py",
-    "robots/test_transport.py",
-    "robots/test_watchdog.py",
-    "robots/test_zenoh.py",
-    "robots/test_zenoh_network.py",
-    "robots/trial_decider.py",
-    "robots/trial_robot.py",
-    "robots/trials.py",
-    "sim_mujoco/test_processes.py",
-    "storage/test_library_folder.py",
-    "training/test_killed.py",
-    "ui/controller/test_live_drive.py",
-    "ui/notebook/test_show_session.py",
-    "ui/tui/test_real_robot.py",
-    "ui/web/test_coach.py",
-    "ui/web/test_drive_app.py",
-    "ui/web/test_fastest.py",
-    "ui/web/test_real_robots.py",
-    "ui/web/test_serving.py",
+IN_BROWSER = {
+    "browser/foraging.py": "without the test's clock, which pictures.py does",
+    "browser/pictures.py": "draws the pictures of the documents",
+    "browser/speed.py": "a measurement",
+    "browser/test_soak.py": "takes hours in real time",
 }
-"""Files that still sleep."""
-COMPARING = {
-    "browser/foraging.py",
-    "browser/jupyter.py",
-    "browser/teacher.py",
-    "browser/test_forage.py",
-    "browser/test_soak.py",
-    "browser/test_tour.py",
-    "jit/test_switch.py",
-    "peers/test_hostile_peers.py",
-    "peers/test_peers.py",
-    "robots/agent_processes.py",
-    "robots/agent_scale.py",
-    "robots/agent_trials.py",
-    "robots/plain_zenoh.py",
-    "robots/rover.py",
-    "robots/skill_decider.py",
-    "robots/slow_agents.py",
-    "robots/test_agent_security.py",
-    "robots/test_dds.py",
-    "robots/test_diagnostics.py",
-    "robots/test_frame_tree.py",
-    "robots/test_guard.py",
-    "robots/test_recorded_training.py",
-    "robots/test_simulation_clock.py",
-    "robots/test_skills.py",
-    "robots/test_transport.py",
-    "robots/test_watchdog.py",
-    "robots/test_zenoh.py",
-    "robots/test_zenoh_network.py",
-    "robots/trial_robot.py",
-    "robots/trials.py",
-    "sim/test_placement.py",
-    "sim_mujoco/test_simulated_robots.py",
-    "training/test_killed.py",
-    "ui/controller/test_live_drive.py",
-    "ui/tui/test_teach_command.py",
-    "ui/web/test_arming_over_network.py",
-    "ui/web/test_drive_app.py",
-    "ui/web/test_library_zip.py",
-    "ui/web/test_real_robots.py",
-    "ui/web/test_serving.py",
-}
-"""Files that still compare the real time."""
-MARKED_WHOLE = {
-    "browser/test_running_team.py",
-    "lab/bench/test_robot_latency.py",
-    "robots/test_agent_recording.py",
-    "robots/test_recorded_training.py",
-    "robots/test_team_run.py",
-}
-"""Files that are still marked as timed as a whole."""
-WAITING_IN_BROWSER = {
-    "browser/curriculum.py",
-    "browser/foraging.py",
-    "browser/hand.py",
-    "browser/jupyter.py",
-    "browser/pictures.py",
-    "browser/speed.py",
-    "browser/teacher.py",
-    "browser/test_axe.py",
-    "browser/test_coach.py",
-    "browser/test_driving.py",
-    "browser/test_failing_worlds.py",
-    "browser/test_first_use.py",
-    "browser/test_notebook.py",
-    "browser/test_page.py",
-    "browser/test_small_screens.py",
-    "browser/test_soak.py",
-    "browser/test_team.py",
-    "browser/test_touch.py",
-    "browser/test_tour.py",
-    "browser/test_unseen_worlds.py",
-    "browser/test_world.py",
-}
-"""Files that still wait for times in a browser."""
+"""Programs and tests in real time with a browser, which no test of `make test-all` uses so."""
+
+
+RULE_BOOKS = (Path(__file__), TESTS / "real_time.py")
+"""Modules that only name others."""
 
 
 def list_offenders(find: Callable[[Path], list[Offence]], *, excused: set[str]) -> dict[str, list[str]]:
@@ -162,9 +64,16 @@ def list_offenders(find: Callable[[Path], list[Offence]], *, excused: set[str]) 
     found = {}
     for path in read_tests():
         name = path.relative_to(TESTS).as_posix()
-        if path != Path(__file__) and name not in excused and (offences := find(path)):
+        if path not in RULE_BOOKS and name not in excused and (offences := find(path)):
             found[name] = [f"tests/{name}:{line}: {text.splitlines()[0][:80]}" for line, text in offences]
     return found
+
+
+def list_test_modules(part: Path) -> set[Path]:
+    """List the modules of tests that use a module, directly or by way of modules without tests."""
+    users = {user for user in list_importers(name_of(part)) if user not in RULE_BOOKS}
+    tests = {user for user in users if user.name.startswith("test_")}
+    return tests.union(*(list_test_modules(user) for user in users - tests))
 
 
 def find_waits_for_times(path: Path) -> list[Offence]:
@@ -172,26 +81,20 @@ def find_waits_for_times(path: Path) -> list[Offence]:
     return [(number, line.strip()) for number, line in enumerate(lines, 1) if "wait_for_timeout(" in line]
 
 
-RULES: list[
-    tuple[Callable[[Path], list[Offence]], set[str], set[str]]
-] = [  # finds it, still do so, may do so
-    (find_sleeps, SLEEPING, {*WAITS, *OF_TIMED_TESTS}),
-    (find_comparisons, COMPARING, {*WAITS, *OF_TIMED_TESTS}),
-    (find_marks, MARKED_WHOLE, set()),
-    (find_waits_for_times, WAITING_IN_BROWSER, set()),
+RULES: list[tuple[Callable[[Path], list[Offence]], set[str]]] = [  # finds offences, the files that may
+    (find_sleeps, {*WAITS, *OF_TIMED_TESTS}),
+    (find_comparisons, {*WAITS, *OF_TIMED_TESTS, *IN_BROWSER}),
+    (find_marks, set()),
+    (find_waits_for_times, {"browser/window.py", *IN_BROWSER}),
 ]
 
 
 @pytest.mark.xdist_group("real time")  # tests are read once
-@pytest.mark.parametrize(("find", "still", "may"), RULES, ids=[find.__name__ for find, *_ in RULES])
-def test_no_test_decides_by_the_clock(
-    find: Callable[[Path], list[Offence]], still: set[str], may: set[str]
-) -> None:
+@pytest.mark.parametrize(("find", "may"), RULES, ids=[find.__name__ for find, _ in RULES])
+def test_no_test_decides_by_the_clock(find: Callable[[Path], list[Offence]], may: set[str]) -> None:
     found = list_offenders(find, excused=may)
-    more = [line for name, lines in found.items() if name not in still for line in lines]
-    assert not more, "in tests that are not timed:\n" + "\n".join(more)
-    mended = sorted(still - set(found))
-    assert not mended, "these do so no more; take them off the list:\n" + "\n".join(mended)
+    offences = [line for lines in found.values() for line in lines]
+    assert not offences, "in tests that are not timed:\n" + "\n".join(offences)
 
 
 @pytest.mark.xdist_group("real time")
@@ -216,7 +119,7 @@ def test_parts_of_timed_tests_are_of_no_others() -> None:
         if not path.exists() or not (find_sleeps(path) or find_comparisons(path)):
             found.append(f"{part} neither sleeps nor compares the time; take it off the list")
             continue
-        for user in list_importers(name_of(path)):
+        for user in list_test_modules(path):
             name = user.relative_to(TESTS).as_posix()
             if name not in OF_TIMED_TESTS and not list_timed(user):
                 found.append(f"{part} is used by tests/{name}, which has no timed test")
