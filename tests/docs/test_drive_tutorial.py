@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.inline_executor import InlineExecutor
 from tests.ui.controller.test_live_drive import LEFT, RIGHT, Scripted
 
 from understudy.model.library import Library
@@ -14,6 +17,7 @@ from understudy.runtime.program import link
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.world import World
+from understudy.ui.controller import live_drive
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.stick import StickPosition
 
@@ -38,9 +42,15 @@ class Person:
 
 
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> Scripted:
-    """Four worlds, half a minute each."""
-    scripted = Scripted(tmp_path_factory.mktemp("drive"), features=FEATURES)
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scripted]:
+    """Four worlds, half a minute each; labels are found at once, in the same thread."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(live_drive, "ThreadPoolExecutor", InlineExecutor)
+        yield drive_in_four_worlds(tmp_path_factory.mktemp("drive"))
+
+
+def drive_in_four_worlds(folder: Path) -> Scripted:
+    scripted = Scripted(folder, features=FEATURES)
     for seed in (3, 4, 5, 6):
         if seed != 3:
             scripted.live.begin_world(seed)

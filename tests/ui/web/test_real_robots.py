@@ -360,6 +360,7 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
             if session.paused:
                 break
         assert "What is right?" in lab.studio.host.status.text
+        lab.wait(0.1)
         assert not lab.moves()
         known, state = len(session.examples), session.view().state
         lab.rig.hear(0, lab.rig.odometry(1.95))
