@@ -28,7 +28,7 @@ COARSE = 0.5
 LOOK_MS = 30
 """How long to wait between two looks at a page for what is no state of one element."""
 FRAME_MS = 100
-FRAME_OF_TEST_MS = 300
+FRAME_OF_TEST_MS = 4
 SLOW_SCREEN = """(() => {
 const later = window.setTimeout;
 window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), FRAME_MS);
@@ -37,7 +37,7 @@ if (PROMPT) window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) <=
 })()"""
 """A screen that shows few frames a second: drawn by the processor, they are the largest cost of these tests.
 
-What a page shows seldom, such as the time, it shows at once for tests that move the clock and wait for it.
+For tests that move the clock, and wait until the page shows that, it shows all at once.
 """
 
 

@@ -84,10 +84,20 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> PlainRun:
         return PlainRun(read["cases"], read["numba"], None)
     data, report = (str(tmp_path_factory.mktemp("coverage") / name) for name in ("data", "report.json"))
     kept = f"--data-file={data}"
+    own = f"--rcfile={os.devnull}"  # what the project's settings include is all of its source
     text = in_mode(
-        PYTHON, "-m", "coverage", "run", "--branch", kept, f"--include={KERNELS}", "-m", "tests.kernel_modes"
+        PYTHON,
+        "-m",
+        "coverage",
+        "run",
+        own,
+        "--branch",
+        kept,
+        f"--include={KERNELS}",
+        "-m",
+        "tests.kernel_modes",
     )
-    in_mode(PYTHON, "-m", "coverage", "json", kept, "-q", "-o", report)
+    in_mode(PYTHON, "-m", "coverage", "json", own, kept, "-q", "-o", report)
     files = json.loads(Path(report).read_text())["files"]
     unreached = {Path(name).name: file["summary"]["missing_branches"] for name, file in files.items()}
     return PlainRun(**json.loads(text), unreached={name: count for name, count in unreached.items() if count})
