@@ -114,13 +114,14 @@ function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Adv
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
   if (isThere(moment))
     return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
-  return corrects(moment, desk);
+  return corrects(tour, moment, desk, studio.motion.last?.time ?? 0);
 }
 
-/** What to press where the robot decides by itself: nothing, unless it does something else than it should. */
-function corrects(moment: Moment, desk: Session): Advice {
+/** What to press where the robot decides by itself: nothing, unless it does something else than it should for a while. */
+function corrects(tour: Tour, moment: Moment, desk: Session, time: number): Advice {
   const advice = drives(moment, desk);
-  if (advice.at === null) return { text: "It decides by itself. Press only where it does wrong.", at: null };
+  if (!tour.needsHelp(advice.at !== null, time))
+    return { text: "It decides by itself. Press only where it does wrong.", at: null };
   return { ...advice, text: `It should do something else. ${advice.text}` };
 }
 

@@ -11,6 +11,8 @@ const TURNED_DEG = 20;
 const AHEAD_DEG = 40;
 /** A robot that turned past A so far should turn back. */
 const PAST_DEG = 90;
+/** So long a robot that decides by itself may do something else before the tour speaks, s of the world's time. */
+export const PATIENCE_S = 0.5;
 const KEPT = "understudy-tour";
 
 /** What the tour looks at. */
@@ -44,6 +46,9 @@ export class Tour {
   private seed: number | null = null;
   /** The present world, and how many presses the lesson had when it began. */
   private world: { seed: number | null; taught: number } | null = null;
+
+  /** Since when the robot does something else than it should, s of the world's time; null while it does not. */
+  private wrongSince: number | null = null;
 
   constructor(private readonly store: Pick<Storage, "getItem" | "setItem">) {
     Object.assign(this, read(store));
@@ -85,6 +90,13 @@ export class Tour {
   /** Whether there was no press in this world so far. */
   alone({ taught }: Moment): boolean {
     return this.world !== null && this.world.taught === taught;
+  }
+
+  /** Whether the robot has done something else than it should for so long that it needs help. */
+  needsHelp(wrong: boolean, time: number): boolean {
+    if (!wrong) this.wrongSince = null;
+    else if (this.wrongSince === null || time < this.wrongSince) this.wrongSince = time;
+    return this.wrongSince !== null && time - this.wrongSince >= PATIENCE_S - 1e-6;
   }
 
   private finishes(moment: Moment): boolean {

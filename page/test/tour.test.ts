@@ -50,6 +50,22 @@ test("each step is done by what the person does", () => {
   expect(STEPS).toHaveLength(5);
 });
 
+test("a robot that decides by itself is helped after half a second", () => {
+  const tour = new Tour(store());
+  const seen: [boolean, number, boolean][] = [
+    [true, 10.0, false],
+    [true, 10.4, false],
+    [true, 10.5, true],
+    [true, 12.0, true],
+    [false, 12.1, false], // it does what it should
+    [true, 12.2, false],
+    [true, 0.0, false], // another world
+    [true, 0.4, false],
+    [true, 0.5, true],
+  ];
+  for (const [wrong, time, helps] of seen) expect(tour.needsHelp(wrong, time), `at ${time}`).toBe(helps);
+});
+
 test("it can be left and taken up again, on a page loaded anew, too", () => {
   const kept = store();
   const tour = new Tour(kept);
