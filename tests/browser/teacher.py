@@ -18,10 +18,11 @@ STEP_S = 0.1
 """How far a clock is moved at once, s; a world does not make up for more than a quarter of a second."""
 SHOWN_S = 0.15
 """How far what is shown may lag behind a clock: by a tick, and by what it is rounded."""
-PASSES = """(until) => new Promise((resolve) => {
+PASSES = """([from, until]) => new Promise((resolve) => {
   const look = () => {
     const [minutes, seconds] = document.querySelector(".time").textContent.split(":");
-    return 60 * minutes + Number(seconds) >= until || document.querySelector(".pause").ariaLabel !== "Pause";
+    const shown = 60 * minutes + Number(seconds);
+    return shown >= until || shown < from || document.querySelector(".pause").ariaLabel !== "Pause";
   };
   if (look()) return resolve(true);
   const end = (passed) => {
@@ -32,7 +33,7 @@ PASSES = """(until) => new Promise((resolve) => {
   watch.observe(document.body, { subtree: true, childList: true, characterData: true, attributes: true });
   setTimeout(() => end(look()), 1000);
 })"""
-"""Waits until it is so late in the world, or it is paused; false if neither is so for a second."""
+"""Waits until it is so late in the world, or in another one, or it is paused; false if nothing is so for a second."""
 MOST_WAITS = 60
 
 
@@ -90,19 +91,20 @@ class Teacher:
         By a clock of the test so much time passes for the person, and accordingly more in a world that goes faster.
         """
         if self.clock is None:
-            self._wait_until_shown(self.clock_s + seconds, 0.0)
+            self._wait_until_later(seconds, 0.0)
             return
         while seconds > 0:
             step = min(seconds, STEP_S)
-            self._wait_until_shown(self.clock_s + step * self.speed - SHOWN_S, step)
+            self._wait_until_later(step * self.speed - SHOWN_S, step)
             seconds -= step
 
-    def _wait_until_shown(self, time_s: float, step: float) -> None:
-        """Wait until the page shows a time; a step of the clock that the world took for a pause is made again."""
+    def _wait_until_later(self, seconds: float, step: float) -> None:
+        """Wait until the page shows a later time; a step of the clock that the world took for a pause is made again."""
+        now = self.clock_s
         for _ in range(MOST_WAITS):
             if self.clock is not None:
                 self.clock.advance(step)
-            if self.page.evaluate(PASSES, time_s):
+            if self.page.evaluate(PASSES, [now, now + seconds]):
                 return
         raise AssertionError("time does not pass in the world")
 

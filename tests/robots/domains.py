@@ -11,11 +11,14 @@ DOMAINS = 100
 _NUMBERS = count()
 
 
-def own_domain() -> int:
-    """Return a domain for this worker: no other of its test run has it, and one of another run hardly ever."""
+def own_domain(further: int = 0) -> int:
+    """Return a domain for this worker, or a further one: no other of its test run has it, one of another hardly ever.
+
+    Those of workers follow each other, so that `further` is to be at least the number of workers.
+    """
     worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
     run = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
-    return (crc32(run.encode()) + int(worker)) % DOMAINS + 1
+    return (crc32(run.encode()) + int(worker) + further) % DOMAINS + 1
 
 
 def new_namespace(name: str = "rover") -> str:

@@ -46,6 +46,16 @@ drive_m_s = 0.4
 turn_rad_s = 1.0
 """
 
+TOO_BUSY = (
+    "no command came",
+    "this program stood still",
+    "the watchdog",
+    "a command was decided",
+    "is absent",
+    "no sign",
+)
+"""Parts of the causes that stop a robot whose computer is too busy, as may be where tests run."""
+
 
 class Wire:
     """A transport in memory: `deliver` is the robot's side, `sent` what was published."""

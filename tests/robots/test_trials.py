@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
-from tests.robots.rovers import ODOMETRY, ROVER, TWIST, Wire
+from tests.robots.rovers import ODOMETRY, ROVER, TOO_BUSY, TWIST, Wire
 from tests.robots.trials import PATIENCE_S, TRIALS, Process, can_cut, scene
 from tests.simulated_clock import SimulatedClock
 from tests.ui.cli.commands import run
@@ -23,15 +23,6 @@ from understudy.robots.safety import emergency_stop
 from understudy.robots.safety.stop_log import read_stops
 
 cuts = pytest.mark.skipif(not can_cut(), reason="needs root and ip, for a network of its own")
-TOO_BUSY = (
-    "no command came",
-    "this program stood still",
-    "the watchdog",
-    "a command was decided",
-    "is absent",
-    "no sign",
-)
-"""Parts of the causes that stop a robot whose computer is too busy, as may be here."""
 
 
 @pytest.mark.timed
