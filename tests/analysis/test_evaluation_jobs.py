@@ -38,6 +38,7 @@ def assert_same(found: Evaluation, expected: Evaluation) -> None:
     assert found.seeds == expected.seeds
 
 
+@pytest.mark.long
 def test_two_processes_find_what_one_does() -> None:
     calls = list[tuple[int, int]]()
     expected = evaluate_carts()
@@ -54,6 +55,7 @@ def test_an_executor_finds_the_same(jobs: int) -> None:
         assert_same(evaluate_carts(jobs=jobs, executor=executor), evaluate_carts())
 
 
+@pytest.mark.long
 def test_submitits_executor_finds_the_same(tmp_path: Path) -> None:
     executor = submitit.AutoExecutor(folder=tmp_path, cluster="local")
     assert_same(evaluate_carts(jobs=2, executor=executor), evaluate_carts())

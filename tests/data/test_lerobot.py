@@ -96,6 +96,7 @@ def check_episodes(rows: Sequence[dict[str, Any]], episodes: Sequence[Episode]) 
         start += episode.ticks
 
 
+@pytest.mark.long
 @given(draw_episodes())
 @settings(deadline=None, max_examples=25)
 def test_nothing_is_lost(episodes: list[Episode]) -> None:

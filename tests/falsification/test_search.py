@@ -148,6 +148,7 @@ def test_batches_fit_the_time_that_worlds_take() -> None:
     assert sizes == [20, 50, 500, 500, 250, 250, 50, 12, 1, 0]
 
 
+@pytest.mark.long
 def test_search_at_random_counts_as_running_them_all() -> None:
     measure = make_measure()
     found = search_at_random(measure, FORAGE, first_seed=50, most_runs=230)
@@ -164,6 +165,7 @@ def test_no_failure_says_at_most_how_many() -> None:
     assert RandomSearch(runs=1000).interval[1] == pytest.approx(1 - 0.025**0.001)
 
 
+@pytest.mark.long
 def test_a_planted_failure_is_found_by_the_directed_search() -> None:
     """It is so far away (14 m) that only one of many thousands of worlds has it."""
     measure, space = make_measure(14.0), SearchSpace(FORAGE)

@@ -162,6 +162,7 @@ def test_after_the_compiling_process_was_killed_kernels_stay_plain_and_others_ge
     assert len(started) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spoil", [b"", b"nonsense"])
 def test_a_spoiled_file_is_compiled_again(spoil: bytes, tmp_path: Path) -> None:
     add_up = anew(sample_kernels.add_up)
@@ -197,6 +198,7 @@ def test_code_for_more_general_arguments_is_used_until_there_is_some_for_these(
     assert [request.switch for request in asked] == [double.run]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked")
 def test_a_forked_process_loads_kernels_by_itself(tmp_path: Path) -> None:
     code = (

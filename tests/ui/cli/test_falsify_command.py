@@ -46,6 +46,7 @@ def planted(library: Path) -> Path:
     return library
 
 
+@pytest.mark.long
 def test_a_failing_world_is_kept(planted: Path, tmp_path: Path) -> None:
     out = tmp_path / "failures"
     options = ("falsify", planted, "forage", "--worlds", WORLDS, "--limit", 600, "-o", out)

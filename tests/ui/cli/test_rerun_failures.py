@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
 from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE, TOO_FAR, plant_idleness
 from tests.falsification.test_failing_world import list_failing_seeds
@@ -72,6 +73,7 @@ def test_a_world_that_failed_a_property_is_run_again_by_it(library: Path, tmp_pa
     assert (row["verdict"], row["robustness"]) == ("fails", found.facts.robustness)
 
 
+@pytest.mark.long
 def test_results_do_not_depend_on_the_number_of_processes(library: Path, tmp_path: Path) -> None:
     """Lessons, properties of both kinds and failing worlds, one by one or two at a time."""
     for number, seed in enumerate(list_failing_seeds()[:2], 1):

@@ -307,6 +307,7 @@ def mutated(draw: st.DrawFn) -> str:
     return text
 
 
+@pytest.mark.long
 @settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(text=mutated())
 def test_mutated_messages(room: Room, text: str) -> None:
