@@ -5,7 +5,7 @@ PYTHON ?= python3
 VENV ?= .venv
 UV ?= uv
 BIN := $(VENV)/bin
-WORKERS ?= 4  # of the tests that mostly wait
+WORKERS ?= 2  # of the tests that make test leaves out
 
 # A python3 that is too old gives way to a newer one beside it; a PYTHON that was named is taken at its word.
 ifeq ($(origin PYTHON),file)

@@ -149,7 +149,7 @@ def test_back_on_the_timeline(teacher: Teacher) -> None:
     """The robot is back where it was, the lesson stays, and it goes on from there."""
     teacher.press("ArrowUp")
     expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
-    teacher.let_pass(1.0)
+    teacher.let_pass(3.0)  # so that it drives at all moments gone back to
     teacher.pause()
     far, before = teacher.reading(), teacher.examples
     line = teacher.page.get_by_role("slider", name="Rewind")

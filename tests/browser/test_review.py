@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
+from tests.browser.window import wait_until
 from tests.browser.test_doubt import show, taught
 
 from understudy.model.library import Library, TrainedAutomaton
@@ -190,8 +191,12 @@ def test_why_goes_along_with_time_and_opens_who_showed_it(teacher: Teacher, snap
     expect(why).to_contain_text("the last switch, at 0:00")
     expect(why).not_to_contain_text("goes from start")
     snap(page, "why")
-    page.get_by_role("slider", name="Rewind").press("ArrowLeft")
-    expect(why).to_contain_text(re.compile(r"[Ii]t goes from start to"))
+
+    def is_back() -> bool:
+        page.get_by_role("slider", name="Rewind").press("ArrowLeft")
+        return re.search(r"[Ii]t goes from start to", why.inner_text()) is not None
+
+    wait_until(page, is_back)
     expect(why).not_to_contain_text("the last switch, ")
     example = why.get_by_role("button", name=re.compile(r"^\d+ press")).first
     number = example.inner_text().split()[0]

@@ -72,8 +72,9 @@ def is_armed(page: Page) -> bool:
     """Whether the robot is armed; if not, press Arm, since on a busy machine it may be refused, or stopped again."""
     bar = page.get_by_role("group", name="Real robots")
     arm = bar.get_by_role("button", name="Arm", exact=True)
-    if arm.count() and arm.is_enabled():
-        arm.click()
+    arm.evaluate_all(
+        "all => all.forEach((each) => each.click())"
+    )  # at once: armed, there is nothing to click
     return "humanoid armed" in bar.inner_text()
 
 
