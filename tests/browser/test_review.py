@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
-from tests.browser.window import wait_until
 from tests.browser.test_doubt import show, taught
+from tests.browser.window import wait_until
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.properties.stored_moments import add_moment_property
