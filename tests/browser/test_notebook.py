@@ -35,9 +35,12 @@ show_session(session)
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Jupyter]:
-    """A JupyterLab; where there is none the test is skipped, but in continuous integration it fails."""
+    """A JupyterLab; where there is none the test is skipped, but in continuous integration it fails.
+
+    Each test has its own: in a shared one, a kernel that was restarted found its journal still open.
+    """
     missing = [name for name in ("jupyterlab", "anywidget") if find_spec(name) is None]
     if missing:
         reason = f"there is no {missing[0]}: pip install {missing[0]}"
