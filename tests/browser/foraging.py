@@ -362,7 +362,7 @@ class Forager(Teacher):
         expect(self.page.get_by_role("button", name="Resume")).to_be_visible()
         yield
         self.press("Space")
-        expect(self.page.get_by_role("button", name="Pause")).to_be_visible()
+        expect(self.page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
 
     def put_aside(self) -> None:
         """Put the robot elsewhere."""

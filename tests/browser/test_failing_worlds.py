@@ -44,7 +44,7 @@ def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: 
         expect(page.get_by_text("Paused in forage-2")).to_be_visible()
         snap(page, "failures-opened")
         page.keyboard.press("Space")  # it goes wrong again: it stands
-        expect(page.get_by_role("button", name="Pause")).to_be_visible()
+        expect(page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
         teacher.let_pass(0.5)
         before = teacher.examples
         teacher.directing("left").click()

@@ -64,7 +64,7 @@ def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
     before = teacher.clock_s
     teacher.page.reload()
     expect(teacher.directing("forward")).to_be_visible()
-    expect(teacher.page.get_by_role("button", name="Pause")).to_be_visible()
+    expect(teacher.page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
     teacher.wait_until(lambda: teacher.clock_s > before)
 
 

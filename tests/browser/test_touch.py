@@ -29,7 +29,7 @@ def teacher(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -
         page.get_by_role("button", name="Teach something new", exact=True).tap()
         page.get_by_role("button", name="Begin", exact=True).tap()
         expect(page.locator("[data-state=forward]")).to_be_visible()
-        page.get_by_role("button", name="Pause").tap()
+        page.get_by_role("button", name="Pause", exact=True).tap()
         expect(page.get_by_role("button", name="Resume")).to_be_visible()
         wait_for_still_picture(page)
         yield Teacher(page)

@@ -169,7 +169,7 @@ def decide_again(merged: Path, library: Path, file: Path, deputy: str) -> None:
     for name in ROBOTS:
         recording = team.read_part(name)
         driven = [duty for duty in recording.duties[0] if duty.leader == "laptop"]
-        assert len(driven) >= (2 if name == TRAINED else 1), name  # more often if messages are late
+        assert driven, name  # how often depends on which messages are late
         assert () in recording.paths[0]
 
 
