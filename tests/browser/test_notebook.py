@@ -148,6 +148,7 @@ def test_cells_and_the_widget_share_a_session(jupyter: Jupyter, page: Page) -> N
 
 def test_a_reload_and_the_end_of_the_kernel_lose_nothing(jupyter: Jupyter, page: Page) -> None:
     resume = BEGIN.replace("Session(", "Session.resume('goto.journal', ").split("session = ")[0] + (
+        "if 'session' in globals(): session.close()\n"  # the cell runs twice if the kernel was not ready
         "session = Session.resume('goto.journal', Forage([42]), library)\n"
         "print(len(session.examples), session.view().state)"
     )

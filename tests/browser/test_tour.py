@@ -16,7 +16,7 @@ MOST_PRESSES = 16
 """The most presses that a way to the station may take."""
 LEAST_S, MOST_S = 0.25, 0.35
 """How late a person presses."""
-WORLDS = 8
+WORLDS = 12
 _log = logging.getLogger(__name__)
 
 
