@@ -10,8 +10,8 @@ from typing import Protocol
 class Clock(Protocol):
     """A monotonic clock that is called for the time, and that waits.
 
-    Whoever measures intervals or waits takes a clock, `REAL_TIME` unless another is given. Where only the time is
-    asked, any function that returns seconds will do.
+    Code that measures intervals or waits takes a clock, `REAL_TIME` unless another is given. Code that only asks for
+    the time takes any function that returns seconds.
     """
 
     def __call__(self) -> float:

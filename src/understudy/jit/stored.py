@@ -22,7 +22,7 @@ from understudy.jit.processors import find_processor_kind
 from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
 
 OPTIMIZED = 3
-"""How much kernels are optimized, unless NUMBA_OPT says otherwise."""
+"""The optimization level of kernels, unless NUMBA_OPT names another."""
 
 
 class KernelMissing(Exception):
