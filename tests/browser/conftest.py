@@ -56,9 +56,15 @@ def snap(tmp_path: Path) -> Callable[[Page, str], None]:
 
 
 @pytest.fixture
-def studio(tmp_path: Path) -> Iterator[Studio]:
+def moves_clock() -> bool:
+    """Whether time passes in the studio only while the test lets it pass; a file of tests may say so."""
+    return False
+
+
+@pytest.fixture
+def studio(tmp_path: Path, moves_clock: bool) -> Iterator[Studio]:
     """A studio with an empty library."""
-    made = Studio(tmp_path / "library")
+    made = Studio(tmp_path / "library", clock=moves_clock)
     made.start()
     yield made
     made.stop()

@@ -1,4 +1,4 @@
-"""What agents and visitors of a team need of its network: messages, presence, names that are taken, and questions."""
+"""Access of agents and visitors to the network of a team: messages, presence, names that are taken, and questions."""
 
 from __future__ import annotations
 
