@@ -102,7 +102,7 @@ def _outcome(rows: RowNumbers, shown: TrainingSet) -> int | None:
     pressed = shown.outcomes[rows[shown.groups[rows] != WATCHED]]
     if not len(pressed):
         return None
-    counts = np.bincount(pressed)
+    counts = np.bincount(pressed.astype(np.intp))
     tied = np.flatnonzero(counts == counts.max()).tolist()
     return shown.current if shown.current in tied else int(tied[0])
 

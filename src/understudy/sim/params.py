@@ -70,7 +70,9 @@ def make_world_params(scenario: Scenario) -> WorldParams:
     return WorldParams(
         types=_types(scenario, names),
         classes=classes,
-        class_of=np.repeat(np.arange(len(classes), dtype=np.int32), classes["end"] - classes["first"]),
+        class_of=np.repeat(
+            np.arange(len(classes), dtype=np.int32), (classes["end"] - classes["first"]).astype(np.intp)
+        ),
         width=scenario.size[0],
         height=scenario.size[1],
         tick_s=scenario.tick_s,
