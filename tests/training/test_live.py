@@ -5,15 +5,19 @@ The ball is 100 m away at first, and one meter nearer each tick of 0.1 s.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.bodies import RANGE, Scripted
+from tests.bodies import RANGE, Scripted, kit
 from tests.training.lessons import ROBOT, WITH_GO, play, rows, session, ticks
 
+from understudy.model.features import ReadingsView, feature
+from understudy.model.kinds import Column, Continuous
 from understudy.model.lesson import LearnerOptions
+from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -247,6 +251,60 @@ def test_watched_ticks_after_a_switch_that_is_taken_back_teach_nothing() -> None
     assert [row for row in rows(taught) if row[0] == "left"] == before
 
 
+def test_any_recorded_press_ends_that_it_switched_by_itself() -> None:
+    taught = turned()
+    play(taught, 1, "left", 1, "right", 1)  # 0.4 s after the switch
+    assert [each[0] for each in rows(taught)[4:]] == ["left", "left", "right"]
+
+
+def test_a_switch_made_in_testing_counts_after_it() -> None:
+    taught = live("forward", 5, "left", 2)
+    taught.test()
+    taught.reset(1)
+    ticks(taught, 7)
+    taught.teach()
+    play(taught, "forward", 1)
+    assert rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
+
+
+@pytest.mark.parametrize(("waited", "shown"), [(10, "left"), (18, "left"), (19, "failed")])
+def test_a_slip_that_is_mended_by_another_flag_may_be_mended_within_2_s_of_the_first(
+    waited: int, shown: str
+) -> None:
+    taught = session(flags=["done", "failed"])
+    taught.teach()
+    play(taught, "forward", 5, "done", 2, "failed", waited, "left", 1)
+    assert rows(taught)[2] == ("forward", 95, shown, "directive")
+
+
+def test_the_default_of_a_press_soon_after_a_switch_has_the_counters_of_now() -> None:
+    """Lap counts once when it starts, so that the robot has counted one lap when left is pressed."""
+    taught = session(states=["forward", "lap", "left"], features=["range_of(ball)", "laps"])
+    taught.teach()
+    play(taught, "forward", 5, "lap", 2)
+    taught.reset(1)
+    ticks(taught, 7)
+    assert taught.view().state == "lap"
+    play(taught, "left", 1)
+    assert rows(taught)[4:] == [("forward", 95, 0, "left", "directive"), ("left", 95, 1, "left", "default")]
+
+
+def test_after_a_kill_watched_stays_need_no_distance_from_those_before(tmp_path: Path) -> None:
+    """Stays at 99 and 96 m; the next would come at 93 m, but it is killed at 95 m."""
+    taught = session(flags=["done"], options=LearnerOptions(watched=True), journal=tmp_path / "a.journal")
+    taught.teach()
+    play(taught, "forward", 5)
+    taught.teach()  # what was watched so far counts
+    taught.close()
+    body = Scripted()
+    resumed = Session.resume(tmp_path / "a.journal", body, WITH_GO)
+    body.tick = 5
+    play(resumed, 1)
+    watched = [each[1] for each in rows(resumed.lesson) if each[-1] == "watched"]
+    resumed.close()
+    assert watched == [99, 96, 95]
+
+
 def test_undo_learns_again_and_goes_on_live() -> None:
     taught = live("forward", 5, "left", 2)
     taught.undo()
@@ -317,14 +375,26 @@ APPEARED = [  # distance when it switched, and at a press back 1 s later; the st
 ]
 
 
+@feature(Continuous())
+def twice_the_range(_: ReadingsView, thing: ReadingsView) -> Column:
+    """Twice how far it is to a thing."""
+    return 2.0 * thing.range
+
+
+WITH_FUNCTION = Library(replace(kit, features={**kit.features, "twice_the_range": twice_the_range}))
+
+
+@pytest.mark.parametrize("decides_on", ["range_of(ball)", "twice_the_range(ball)"])
 @pytest.mark.parametrize(("then", "now", "judged"), APPEARED)
 def test_a_press_back_after_something_has_appeared_is_meant_from_here(
-    then: float, now: float, judged: str
+    then: float, now: float, judged: str, decides_on: str
 ) -> None:
     """Forward at once, and left from tick 5 on, as shown before; the press comes at tick 15."""
     distances = [100.0] * 5 + [then] * 5 + [now] * 20
     script = {**RANGE, ("range", "ball"): lambda tick: distances[tick]}
-    taught = session(flags=["done"], body=Scripted(script=script))
+    taught = session(
+        flags=["done"], features=[decides_on], library=WITH_FUNCTION, body=Scripted(script=script)
+    )
     taught.teach()
     play(taught, "forward", 5, "left", 2)
     taught.reset(1)
@@ -332,3 +402,33 @@ def test_a_press_back_after_something_has_appeared_is_meant_from_here(
     assert taught.view().state == "left"
     play(taught, "forward", 1)
     assert rows(taught)[4][0] == judged
+
+
+@pytest.mark.parametrize(
+    ("waited", "pressed", "judged"),
+    [
+        (4, "right", "forward"),  # 0.4 s: soon
+        (5, "right", "left"),
+        (20, "forward", "forward"),  # 2 s
+        (21, "forward", "left"),
+    ],
+)
+def test_when_a_lesson_begins_changes_nothing(waited: int, pressed: str, judged: str) -> None:
+    """Times of the clock such as 0.1, 0.2 and 0.3 are not exactly as far apart: 0.4 s is soon at each of them."""
+    seen = set()
+    for idle in range(200):
+        taught = session(flags=["done"], body=Scripted(script=begun_after(idle)))
+        taught.teach()
+        play(taught, idle, "forward", 5, "left", 2, "restart", 7)
+        assert taught.view().state == "left"
+        play(taught, waited - 2, pressed, 1)
+        seen.add(rows(taught)[4][0])
+    assert seen == {judged}
+
+
+def begun_after(idle: int) -> dict[Any, Any]:
+    """The ball is 100 m away after so many ticks and again 7 ticks later, and meanwhile a meter nearer each tick."""
+    return {
+        **RANGE,
+        ("range", "ball"): lambda tick: 100.0 - (tick - idle if tick < idle + 7 else tick - idle - 7),
+    }

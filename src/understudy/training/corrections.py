@@ -14,10 +14,11 @@ from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagno
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.binding import Binding
-from understudy.model.features import BoundFeature, Feature, ReadingKey
+from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.tree import STAY
-from understudy.runtime.feature_columns import get_feature_key
+from understudy.runtime.feature_columns import read_feature_column
+from understudy.runtime.interpreter import measure_elapsed
 from understudy.training.edits import describe_edit, set_quarantine
 from understudy.training.feature_values import compute_example_values
 from understudy.training.sample_buffer import Sample
@@ -74,7 +75,7 @@ class LastSwitch:
         switch = self.switch
         if switch is None or state is None or state == switch.next:  # it confirms where the robot is now
             return None
-        passed_s = now - switch.seconds
+        passed_s = measure_elapsed(now, switch.seconds)
         is_from_here = (switch.next, state) in directed
         if state == switch.state:
             is_from_here |= appeared or (raised and (switch.state, switch.next) in directed)
@@ -83,20 +84,23 @@ class LastSwitch:
         return switch if passed_s <= late_s and not paused and not is_from_here else None
 
     def has_anything_appeared(self, readings: Sequence[float], features: Sequence[BoundFeature]) -> bool:
-        """Return whether a reading of these features was absent at the switch and is present now, or vice versa."""
+        """Return whether one of these features of the body was absent at the switch and is present now, or vice versa."""
         if self._last is None:
             return False
         switch, binding = self._last
-        ground = (BoundFeature(each.feature, each.binding.substitute(binding)) for each in features)
-        keys = {
-            get_feature_key(each)
-            for each in ground
-            if isinstance(each.feature, Feature) and each.feature.function is None
-        }
-        return any(
-            key in keys and isnan(then) != isnan(now)
-            for key, then, now in zip(self._keys, switch.values, readings, strict=True)
+        ground = [
+            BoundFeature(each.feature, each.binding.substitute(binding))
+            for each in features
+            if isinstance(each.feature, Feature)
+        ]
+        then, now = (
+            [isnan(read_feature_column(each, percept, agents=1)[0]) for each in ground]
+            for percept in (self._make_percept(switch.values), self._make_percept(readings))
         )
+        return then != now
+
+    def _make_percept(self, readings: Sequence[float]) -> Percept:
+        return {key: np.array([value]) for key, value in zip(self._keys, readings, strict=True)}
 
     def find_undone_stay(self, correction: Example, lesson: Lesson, now: float) -> Example | None:
         """Return the example of staying, if the correction takes the last switch back; otherwise None."""
@@ -104,7 +108,7 @@ class LastSwitch:
             return None
         switch, binding = self._last
         back = (correction.state, correction.next) == (switch.next, switch.state)
-        if not back or now - switch.seconds > SOON_S:
+        if not back or measure_elapsed(now, switch.seconds) > SOON_S:
             return None
         stay = Example(
             correction.number, switch.state, (), switch.state, ExampleKind.CONFIRMATION, correction=True,

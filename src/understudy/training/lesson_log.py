@@ -15,7 +15,7 @@ from msgspec import UNSET
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, Lesson
-from understudy.runtime.interpreter import StackFrame
+from understudy.runtime.interpreter import StackFrame, measure_elapsed
 from understudy.training.corrections import SOON_S, CorrectionStep, LastSwitch
 from understudy.training.edits import correct_press
 from understudy.training.example_index import ExampleIndex
@@ -195,7 +195,11 @@ class LessonLog:
         after: TraineeState,
     ) -> None:
         """Record the examples of a press that took effect at this tick, from `before` to `after`."""
-        since_s = press.answers.seconds if isinstance(press.answers, OwnSwitch) else inf
+        entry = outcome.shown[0].entry if outcome.shown else None
+        if entry is not None:
+            since_s = float(self._recorder.record.seconds[entry.moment])
+        else:
+            since_s = press.answers.seconds if isinstance(press.answers, OwnSwitch) else inf
         reaction_s = self.lesson.options.reaction_s
         self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
@@ -207,8 +211,8 @@ class LessonLog:
                 lesson, what = correct_press(self.lesson, slip, outcome.next), f"mend example {slip}"
                 self.step(what, lesson, before=before, after=after, press=press.number)
             return
-        if outcome.shown[0].entry is not None:
-            moment, window = outcome.shown[0].entry.moment, 0
+        if entry is not None:
+            moment, window = entry.moment, 0
         elif isinstance(press.answers, OwnSwitch):
             moment = self._recorder.keep(Sample(press.answers.seconds, press.answers.values))
             window = 0
@@ -250,7 +254,7 @@ class LessonLog:
         )
         if not outcome.leaves_directed_flag or last is None or last.moment is None:
             return None
-        passed_s = self._recorder.now - float(self._recorder.record.seconds[last.moment])
+        passed_s = measure_elapsed(self._recorder.now, float(self._recorder.record.seconds[last.moment]))
         return last.number if last.next == outcome.state and 0.0 <= passed_s <= SOON_S else None
 
     # Between ticks

@@ -1,6 +1,6 @@
 """Learning from silence: ticks that the demonstrator watched and did not correct become watched examples.
 
-Rules (1) to (3) of ARCHITECTURE section 3, 'Watched examples'; the learner applies rule (4).
+Rules (1) to (3) of *Watched examples* in docs/semantics.md; the learner applies rule (4).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from understudy.model.features import ReadingKey
 from understudy.model.lesson import Example, Lesson, ReadingLog
+from understudy.runtime.interpreter import measure_elapsed
 from understudy.training.example_index import ExampleKey, make_example_key
 from understudy.training.feature_values import compute_example_values
 from understudy.training.sample_buffer import Sample
@@ -24,7 +25,7 @@ REACTION_MARGIN_S = 0.2
 
 def measure_deciding_time(reaction_s: float) -> float:
     """Return the time in s before a press in which a demonstrator with this reaction time was deciding to press."""
-    return max(SHORTEST_DOUBT_S, reaction_s + REACTION_MARGIN_S)
+    return max(SHORTEST_DOUBT_S, measure_elapsed(reaction_s + REACTION_MARGIN_S, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +57,12 @@ class WatchedBuffer:
 
     def discard_recent(self, now: float, *, reaction_s: float, since_s: float = inf) -> None:
         """Discard the ticks just before a press and those since a time, which the demonstrator did not accept."""
-        limit = min(now - measure_deciding_time(reaction_s) + 1e-9, since_s - 1e-9)
-        self._seen = [seen for seen in self._seen if seen.moment.seconds <= limit]
+        deciding_s = measure_deciding_time(reaction_s)
+        self._seen = [
+            seen
+            for seen in self._seen
+            if measure_elapsed(now, seen.moment.seconds) >= deciding_s and seen.moment.seconds < since_s
+        ]
 
     def begin_episode(self) -> None:
         """Note that the robot was moved, so that stays need no distance in time from those before."""
@@ -79,7 +84,8 @@ class WatchedBuffer:
         for seen in self._seen:
             example = seen.example
             if example.next == example.state:
-                if seen.moment.seconds - last_stay.get(example.state, -inf) < STAY_APART_S - 1e-9:
+                last = last_stay.get(example.state)
+                if last is not None and measure_elapsed(seen.moment.seconds, last) < STAY_APART_S:
                     continue
                 last_stay[example.state] = seen.moment.seconds
             alone = ReadingLog(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
