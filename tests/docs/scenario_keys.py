@@ -86,6 +86,10 @@ PARTS: dict[type[StrictStruct], tuple[str, Rows]] = {
                 "",
                 "number of objects of each class that can be added while it runs; at most 10 000",
             ),
+            "generator": (
+                "",
+                "generator of random numbers: 2 draws the same on all computers, 1 is that of versions before 0.3",
+            ),
         },
     ),
     Wall: (

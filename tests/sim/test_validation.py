@@ -83,6 +83,8 @@ BROKEN: list[tuple[Steps, Any, str, str]] = [
     (("tick_s",), -0.1, "tick_s", "0.0001 or more"),
     (("spare_objects",), -1, "spare_objects", "from 0"),
     (("spare_objects",), 10_001, "spare_objects", "from 0 to 10 000"),
+    (("generator",), 0, "generator", "1 or 2"),
+    (("generator",), 3, "generator", "1 or 2"),
     (("types", "rover", "radius"), 0, "types.rover.radius", "above 0"),
     (("types", "rover", "noise_drive"), -0.1, "types.rover.noise_drive", "0 or more"),
     (("types", "rover", "load_s"), 0.25, "types.rover.load_s", "multiple of tick_s"),

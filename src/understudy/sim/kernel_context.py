@@ -169,8 +169,9 @@ def _facts(worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch, *, width_
     """Return the constants and sizes of worlds as a record FACTS."""
     state, rules, grid, near = worlds.state, worlds.rules, room.grid, worlds.near
     record: Any = np.zeros(1, FACTS)[0]
-    for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count", "signals"):
+    for name in ("width", "height", "tick_s", "goal", "goal_target", "goal_within", "goal_count"):
         record[name] = getattr(rules, name)
+    record["signals"], record["generator"] = rules.signals, rules.generator
     for name in ("cell", "columns", "lines", "shift", "keep", "most_radius", "most_step"):
         record[name] = getattr(grid, name)
     for name in ("columns", "lines"):

@@ -82,6 +82,7 @@ def make_world_params(scenario: Scenario) -> WorldParams:
         goal_within=goal.within if goal is not None else 0.0,
         goal_count=goal.gathered if goal is not None else 0,
         signals=len(names.signals),
+        generator=scenario.generator,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import atan2, hypot, isnan, nan, tau
+from math import hypot, isnan, nan, tau
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import ISSUED, SKILL, Commands
+from understudy.sim.kernels.angles import compute_angle
 from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.scenario.skill_schema import SkillStandIn
@@ -179,5 +180,5 @@ def _move_to(robot: Any, place: Place, *, share: float, within: float) -> None:
     step = share * (distance - within) / distance
     robot["x"] += step * dx
     robot["y"] += step * dy
-    robot["heading"] = atan2(dy, dx) % tau % tau
+    robot["heading"] = compute_angle(dy, dx) % tau % tau
     robot["aim"] = nan

@@ -45,6 +45,8 @@ class WorldParams(NamedTuple):
     """The number of boxes to gather."""
     signals: int
     """The number of signals."""
+    generator: int
+    """The generator of random numbers."""
 
 
 class WorldState(NamedTuple):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import cos, isfinite, pi, radians, tau
+from math import isfinite, pi, radians, tau
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim import state
-from understudy.sim.kernels.rng import draw_uniform_column
+from understudy.sim.kernels.angles import compute_cosine_and_sine
+from understudy.sim.kernels.rng import draw_uniform_column, make_normal
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
@@ -122,7 +123,8 @@ class Walker:
         """
         robot = self.world.state.robots[agent]
         heading = float(robot["heading"])
-        x, y = float(robot["x"]) - aside * np.sin(heading), float(robot["y"]) + aside * np.cos(heading)
+        cosine, sine = compute_cosine_and_sine(heading)
+        x, y = float(robot["x"]) - aside * sine, float(robot["y"]) + aside * cosine
         self.world.place(agent, x, y, heading + turned)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
@@ -149,8 +151,9 @@ class Walker:
         """Return the motion that results from a step with these commands, with slip and veer."""
         step = asked.copy()
         made = 1.0 - self.gait.slip * self._drawn(SLIP)
-        radius = np.sqrt(-2.0 * np.log(1.0 - self._drawn(VEER)))
-        veer = radians(self.gait.veer_deg) * radius * np.cos(tau * self._drawn(VEER + 1))
+        pairs = zip(self._drawn(VEER).tolist(), self._drawn(VEER + 1).tolist(), strict=True)
+        normal = np.array([make_normal(*pair, self.world.rules.generator) for pair in pairs])
+        veer = radians(self.gait.veer_deg) * normal
         step[:, :2] *= made[:, None]
         robots = self.world.state.robots["type"]
         turning = self.world.rules.types["turning"][robots] * (self._ticks - self._still)
@@ -173,7 +176,7 @@ class Walker:
 
     def _swayed(self) -> Column:
         """Return the turn of each trunk by the sway [B*N], rad; it is largest while both feet are on the ground."""
-        phase = cos(pi * int(self.world.state.tick[0]) / self._ticks)
+        phase, _ = compute_cosine_and_sine(pi * int(self.world.state.tick[0]) / self._ticks)
         walks = np.any(self._step[:, :2] != 0.0, axis=1)
         swayed: Column = np.where(walks, radians(self.gait.sway_deg) * phase, 0.0)
         return swayed

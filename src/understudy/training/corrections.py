@@ -84,7 +84,7 @@ class LastSwitch:
         return switch if passed_s <= late_s and not paused and not is_from_here else None
 
     def has_anything_appeared(self, readings: Sequence[float], features: Sequence[BoundFeature]) -> bool:
-        """Return whether one of these features of the body was absent at the switch and is present now, or vice versa."""
+        """Return whether a feature of the body was absent at the switch and is present now, or vice versa."""
         if self._last is None:
             return False
         switch, binding = self._last

@@ -26,7 +26,9 @@ DRIVING, TURNING = 16, 18  # streams of random draws, two each
 
 
 @inlined
-def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, move: Any) -> None:
+def propose_step(
+    robot: Any, kind: Any, drive: float, turn: float, seed: int, tick: int, generator: int, move: Any
+) -> None:
     """Compute a robot's step under its commands, without obstacles, into `move`: dx, dy (m), heading; scale is 1.
 
     The robot moves along the chord of the arc that its speeds describe. Its speeds approach the commanded ones as
@@ -46,9 +48,10 @@ def propose_step(robot: Any, kind: Any, drive: float, turn: float, seed: int, ti
     robot.spin += min(most_spin, max(-most_spin, spin - robot.spin))
     distance, angle = robot.speed, robot.spin
     if kind.noise_drive > 0.0 and distance != 0.0:  # at most twice as far: how far is near is known before
-        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * draw_normal(seed, robot.id, tick, DRIVING)))
+        drawn = draw_normal(seed, robot.id, tick, DRIVING, generator)
+        distance *= min(2.0, max(0.0, 1.0 + kind.noise_drive * drawn))
     if kind.noise_turn > 0.0 and angle != 0.0:
-        angle *= 1.0 + kind.noise_turn * draw_normal(seed, robot.id, tick, TURNING)
+        angle *= 1.0 + kind.noise_turn * draw_normal(seed, robot.id, tick, TURNING, generator)
     move.dx = move.dy = 0.0
     if distance != 0.0:
         if angle == 0.0:

@@ -295,6 +295,7 @@ FACTS = np.dtype(
         ("signals", "i8"),
         ("solids", "i8"),
         ("failing", "i8"),  # some robots fail at a time
+        ("generator", "i8"),  # of random numbers
     ],
     align=True,
 )

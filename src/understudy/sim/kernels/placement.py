@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.jit.decorators import blank, inner, njit_entry
+from understudy.sim.kernels.angles import compute_angle, compute_cosine_and_sine
 from understudy.sim.kernels.clearance import (
     AMOUNT,
     ANGLE,
@@ -27,7 +28,7 @@ from understudy.sim.kernels.clearance import (
     measure_to_segment,
     scale_to_integer,
 )
-from understudy.sim.kernels.rng import draw_uniform
+from understudy.sim.kernels.rng import FORMER, draw_uniform
 
 Records: TypeAlias = NDArray[Any]
 
@@ -201,9 +202,20 @@ TAU = 2.0 * math.pi
 
 
 @inner
-def _turn_polygon(x: float, y: float, turned: float, corners: Floats, segments: Records, first: int) -> None:
+def _compute_direction(angle: float, generator: int) -> tuple[float, float]:
+    """Return the cosine and sine of an angle (rad); those of the computer's library for the former generator."""
+    if generator == FORMER:
+        return math.cos(angle), math.sin(angle)
+    cosine, sine = compute_cosine_and_sine(angle)
+    return cosine, sine
+
+
+@inner
+def _turn_polygon(
+    x: float, y: float, turned: float, generator: int, corners: Floats, segments: Records, first: int
+) -> None:
     """Write the edges of a polygon around (x, y), turned by `turned` (rad), into the segments of a world."""
-    cosine, sine = math.cos(turned), math.sin(turned)
+    cosine, sine = _compute_direction(turned, generator)
     count = corners.shape[0]
     for index in range(count):
         a, b = corners[index], corners[(index + 1) % count]
@@ -237,7 +249,14 @@ def _in_bounds(
 
 @inner
 def _propose(
-    group: Any, seed: int, item: int, attempt: int, width: float, height: float, objects: Records
+    group: Any,
+    seed: int,
+    item: int,
+    attempt: int,
+    generator: int,
+    width: float,
+    height: float,
+    objects: Records,
 ) -> tuple[float, float]:
     """Return a random place (x, y) to try: in the group's region, or beside the object that the group is near."""
     streams = FIRST_STREAM + STREAMS * group.sort
@@ -245,8 +264,13 @@ def _propose(
         near = objects[group.near]
         spread = TAU / 8.0 + (TAU - TAU / 8.0) * max(0, attempt - 50) / (ATTEMPTS - 50)
         turned = (draw_uniform(seed, item, attempt, streams + BESIDE) - 0.5) * spread
-        angle = math.atan2(0.5 * height - near.y, 0.5 * width - near.x) + turned
-        return near.x + group.near_m * math.cos(angle), near.y + group.near_m * math.sin(angle)
+        dy, dx = 0.5 * height - near.y, 0.5 * width - near.x
+        if generator == FORMER:
+            angle = math.atan2(dy, dx) + turned
+        else:
+            angle = (compute_angle(dy, dx) if dx != 0.0 or dy != 0.0 else 0.0) + turned
+        cosine, sine = _compute_direction(angle, generator)
+        return near.x + group.near_m * cosine, near.y + group.near_m * sine
     away = group.apart + (group.radius if group.sort != POLYGON else 0.0)
     x0, x1 = max(group.x0, away), min(group.x1, width - away)
     y0, y1 = max(group.y0, away), min(group.y1, height - away)
@@ -312,6 +336,7 @@ def _find_place(
     group: Any,
     item: int,
     seed: int,
+    generator: int,
     width: float,
     height: float,
     corners: Floats,
@@ -322,10 +347,10 @@ def _find_place(
     """Find a free place for a thing of a group: whether there is one, x and y (m)."""
     end = first + corners.shape[0]
     for attempt in range(ATTEMPTS):
-        x, y = _propose(group, seed, item, attempt, width, height, objects)
+        x, y = _propose(group, seed, item, attempt, generator, width, height, objects)
         if first >= 0:
             turned = TAU * draw_uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.sort + ANGLE)
-            _turn_polygon(x, y, turned, corners, segments, first)
+            _turn_polygon(x, y, turned, generator, corners, segments, first)
         if _in_bounds(x, y, group, width, height, segments, first) and (
             is_place_free(grid, groups, x, y, group, segments, first, end)
         ):
@@ -342,6 +367,7 @@ def _lay_out_world(
     width: float,
     height: float,
     seed: int,
+    generator: int,
     robots: Records,
     objects: Records,
     discs: Records,
@@ -366,10 +392,21 @@ def _lay_out_world(
                 place = group.place + k
                 x, y, heading = places[place, 0], places[place, 1], places[place, 2]
                 if first >= 0:
-                    _turn_polygon(x, y, heading, corners, segments, first)
+                    _turn_polygon(x, y, heading, generator, corners, segments, first)
             elif not comes:
                 found, x, y = _find_place(
-                    grid, groups, group, item, seed, width, height, corners, objects, segments, first
+                    grid,
+                    groups,
+                    group,
+                    item,
+                    seed,
+                    generator,
+                    width,
+                    height,
+                    corners,
+                    objects,
+                    segments,
+                    first,
                 )
                 if not found:
                     return g, k, grid
@@ -391,6 +428,7 @@ def place_objects(
     height: float,
     cell: float,
     seeds: Ints,
+    generator: int,
     robots: Records,
     objects: Records,
     discs: Records,
@@ -413,6 +451,7 @@ def place_objects(
             width,
             height,
             seeds[w],
+            generator,
             robots[w],
             objects[w],
             discs[w],

@@ -204,7 +204,9 @@ def measure_lidar(c: Any, row: int, world: int, step: Any) -> None:
         if part.of == ALONG_BEAM:
             far = min(step.range, max(0.0, c.a[k] - radius))
             if step.noisy:
-                far, _ = add_sensor_noise(step, part, c.seeds[world], robot.id, c.tick[world], far, math.nan)
+                far, _ = add_sensor_noise(
+                    step, part, c.seeds[world], robot.id, c.tick[world], c.facts.generator, far, math.nan
+                )
             c.a[k] = c.b[part.number] = far
             continue
         beam = find_nearest_beam(c.b, part.beam, part.beams, step.beams)
@@ -264,7 +266,9 @@ def _claimed(c: Any, row: int, world: int, step: Any, offset: Any) -> Any:
 
 
 @inlined
-def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: float, b: float) -> Any:
+def add_sensor_noise(
+    step: Any, part: Any, seed: int, item: int, tick: int, generator: int, a: float, b: float
+) -> Any:
     """Return the readings a and b of a part with noise, misdetections and dropout (NaN) added."""
     stream = step.stream + 8 * part.number
     if step.dropout > 0.0 and draw_uniform(seed, item, tick, stream + DROPOUT) < step.dropout:
@@ -282,7 +286,7 @@ def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: f
     if (
         step.noise_a > 0.0 and a == a and not silent
     ):  # what is absent stays so: the largest of 0 and NaN would be 0
-        a += step.noise_a * draw_normal(seed, item, tick, stream + NOISE_A)
+        a += step.noise_a * draw_normal(seed, item, tick, stream + NOISE_A, generator)
         if ranges:
             a = min(step.range, max(0.0, a))
         elif step.what == CAMERA:
@@ -292,7 +296,7 @@ def add_sensor_noise(step: Any, part: Any, seed: int, item: int, tick: int, a: f
         elif step.what <= TO_CALLER:
             a = max(0.0, a)
     if step.noise_b > 0.0 and b == b:
-        drawn = step.noise_b * draw_normal(seed, item, tick, stream + NOISE_B)
+        drawn = step.noise_b * draw_normal(seed, item, tick, stream + NOISE_B, generator)
         b = max(0.0, b * (1.0 + drawn)) if step.what == CAMERA else wrap_angle(b + drawn)
     return a, b
 
@@ -346,7 +350,7 @@ def run_sense_step(
         if due:
             a, b = c.a[uint64(k - step.first)], c.b[uint64(k - step.first)]
             if step.noisy and step.what != LIDAR:  # whose beams had it before they were summed up
-                a, b = add_sensor_noise(step, part, seed, robot.id, tick, a, b)
+                a, b = add_sensor_noise(step, part, seed, robot.id, tick, c.facts.generator, a, b)
             if keep and part.held >= 0:
                 c.memory[held] = a
                 if part.b >= 0:  # else b is whatever was measured before

@@ -47,7 +47,7 @@ def interpret_commands(
     robot, move = c.robots[uint64(row)], c.moves[uint64(row - world * c.facts.count)]
     drive, turn = commands[which, 0], commands[which, 1]
     seed, tick = c.seeds[world], c.tick[world]
-    propose_step(robot, c.types[robot.type], drive, turn, seed, tick, move)
+    propose_step(robot, c.types[robot.type], drive, turn, seed, tick, c.facts.generator, move)
     if pulling is not None:
         still = drive == 0.0 and turn == 0.0
         grip_box(c, row, world, commands[which, 2], commands[which, 3], still)

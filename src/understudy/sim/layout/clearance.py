@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import cos, hypot, radians, sin
+from math import hypot, radians
 from typing import TypeAlias
 
 import numpy as np
 
+from understudy.sim.kernels.angles import compute_cosine_and_sine
 from understudy.sim.params import ScenarioNames
 from understudy.sim.scenario.schema import ArenaPoint, Scenario
 from understudy.sim.state import Records, WorldParams, WorldState
@@ -34,9 +35,9 @@ def list_wall_segments(scenario: Scenario) -> Iterator[Segment]:
 
 def place_polygon(points: Sequence[ArenaPoint], place: Sequence[float]) -> tuple[ArenaPoint, ...]:
     """Return the corners of a polygon moved to a place (x, y), or (x, y, rotation in degrees)."""
-    turned = radians(place[2]) if len(place) > 2 else 0.0
+    cosine, sine = compute_cosine_and_sine(radians(place[2]) if len(place) > 2 else 0.0)
     return tuple(
-        (place[0] + cos(turned) * x - sin(turned) * y, place[1] + sin(turned) * x + cos(turned) * y)
+        (place[0] + cosine * x - sine * y, place[1] + sine * x + cosine * y)
         for x, y in orient_counter_clockwise(points)
     )
 
@@ -163,6 +164,6 @@ def _segment(segments: Records, x: float, y: float, radius: float) -> str | None
 
 def _hit(things: Records, there: Records, radii: Records, x: float, y: float, radius: float) -> int | None:
     """Return the index of the first of the `there` discs that a disc overlaps; None if there is none."""
-    apart = np.hypot(things["x"] - x, things["y"] - y) - radii
+    apart = np.sqrt((things["x"] - x) ** 2 + (things["y"] - y) ** 2) - radii
     found = np.flatnonzero(there & (apart < radius))
     return int(found[0]) if len(found) else None

@@ -138,5 +138,5 @@ def _to_segment(x: Floats, y: Floats, x0: Floats, y0: Floats, x1: Floats, y1: Fl
     ex, ey = x1 - x0, y1 - y0
     length = np.maximum(ex * ex + ey * ey, 1e-300)
     along = np.clip(((x - x0) * ex + (y - y0) * ey) / length, 0.0, 1.0)
-    distance: Floats = np.hypot(x0 + along * ex - x, y0 + along * ey - y)
+    distance: Floats = np.sqrt((x0 + along * ex - x) ** 2 + (y0 + along * ey - y) ** 2)
     return distance

@@ -52,6 +52,7 @@ def lay_out_worlds(scenario: Scenario, rules: WorldParams, seeds: Seeds) -> Worl
         float(rules.height),
         plan.cell(),
         state.seeds,
+        rules.generator,
         state.robots.reshape(worlds, -1),
         state.objects,
         state.discs,

@@ -61,4 +61,5 @@ THINGS = Limit(
 SPARE = Limit(
     lambda number: 0 <= number <= MOST_SPARE, f"a number from 0 to {MOST_SPARE:,}".replace(",", " ")
 )
+GENERATOR = Limit(lambda number: number in {1, 2}, "1 or 2")
 PIXELS = Limit(lambda number: 1 <= number <= 100_000, "1 to 100 000 pixels")

@@ -394,3 +394,4 @@ class Scenario(StrictStruct, frozen=True, kw_only=True):
     radio: CommsSpec = CommsSpec()
     goal: Goal | None = None
     spare_objects: int = 16
+    generator: int = 2

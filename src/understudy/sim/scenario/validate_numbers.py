@@ -11,6 +11,7 @@ import msgspec
 from understudy.sim.scenario.scenario_errors import (
     AT_LEAST_1,
     CHANCE,
+    GENERATOR,
     NOT_NEGATIVE,
     POSITIVE,
     SPARE,
@@ -52,7 +53,13 @@ MOST = 1e9
 
 
 LIMITS: Mapping[type[StrictStruct], Mapping[str, Limit]] = {
-    Scenario: {"size": POSITIVE, "tick_s": TICK, "limit_s": POSITIVE, "spare_objects": SPARE},
+    Scenario: {
+        "size": POSITIVE,
+        "tick_s": TICK,
+        "limit_s": POSITIVE,
+        "spare_objects": SPARE,
+        "generator": GENERATOR,
+    },
     ArenaRegion: {"radius": POSITIVE},
     Placement: {"count": THINGS, "apart": NOT_NEGATIVE, "near_m": NOT_NEGATIVE},
     Obstacle: {"radius": POSITIVE, "height": POSITIVE},

@@ -5,11 +5,13 @@ The summaries are plain Python functions, which kernels compile and which the sc
 
 from __future__ import annotations
 
-from math import cos, nan, pi, sin, sqrt, tau
+from math import nan, pi, sqrt, tau
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from understudy.sim.kernels.angles import compute_cosine_and_sine
 
 BEAM, NARROW, WIDE, FULL = 0, 1, 2, 3
 """The spans of sectors: one direction; less than half a circle; half a circle or more; a full circle."""
@@ -42,7 +44,7 @@ def make_sector(from_rad: float, to_rad: float) -> np.void:
     else:
         span = NARROW if turn < pi - _SAME else WIDE
     rows: NDArray[Any] = np.zeros(1, SECTOR)
-    rows[0] = cos(from_rad), sin(from_rad), cos(to_rad), sin(to_rad), span
+    rows[0] = *compute_cosine_and_sine(from_rad), *compute_cosine_and_sine(to_rad), span
     row: np.void = rows[0]
     return row
 
@@ -92,7 +94,7 @@ def measure_widest_opening(
             if distance != distance:
                 distance, steps = clear, steps - 1
             a, b = before + rim, distance + rim
-            across = cos(min(steps * spacing, pi))
+            across, _ = compute_cosine_and_sine(min(steps * spacing, pi))
             widest = max(widest, sqrt(max(0.0, a * a + b * b - 2.0 * a * b * across)))
             opened = -1
     return widest

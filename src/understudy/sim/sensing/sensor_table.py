@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from math import inf, radians, tan
+from math import inf, radians
 from typing import Any
 
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import dtypes
+from understudy.sim.kernels.angles import compute_cosine_and_sine
 from understudy.sim.scenario.scenario_errors import CHANCE, NOT_NEGATIVE, PIXELS, POSITIVE, VIEW
 from understudy.sim.scenario.schema import (
     Camera,
@@ -75,9 +76,10 @@ GRIP = (
 
 
 def _list_camera_channels(sensor: Camera, context: SensorContext) -> Iterator[SensorChannel]:
+    cosine, sine = compute_cosine_and_sine(radians(sensor.view_deg) / 2)
     step = {
         "what": dtypes.CAMERA, "range": inf if sensor.range is None else sensor.range,
-        "tan_half": tan(radians(sensor.view_deg) / 2), "width_px": sensor.width_px, "height_px": sensor.height_px,
+        "tan_half": sine / cosine, "width_px": sensor.width_px, "height_px": sensor.height_px,
         "least_px": sensor.least_px, "noise_a": sensor.noise_x, "noise_b": sensor.noise_size,
         "misses": sensor.misses, "ghosts": sensor.ghosts, "nearest": sensor.choose == "nearest",
     }  # fmt: skip
