@@ -58,12 +58,12 @@ if TYPE_CHECKING:
     from understudy.model.kinds import Categorical as Categorical
     from understudy.model.kinds import Continuous as Continuous
     from understudy.model.kinds import Toroidal as Toroidal
+    from understudy.model.learner_options import LearnerOptions as LearnerOptions
+    from understudy.model.learner_options import SklearnOptions as SklearnOptions
+    from understudy.model.learner_options import TreeOptions as TreeOptions
     from understudy.model.lesson import Example as Example
     from understudy.model.lesson import ExampleKind as ExampleKind
-    from understudy.model.lesson import LearnerOptions as LearnerOptions
     from understudy.model.lesson import Lesson as Lesson
-    from understudy.model.lesson import SklearnOptions as SklearnOptions
-    from understudy.model.lesson import TreeOptions as TreeOptions
     from understudy.model.library import Kit as Kit
     from understudy.model.library import Library as Library
     from understudy.model.library import TrainedAutomaton as TrainedAutomaton
@@ -171,10 +171,10 @@ _MODULES = {
     "Toroidal": "model.kinds",
     "Example": "model.lesson",
     "ExampleKind": "model.lesson",
-    "LearnerOptions": "model.lesson",
+    "LearnerOptions": "model.learner_options",
     "Lesson": "model.lesson",
-    "SklearnOptions": "model.lesson",
-    "TreeOptions": "model.lesson",
+    "SklearnOptions": "model.learner_options",
+    "TreeOptions": "model.learner_options",
     "Kit": "model.library",
     "Library": "model.library",
     "TrainedAutomaton": "model.library",

@@ -18,7 +18,8 @@ from understudy.coaching.give_advice import UNSURE, give_advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.sim.forage import FORAGE_KIT
 
 

@@ -9,7 +9,7 @@ from tests.training.lessons import play, session, ticks
 from understudy.coaching.fast_forward import PauseReason, fast_forward
 from understudy.coaching.queries import UncertaintyQueries
 from understudy.errors import SessionError
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
 
 NEVER = 2.0

@@ -12,7 +12,7 @@ from understudy.coaching.next_situation import NextSituation, find_next_situatio
 from understudy.coaching.queries import UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage

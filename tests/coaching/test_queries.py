@@ -9,7 +9,7 @@ from tests.coaching.lessons import GOTO, goto
 
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
-from understudy.model.lesson import LearnerOptions, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT

@@ -8,7 +8,7 @@ from tests.coaching.lessons import Row, goto
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import FORAGE_KIT
 

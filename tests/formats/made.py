@@ -17,7 +17,7 @@ from tests.training.test_squad_session import SQUAD, coordinator_body
 from tests.ui.web.pages import Frame
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.sim.forage import FORAGE_KIT, Forage

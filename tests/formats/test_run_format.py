@@ -19,7 +19,7 @@ from tests.ui.cli.commands import run, said
 
 from understudy.analysis.run_trace import COLUMNS
 from understudy.learning.fit import learn
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.robots.recording.reader import RecordedPress, read_recording
 from understudy.robots.recording.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.storage.document import decode_document, encode_document

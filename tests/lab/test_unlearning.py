@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
-from understudy.model.lesson import Example, Lesson, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Example, Lesson
 from understudy_lab.study import StudyFindings
 from understudy_lab.unlearning import correct, study
 from understudy_lab.unlearning.correct import LEARNERS, compare_with_unlearning, teach_and_correct

@@ -15,7 +15,8 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, ReadingLog, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))

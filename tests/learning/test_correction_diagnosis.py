@@ -17,7 +17,8 @@ from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.correction_diagnosis import CorrectionDiagnosis, MistakeCause, diagnose_correction
 from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.lesson import Lesson
 
 LIGHT = Categorical(("red", "amber", "green"))
 DRIVING = [("go", [value], "go", "default") for value in (102, 100, 80, 60, 53)]

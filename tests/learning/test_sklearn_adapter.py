@@ -17,7 +17,8 @@ from understudy.learning.fit import learn
 from understudy.learning.report import learn_and_report
 from understudy.learning.sklearn_adapter import ALLOWED, ClassifierTransition, encode_features
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import LearnerOptions, Lesson, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY
 
 KINDS: list[Kind] = [Continuous(), Toroidal(), Categorical(("a", "b"))]

@@ -22,15 +22,8 @@ from understudy.model.features import (
     TimerFeature,
 )
 from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
-from understudy.model.lesson import (
-    LONGEST_REACTION_S,
-    Example,
-    ExampleKind,
-    LearnerOptions,
-    Lesson,
-    ReadingLog,
-    TreeOptions,
-)
+from understudy.model.learner_options import LONGEST_REACTION_S, LearnerOptions, TreeOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf

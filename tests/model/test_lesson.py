@@ -9,7 +9,8 @@ import pytest
 from understudy.errors import DefinitionError
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
-from understudy.model.lesson import LearnerOptions, Lesson, TreeOptions
+from understudy.model.learner_options import LearnerOptions, TreeOptions
+from understudy.model.lesson import Lesson
 
 
 @pytest.mark.parametrize("boundary", ["foo", "", None])

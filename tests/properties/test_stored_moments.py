@@ -19,7 +19,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.kinds import Column, Continuous
-from understudy.model.lesson import LearnerOptions, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import Node, TestKind, Tree, make_leaf

@@ -15,7 +15,7 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.training.lessons import session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.robots.recording.reader import RecordedPress, Recording, read_recording
 from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.recording.teach_from_recording import (

@@ -10,7 +10,8 @@ from tests.segmentation.drives import follow, make_drive
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.kinds import Column
-from understudy.model.lesson import ExampleKind, SklearnOptions, TreeOptions
+from understudy.model.learner_options import SklearnOptions, TreeOptions
+from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree
 from understudy.segmentation.drive_kit import make_candidates, make_drive_kit

@@ -19,7 +19,8 @@ from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Toroidal
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions, TreeOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.storage import document, schema

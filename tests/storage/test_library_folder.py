@@ -19,7 +19,7 @@ from tests.processes import end_with_tests
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage import atomic_write
 from understudy.storage.library_folder import (

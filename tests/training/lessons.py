@@ -10,7 +10,8 @@ from tests.bodies import Scripted, kit
 from tests.runtime.automata import automaton
 
 from understudy.model.automaton import Automaton
-from understudy.model.lesson import Example, LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session

@@ -17,7 +17,7 @@ from tests.killed_at_operation import kill_self_after
 from tests.training.steps import do, drawn
 
 from understudy.learning.fit import learn
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import open_library, save_automaton

@@ -6,7 +6,7 @@ from random import Random
 from typing import Any, TypeAlias
 
 from understudy.errors import UnderstudyError
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
 
 Step: TypeAlias = tuple[Any, ...]

@@ -11,7 +11,8 @@ from tests.training.lessons import play, session
 
 from understudy.learning.correction_diagnosis import MistakeCause
 from understudy.model.binding import Binding
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Library
 from understudy.storage.document import decode_document, encode_document
 from understudy.training import corrections

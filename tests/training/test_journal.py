@@ -12,7 +12,8 @@ from tests.training.lessons import WITH_GO, play, rows, session
 
 from understudy.errors import FileError
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Example, LearnerOptions
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Example
 from understudy.model.library import Kit, Library
 from understudy.runtime.body import Reading, list_reading_keys
 from understudy.storage.append_log import AppendLog, JournalLock

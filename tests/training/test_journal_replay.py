@@ -13,7 +13,7 @@ from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, play, rows, session
 from tests.training.steps import Step, do, drawn, told
 
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 

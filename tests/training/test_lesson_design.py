@@ -23,7 +23,8 @@ from understudy.model.automaton import START, Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import BOOLEAN, Column
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.program import link
 from understudy.storage.document import decode_document, encode_document

@@ -16,7 +16,7 @@ from tests.training.lessons import ROBOT, WITH_GO, play, rows, session, ticks
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session

@@ -9,7 +9,7 @@ import pytest
 from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, play, rows, session
 
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
 
 NEAREST = [  # reaction, s; the value at the press, at tick 6: 100 m and one less per tick of 0.1 s

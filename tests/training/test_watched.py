@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.training.lessons import Row, play, rows, session
 
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
 
 WATCHED = LearnerOptions(watched=True)

@@ -11,7 +11,8 @@ from understudy.learning.fit import learn_automaton
 from understudy.learning.pruning_suggestions import PruningSuggestion, replace_pruning, suggest_pruning
 from understudy.model.automaton import Automaton
 from understudy.model.describe import describe_transitions
-from understudy.model.lesson import Lesson, TreeOptions
+from understudy.model.learner_options import TreeOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import TestKind, Tree
 

@@ -14,7 +14,8 @@ from understudy.learning.fit import make_fitter
 from understudy.learning.sklearn_adapter import ClassifierTransition
 from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Example, Lesson, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Tree, make_leaf
 
 Chosen = NDArray[np.bool_]

@@ -35,7 +35,8 @@ from understudy.coaching.cross_validation import (
 from understudy.coaching.fragile_boundaries import advise_on_isolated_presses, advise_on_stretched_leaves
 from understudy.coaching.lesson_analysis import LessonAnalysis
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Lesson, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Kit
 
 LEAST_CASES = 8

@@ -17,7 +17,8 @@ from understudy.learning.training_set import (
 )
 from understudy.learning.tree_growth import grow_tree
 from understudy.model.automaton import Automaton, Transition
-from understudy.model.lesson import Example, Lesson, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY
 
 

@@ -18,7 +18,8 @@ from understudy.learning.fit import make_fitter
 from understudy.learning.pruning import SAME, list_pruning_steps
 from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Lesson, TreeOptions
+from understudy.model.learner_options import TreeOptions
+from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree, make_leaf
 
 ENOUGH = 30

@@ -15,7 +15,8 @@ from understudy.learning.training_set import (
 from understudy.learning.tree_growth import compile_tree_kernels
 from understudy.model.automaton import Transition
 from understudy.model.describe import list_shown_vectors
-from understudy.model.lesson import Example, Lesson, TreeOptions
+from understudy.model.learner_options import TreeOptions
+from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import describe_exits
 

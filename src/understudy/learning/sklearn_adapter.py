@@ -20,7 +20,7 @@ from understudy.learning.thresholds import vote
 from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import SklearnOptions
+from understudy.model.learner_options import SklearnOptions
 from understudy.model.tree import STAY, PathStep, Tree, make_leaf
 
 

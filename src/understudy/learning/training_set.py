@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.learning._split_kernels import DEFAULT, SHOWN, WATCHED
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy.model.lesson import Example, ExampleKind, Lesson, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY
 
 GROUPS = {

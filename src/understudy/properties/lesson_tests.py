@@ -11,7 +11,8 @@ from understudy.analysis.lesson_replay import LessonReplay, replay_lesson
 from understudy.errors import UnderstudyError, join_names
 from understudy.learning.fit import learn
 from understudy.learning.training_set import select_teaching_examples
-from understudy.model.lesson import Lesson, ReadingLog, SklearnOptions
+from understudy.model.learner_options import SklearnOptions
+from understudy.model.lesson import Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.properties.run_property import PropertyResult

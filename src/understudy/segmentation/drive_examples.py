@@ -17,12 +17,8 @@ import numpy as np
 from understudy.model.automaton import START
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import CounterFeature, FlagFeature, ReadingKey, TimerFeature
-from understudy.model.lesson import (
-    LONGEST_REACTION_S,
-    Example,
-    ExampleKind,
-    Lesson,
-)
+from understudy.model.learner_options import LONGEST_REACTION_S
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
 from understudy.robots.recording.header import RecordingHeader, RunInfo
 from understudy.robots.recording.reader import Recording

@@ -15,11 +15,8 @@ from understudy.model.behaviors import Behavior
 from understudy.model.drawing import format_number_of
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, FlagFeature
-from understudy.model.lesson import (
-    LearnerOptions,
-    Lesson,
-    TreeOptions,
-)
+from understudy.model.learner_options import LearnerOptions, TreeOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.segmentation.automaton_candidate import AutomatonCandidate
 from understudy.segmentation.candidates import BehaviorCandidate, Candidate, find_original

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from understudy.learning.fit import learn_automaton
-from understudy.model.lesson import Example, ExampleKind, Lesson, TreeOptions
+from understudy.model.learner_options import TreeOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.segmentation.lesson_from_drive import DriveLesson
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive

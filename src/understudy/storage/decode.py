@@ -22,16 +22,8 @@ from understudy.model.features import (
     TimerFeature,
 )
 from understudy.model.kinds import Categorical, Kind, Toroidal, parse_kind
-from understudy.model.lesson import (
-    Example,
-    ExampleKind,
-    Learner,
-    LearnerOptions,
-    Lesson,
-    ReadingLog,
-    SklearnOptions,
-    TreeOptions,
-)
+from understudy.model.learner_options import Learner, LearnerOptions, SklearnOptions, TreeOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit
 from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf

@@ -20,7 +20,8 @@ import msgspec
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import Transition
-from understudy.model.lesson import LEARNER_VERSION, Lesson
+from understudy.model.learner_options import LEARNER_VERSION
+from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage.decode import decode_automaton, decode_lesson, decode_trees
 from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples

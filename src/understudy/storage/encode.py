@@ -15,7 +15,8 @@ from understudy.model.binding import format_bound_name
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Example, LearnerOptions, Lesson, ReadingLog, TreeOptions
+from understudy.model.learner_options import LearnerOptions, TreeOptions
+from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree

@@ -11,7 +11,8 @@ from understudy.learning.mislabels import list_press_examples
 from understudy.model.automaton import State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import Example, ExampleKind, LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.training.lesson_design import (

@@ -14,7 +14,8 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, FlagFeature
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 
 _CALL = re.compile(r"\s*([^\s(),=]+(?:\s+[^\s(),=]+)*)\s*(?:\(([^()]*)\))?\s*")

@@ -18,7 +18,8 @@ from understudy.errors import UnderstudyError
 from understudy.model.describe import is_angle
 from understudy.model.features import BoundFeature, Percept
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.lesson import LONGEST_REACTION_S, Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.learner_options import LONGEST_REACTION_S
+from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 

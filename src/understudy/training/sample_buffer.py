@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from understudy.model.features import ReadingKey
-from understudy.model.lesson import LONGEST_REACTION_S, Lesson, ReadingLog
+from understudy.model.learner_options import LONGEST_REACTION_S
+from understudy.model.lesson import Lesson, ReadingLog
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,8 @@ from msgspec import UNSET, UnsetType
 
 from understudy.errors import SessionError
 from understudy.model.features import Percept
-from understudy.model.lesson import ExampleKind, LearnerOptions
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import ExampleKind
 from understudy.model.tree import STAY
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import FeatureColumns

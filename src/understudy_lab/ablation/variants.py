@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from understudy.model.lesson import LearnerOptions, TreeOptions
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.training.session import Session
 from understudy_lab.ablation.feature_variants import (
     with_all_features,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from understudy.analysis.measurement import DecideCommands
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.body import Body, list_reading_keys
 from understudy.runtime.feature_columns import get_feature_key

@@ -10,7 +10,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import (

@@ -12,7 +12,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import YES, Column
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator

@@ -10,7 +10,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson

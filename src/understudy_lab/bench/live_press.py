@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import cycle
 
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson

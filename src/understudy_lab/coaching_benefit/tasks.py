@@ -10,7 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link

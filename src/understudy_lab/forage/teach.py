@@ -9,7 +9,7 @@ from typing import Any
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.measurement import Progress
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link

@@ -13,7 +13,7 @@ from math import isnan, pi, tau
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home

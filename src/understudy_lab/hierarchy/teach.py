@@ -13,7 +13,8 @@ import numpy as np
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.measurement import measure_program_outcomes
 from understudy.model.kinds import Column
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.runtime.program import link

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit, Library
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team

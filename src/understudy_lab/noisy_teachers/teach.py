@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from understudy.learning.mislabels import find_mislabels
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body
 from understudy.sim.forage import Forage, make_practice_worlds

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning.fit import learn_automaton
-from understudy.model.lesson import TreeOptions
+from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.segmentation.drive_kit import list_drive_features, make_candidates
 from understudy.segmentation.lesson_from_drive import to_lesson

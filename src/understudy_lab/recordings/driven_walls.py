@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.lesson import TreeOptions
+from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy_lab.behavior_suite.random_rooms import build_world, room
 from understudy_lab.behavior_suite.task import BehaviorTask

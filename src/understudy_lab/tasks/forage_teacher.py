@@ -7,7 +7,7 @@ from math import inf, isnan, pi, tau
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import Seen, has_raised_flag

@@ -14,7 +14,8 @@ import numpy as np
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView

@@ -14,7 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.model.binding import NOTHING_BOUND, Binding
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.training.session import Session

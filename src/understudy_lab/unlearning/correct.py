@@ -13,7 +13,8 @@ from understudy.learning.sklearn_adapter import ClassifierTransition, encode_fea
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import START, Transition
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Learner, Lesson, SklearnOptions, TreeOptions
+from understudy.model.learner_options import Learner, SklearnOptions, TreeOptions
+from understudy.model.lesson import Lesson
 from understudy_lab.unlearning.datasets import Labels, SparseLesson, Vectors, example, lesson_of
 
 CORRECTIONS = 20

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
-from understudy.model.lesson import Example, ExampleKind, Learner, LearnerOptions, Lesson
+from understudy.model.learner_options import Learner, LearnerOptions
+from understudy.model.lesson import Example, ExampleKind, Lesson
 
 DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")

@@ -13,7 +13,7 @@ from tests.sim.patrollers import ROBOTS, lead
 from tests.ui.cli.commands import run, said
 
 from understudy.learning.fit import learn_automaton
-from understudy.model.lesson import LearnerOptions, TreeOptions
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
 

@@ -14,7 +14,7 @@ from tests.ui.web.test_lesson import step
 
 from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
-from understudy.model.lesson import LearnerOptions
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT

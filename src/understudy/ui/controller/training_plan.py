@@ -11,7 +11,8 @@ from understudy.errors import DefinitionError, SessionError, SettingError, Unbou
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
-from understudy.model.lesson import LearnerOptions, Lesson
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.scenario.schema import Scenario
 from understudy.storage.library_folder import make_file_stem, normalize_name

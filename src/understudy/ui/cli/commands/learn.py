@@ -402,7 +402,7 @@ def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPres
     from dataclasses import replace
 
     from understudy.errors import SettingError
-    from understudy.model.lesson import LearnerOptions
+    from understudy.model.learner_options import LearnerOptions
     from understudy.robots.recording.teach_from_recording import is_taught_live, list_pressed_states
     from understudy.training.lesson_design import new_lesson
     from understudy.ui.cli.options import parse_names

@@ -14,7 +14,8 @@ from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
-from understudy.model.lesson import Example, Lesson, TreeOptions
+from understudy.model.learner_options import TreeOptions
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, describe_tree_outcomes
