@@ -93,7 +93,7 @@ def run_tests(options: list[str], *, workers: str, busy: int, stop: bool) -> Run
     if tests.returncode:
         sys.stdout.write(said[-6000:])
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    row = {"rc": tests.returncode, "failed": failed, **counts}
+    row = {"rc": tests.returncode, **counts, "failed": failed}
     return row | {"clock_s": round(time.monotonic() - began, 1), "processor_s": round(used, 1)}
 
 
