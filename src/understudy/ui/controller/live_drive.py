@@ -130,6 +130,8 @@ class LiveDrive:
 
     def find_review(self) -> RecordingReview:
         """Return the review; SessionError before the first segmentation."""
+        if self.review is None and self.ticks:
+            raise SessionError("the labels are being found: ask again in a moment")
         if self.review is None:
             raise SessionError("nothing was driven yet: move the stick")
         return self.review

@@ -145,9 +145,10 @@ def make_review_routes(
         """Do what a request asks for, if it has any content, and return the review as it stands then."""
         with lock:
             try:
-                review = source.find_review()
                 if content:
                     source.check_change()
+                review = source.find_review()
+                if content:
                     carry_out(review, _read(content))
                 return _answer(describe_review(review))
             except (UnderstudyError, msgspec.DecodeError) as error:
