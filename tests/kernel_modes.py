@@ -102,10 +102,13 @@ def _grow(number: int) -> bytes:
     ]
     outcomes = [random.randrange(4) if random.random() < 0.3 else int(row[0] == 1.0) for row in values]
     groups = [random.randrange(3 if random.random() < 0.5 else 2) for _ in values]
-    tree = grow_tree(
-        np.array(values), np.array(outcomes), np.array(groups), kinds, states=4, current=0, midpoints=False
-    )
-    return repr(tree).encode()
+    trees = [
+        grow_tree(
+            np.array(values), np.array(outcomes), np.array(groups), kinds, states=4, current=0, flags=flags
+        )
+        for flags in (None, [3])
+    ]
+    return repr(trees).encode()
 
 
 def _state(world: World) -> bytes:

@@ -112,6 +112,7 @@ PARTS: Parts = {
             "boundary": "where a cut lies between two examples of different outcome",
             "defaults": "whether automatic default examples teach; true if left out",
             "pruning": "how many examples a branch must set right to be kept, 0 or more; 0 if left out",
+            "order": "which test is selected, if not the one with the highest gain ratio",
         },
     ),
     ScikitDoc: (

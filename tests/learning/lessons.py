@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,14 @@ ABSENT = nan
 KINDS = {"directive": 1, "confirmation": 1, "default": 0, "watched": 2}
 
 
-def tree_of(rows: list[Row], kinds: list[Kind], *, current: int = STAY, midpoints: bool = False) -> Tree:
+def tree_of(
+    rows: list[Row],
+    kinds: list[Kind],
+    *,
+    current: int = STAY,
+    midpoints: bool = False,
+    flags: Sequence[int] | None = None,
+) -> Tree:
     return grow_tree(
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
         np.array([row.outcome for row in rows], np.int64),
@@ -32,6 +40,7 @@ def tree_of(rows: list[Row], kinds: list[Kind], *, current: int = STAY, midpoint
         states=4,
         current=current,
         midpoints=midpoints,
+        flags=flags,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from math import inf, isnan, log2, nextafter
 from typing import Any, NamedTuple
 
@@ -52,9 +53,14 @@ def scores(parts: Sequence[Sequence[Row]], weights: tuple[int, int]) -> tuple[fl
 
 class Learner:
     def __init__(
-        self, rows: Sequence[Row], kinds: Sequence[Kind], current: int = STAY, midpoints: bool = False
+        self,
+        rows: Sequence[Row],
+        kinds: Sequence[Kind],
+        current: int = STAY,
+        midpoints: bool = False,
+        flags: Sequence[int] | None = None,
     ) -> None:
-        self.kinds, self.current = kinds, current
+        self.kinds, self.current, self.flags = kinds, current, flags
         self.watched = any(row.group == WATCHED for row in rows)
         self.midpoints = midpoints or self.watched
         self.weights = (10, 1) if self.watched else (1, 1)
@@ -64,6 +70,7 @@ class Learner:
             extent = max(present) - min(present) if present else 0.0
             size = max(map(abs, present), default=0.0)
             self.ranges.append(extent if extent > 1e-9 * size else 2 * size)
+        self.pieces = [self.count_pieces(rows, feature) for feature in range(len(kinds))]
         self.tree = self.grow(list(rows))
 
     def grow(self, rows: list[Row]) -> Any:
@@ -105,9 +112,8 @@ class Learner:
             absent = [row for row in rows if isnan(row.values[feature])]
             present = [row for row in rows if not isnan(row.values[feature])]
             if absent and present:
-                score = scores([absent, present], self.weights)
                 yield Split(
-                    (*score, 1.0, -feature, 1, 0, 0, 0),
+                    (*self.score([absent, present], feature), 1.0, -feature, 1, 0, 0, 0),
                     (TestKind.ABSENT, feature),
                     {0: absent, 1: present},
                     -1,
@@ -184,7 +190,7 @@ class Learner:
             joined = {key: part + (absent if key == side else []) for key, part in parts.items()}
             heavy = weigh(parts[side], self.weights)
             key = (
-                *scores(list(joined.values()), self.weights),
+                *self.score(list(joined.values()), feature, arc=test[0] == TestKind.ARC),
                 round(gap, 9),
                 -feature,
                 0,
@@ -196,6 +202,36 @@ class Learner:
             yield Split(key, test, joined, side if pressed else STAY)
             if not absent:
                 return
+
+    def score(self, parts: Sequence[Sequence[Row]], feature: int, *, arc: bool = False) -> tuple[float, ...]:
+        """How well it tells flags apart, gain ratio, pieces of the feature (fewer are better), and gain."""
+        ratio, gain = scores(parts, self.weights)
+        if self.flags is None:
+            return 0, ratio, 0, gain
+        apart = 0
+        for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
+            flagged = [[row.outcome in self.flags for row in part if row.group in groups] for part in parts]
+            flags, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
+            if flags and others and any(part in ([True] * flags, [False] * others) for part in flagged):
+                apart = max(apart, how)
+        return 0 if arc else apart, ratio, -self.pieces[feature], gain
+
+    def count_pieces(self, rows: Sequence[Row], feature: int) -> int:
+        """In how many pieces of one outcome each a feature alone separates press-made examples that lead to no flag."""
+        at: dict[float | None, set[int]] = {}
+        for row in rows:
+            if row.group != WATCHED and row.outcome not in (self.flags or ()):
+                value = row.values[feature]
+                at.setdefault(None if isnan(value) else value, set()).add(row.outcome)
+        away = len(at.pop(None, ()))
+        values = [at[value] for value in sorted(value for value in at if value is not None)]
+        if isinstance(self.kinds[feature], Categorical):
+            return away + sum(map(len, values))
+        steps = [
+            len(here) if len(here) > 1 or here != before else 0 for before, here in pairwise([set(), *values])
+        ]
+        closed = isinstance(self.kinds[feature], Toroidal) and sum(steps) > 1 and values[0] == values[-1]
+        return away + sum(steps) - (closed and len(values[0]) == 1)
 
     def sort(self, feature: int, gap: tuple[float, float], rows: list[Row]) -> int:
         low, high = (

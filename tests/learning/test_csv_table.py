@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isnan
 from pathlib import Path
 from random import Random
+from typing import Literal
 
 import pytest
 
 from understudy.errors import FileError
-from understudy.learning.csv_table import read_lesson_table, read_query_rows
+from understudy.learning.csv_table import QueryRow, read_lesson_table, read_query_rows
 from understudy.learning.fit import learn, predict_next_states
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import ExampleKind
 
 HEADER = "state,next,kind,distance:continuous,bearing:toroidal(6.283185307179586),ready:categorical(no|yes)"
@@ -44,6 +47,71 @@ def test_a_table_is_a_lesson(tmp_path: Path) -> None:
     assert last.kind == ExampleKind.DIRECTIVE
     assert isnan(last.values[0])
     assert last.values[1:] == (-1 % 6.283185307179586, 0.0)
+
+
+ARRIVALS = """state,next,kind,distance:continuous,angle:continuous
+forward,forward,default,5.0,-10
+forward,left,directive,4.0,40
+forward,forward,default,1.1,0
+forward,right,directive,0.9,-40
+forward,done,directive,0.3,-20
+forward,done,directive,0.2,-25
+"""
+
+
+@pytest.mark.parametrize(
+    ("flags", "raised"),
+    [(None, {"done"}), ((), set()), (("left",), {"left"}), (("done", "right"), {"done", "right"})],
+)
+def test_next_states_are_flags_if_they_are_named_or_usual(
+    tmp_path: Path, flags: tuple[str, ...] | None, raised: set[str]
+) -> None:
+    lesson = read_lesson_table(write(tmp_path, ARRIVALS), flags=flags)
+    assert {each.name for each in lesson.automaton.states if each.flag == each.name} == raised
+
+
+def test_what_is_left_is_no_flag_unless_it_is_named(tmp_path: Path) -> None:
+    path = write(tmp_path, ARRIVALS + "done,forward,directive,1.5,0\n")
+    assert all(each.flag is None for each in read_lesson_table(path).automaton.states)
+    with pytest.raises(FileError, match=r"line 8: 'done' is a flag, which is never left"):
+        read_lesson_table(path, flags=["done"])
+    with pytest.raises(FileError, match=r"no example leads to the flag 'there'; name one of left and right"):
+        read_lesson_table(path, flags=["there"])
+
+
+def test_flags_are_told_apart_before_what_steers(tmp_path: Path) -> None:
+    lesson = read_lesson_table(write(tmp_path, ARRIVALS))
+    near_at_40 = QueryRow("forward", (0.25, 40.0))
+    orders: tuple[tuple[Literal["gain first", "flags first"], str], ...] = (
+        ("gain first", "left"),
+        ("flags first", "done"),
+    )
+    for order, decided in orders:
+        functions = learn(replace(lesson, options=LearnerOptions(learner=TreeOptions(order=order))))
+        names = lesson.automaton.state_names
+        assert predict_next_states(functions, names, [near_at_40]) == [decided]
+
+
+TURNS = """state,next,kind,distance:continuous,angle:continuous
+forward,forward,default,1.2,-7
+forward,right,directive,0.7,-35
+forward,left,directive,4.4,43
+forward,right,directive,3.2,-49
+forward,forward,confirmation,0.6,28
+"""
+
+
+def test_one_feature_that_explains_all_is_preferred_to_two(tmp_path: Path) -> None:
+    """By angle: right, stay, left. By distance: stay, right, stay, right, left; but its widest gap is wider."""
+    lesson = read_lesson_table(write(tmp_path, TURNS))
+    far_and_ahead = QueryRow("forward", (6.0, 0.0))
+    orders: tuple[tuple[Literal["gain first", "flags first"], str], ...] = (
+        ("gain first", "left"),
+        ("flags first", "forward"),
+    )
+    for order, decided in orders:
+        functions = learn(replace(lesson, options=LearnerOptions(learner=TreeOptions(order=order))))
+        assert predict_next_states(functions, lesson.automaton.state_names, [far_and_ahead]) == [decided]
 
 
 HEADERS = [  # header, name, kind: names may hold colons and brackets, as those of the RoboCup lessons do

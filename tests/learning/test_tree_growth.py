@@ -17,21 +17,28 @@ from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import TestKind, Tree
 
 MANY = settings(max_examples=400)
+FLAGS = st.none() | st.lists(st.integers(0, 2), max_size=2, unique=True)
+"""The outcomes that are flags, to be told apart first; None: gain alone decides."""
 
 
 @MANY
-@given(tables(), st.integers(-1, 2), st.booleans())
-def test_equals_brute_force(table: tuple[list[Row], list[Kind]], current: int, midpoints: bool) -> None:
+@given(tables(), st.integers(-1, 2), st.booleans(), FLAGS)
+def test_equals_brute_force(
+    table: tuple[list[Row], list[Kind]], current: int, midpoints: bool, flags: list[int] | None
+) -> None:
     rows, kinds = table
-    tree = tree_of(rows, kinds, current=current, midpoints=midpoints)
-    assert nested(tree) == Learner(rows, kinds, current, midpoints).tree
+    tree = tree_of(rows, kinds, current=current, midpoints=midpoints, flags=flags)
+    assert nested(tree) == Learner(rows, kinds, current, midpoints, flags).tree
 
 
 @MANY
-@given(tables(watched=True), st.integers(-1, 2))
-def test_equals_brute_force_with_watched_examples(table: tuple[list[Row], list[Kind]], current: int) -> None:
+@given(tables(watched=True), st.integers(-1, 2), FLAGS)
+def test_equals_brute_force_with_watched_examples(
+    table: tuple[list[Row], list[Kind]], current: int, flags: list[int] | None
+) -> None:
     rows, kinds = table
-    assert nested(tree_of(rows, kinds, current=current)) == Learner(rows, kinds, current).tree
+    tree = tree_of(rows, kinds, current=current, flags=flags)
+    assert nested(tree) == Learner(rows, kinds, current, flags=flags).tree
 
 
 @MANY

@@ -13,6 +13,12 @@ from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Lesson
 
 
+@pytest.mark.parametrize("order", ["foo", "", None])
+def test_an_unknown_order(order: Any) -> None:
+    with pytest.raises(DefinitionError, match="'gain first' or 'flags first'"):
+        TreeOptions(order=order)
+
+
 @pytest.mark.parametrize("boundary", ["foo", "", None])
 def test_an_unknown_boundary(boundary: Any) -> None:
     with pytest.raises(DefinitionError, match="give 'default keeps the gap' or 'midpoint'"):

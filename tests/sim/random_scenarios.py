@@ -194,6 +194,7 @@ def random_scenario(random: Random) -> Scenario:
         targets=targets,
         goal=_goal(random, objects),
         spare_objects=random.choice((0, 2, 16)),
+        generator=1 if most in (1, 10) else 2,
     )
 
 

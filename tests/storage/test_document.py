@@ -152,7 +152,7 @@ NOTHING_LEFT: dict[str, Callable[[Lesson], Lesson]] = {
     "defaults that do not teach": lambda lesson: replace(
         lesson,
         examples=(Example(1, "forward", (nan,) * 4, "forward", ExampleKind.DEFAULT),),
-        options=LearnerOptions(learner=TreeOptions(defaults=False)),
+        options=LearnerOptions(learner=TreeOptions(defaults=False, order="flags first")),
     ),
 }
 

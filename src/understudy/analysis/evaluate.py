@@ -20,6 +20,7 @@ from understudy.analysis.goal_runs import Criteria
 from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.world_run import Goal, Metric
 from understudy.errors import SettingError
+from understudy.model.automaton import USUAL_FLAGS
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.library import Library
 from understudy.runtime.program import link
@@ -27,8 +28,7 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 
-SUCCESS_FLAG, FAILURE_FLAG = "done", "failed"
-"""The flags that a behavior raises when it has succeeded, and when it has given up."""
+SUCCESS_FLAG, FAILURE_FLAG = USUAL_FLAGS
 
 RESULTS = ("seed", "success", "seconds", "limit_s", "delivered", "gathered", "expert_seconds", "relative")
 """The names of the results that each world has, which metrics cannot have."""

@@ -4,13 +4,15 @@
     forward,done,directive,0.31,,yes
 
 An empty cell is an absent reading. The automaton's states are `start`, then all states that the table names in
-alphabetical order, so that the order of rows makes no difference. Each runs the behavior of its own name.
+alphabetical order, so that the order of rows makes no difference. Each runs the behavior of its own name, or raises a
+flag.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,10 +68,16 @@ def _text(path: Path) -> str:
         ) from None
 
 
-def read_lesson_table(path: Path | str, *, name: str | None = None) -> Lesson:
-    """Read a lesson from a CSV file; its automaton is named after the file unless `name` is given."""
+def read_lesson_table(
+    path: Path | str, *, name: str | None = None, flags: Sequence[str] | None = None
+) -> Lesson:
+    """Read a lesson from a CSV file; its automaton is named after the file unless `name` is given.
+
+    `flags` are the states in which it stops and raises a flag; None: *done* and *failed*, if they have no examples of
+    their own.
+    """
     path = Path(path)
-    return parse_lesson(_read_table(path), name=path.stem if name is None else name)
+    return parse_lesson(_read_table(path), name=path.stem if name is None else name, flags=flags)
 
 
 def read_query_rows(path: Path | str, lesson: Lesson) -> tuple[QueryRow, ...]:

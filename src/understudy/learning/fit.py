@@ -90,6 +90,7 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, SklearnOptions):
         return lambda shown: fit_classifier(learner, shown, kinds)
+    flags = [index for index, state in enumerate(automaton.states) if state.flag is not None]
     midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
 
     def grown(shown: TrainingSet) -> Transition:
@@ -101,6 +102,7 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
             states=len(automaton.states),
             current=shown.current,
             midpoints=midpoints,
+            flags=flags if learner.order == "flags first" else None,
         )
         return prune_tree(tree, shown, learner.pruning) if learner.pruning else tree
 

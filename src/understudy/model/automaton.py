@@ -82,6 +82,8 @@ class State:
 
 START = State("start")
 """The start state of automata, which idles."""
+USUAL_FLAGS = ("done", "failed")
+"""The flags that a behavior usually raises when it has succeeded, and when it has given up."""
 
 
 @dataclass(frozen=True, slots=True)

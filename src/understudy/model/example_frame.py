@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import isnan
@@ -50,7 +51,9 @@ def make_example_frame(lesson: Lesson, *, backend: str | None = None) -> Any:
     return make_frame(columns, types, backend=backend)
 
 
-def parse_example_frame(frame: object, *, name: str | None, automaton: Automaton | None) -> Lesson:
+def parse_example_frame(
+    frame: object, *, name: str | None, automaton: Automaton | None, flags: Sequence[str] | None = None
+) -> Lesson:
     """Make the lesson of a table of examples; see `Lesson.from_frame`."""
     columns = read_frame(frame)
     kinds = {title: _find_labels(title) for title in columns}
@@ -58,7 +61,7 @@ def parse_example_frame(frame: object, *, name: str | None, automaton: Automaton
     rows = [(f"row {number}", row) for number, row in enumerate(zip(*cells, strict=True))]
     table = ExampleTable(tuple(columns), rows, "", _make_error)
     if automaton is None:
-        return parse_lesson(table, name="lesson" if name is None else name)
+        return parse_lesson(table, name="lesson" if name is None else name, flags=flags)
     design = replace(automaton, transitions={}, name=automaton.name if name is None else name)
     return Lesson(design, parse_examples(table, design))
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from understudy.errors import DefinitionError, KindError, UnderstudyError, UnknownName, join_names
-from understudy.model.automaton import START, Automaton, State
+from understudy.model.automaton import START, USUAL_FLAGS, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import KIND_SPELLED, Kind, parse_kind, parse_value
 from understudy.model.lesson import Example, ExampleKind, Lesson
@@ -159,24 +159,44 @@ class ExampleTable:
             )
 
 
-def parse_lesson(table: ExampleTable, *, name: str) -> Lesson:
+def parse_lesson(table: ExampleTable, *, name: str, flags: Sequence[str] | None = None) -> Lesson:
     """Make the lesson of a table. Its states are `start` and all that the table names, in alphabetical order.
 
-    Each state runs the behavior of its own name, and each feature is the body's reading of its own name.
+    Each state runs the behavior of its own name, and each feature is the body's reading of its own name. `flags` are
+    the states in which it stops and raises a flag; None: *done* and *failed*, if they have no examples of their own.
     """
     _check_columns(table)
     features = table.features()
     examples = tuple(table.examples([(column, kind) for column, _, kind in features]))
     named = sorted({name for example in examples for name in (example.state, example.next)} - {START.name})
+    raised = _find_flags(table, examples, flags)
     try:
         automaton = Automaton(
             name,
-            (START, *(State(state, state) for state in named)),
+            (START, *(State(each, flag=each) if each in raised else State(each, each) for each in named)),
             tuple(BoundFeature(Feature(title, kind, reading=title)) for _, title, kind in features),
         )
     except DefinitionError as error:
         raise table.make_error("", error.problem, error.remedy) from None
     return Lesson(automaton, examples)
+
+
+def _find_flags(
+    table: ExampleTable, examples: Sequence[Example], flags: Sequence[str] | None
+) -> Sequence[str]:
+    """Return the next states that are flags; refuse those that are left, or that no example leads to."""
+    left = {example.state: place for (place, _), example in zip(table.rows, examples, strict=True)}
+    if flags is None:
+        return [each for each in USUAL_FLAGS if each not in left]
+    following = {example.next for example in examples}
+    for flag in flags:
+        if flag in left:
+            problem, remedy = f"{flag!r} is a flag, which is never left", "leave the row out, or the flag"
+            raise table.make_error(left[flag], problem, remedy)
+        if flag not in following:
+            problem = f"no example leads to the flag {flag!r}"
+            raise table.make_error("", problem, f"name one of {join_names(sorted(following - set(left)))}")
+    return flags
 
 
 def parse_examples(table: ExampleTable, automaton: Automaton) -> tuple[Example, ...]:

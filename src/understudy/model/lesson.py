@@ -254,7 +254,12 @@ class Lesson:
 
     @classmethod
     def from_frame(
-        cls, frame: object, *, name: str | None = None, automaton: Automaton | None = None
+        cls,
+        frame: object,
+        *,
+        name: str | None = None,
+        automaton: Automaton | None = None,
+        flags: Sequence[str] | None = None,
     ) -> Lesson:
         """Make a lesson of a data frame with one row per example, the table that `to_frame` makes.
 
@@ -272,6 +277,9 @@ class Lesson:
             The automaton whose states and features the examples are of; its transition functions are left out. None:
             the states are `start` and all that the frame names, in alphabetical order, each running the behavior of
             its own name, and each feature is the body's reading of its own name.
+        flags
+            Names of the states in which the automaton stops and raises a flag, if `automaton` is None. None: "done"
+            and "failed", if they have no examples of their own.
 
         Returns
         -------
@@ -287,7 +295,7 @@ class Lesson:
         """
         from understudy.model.example_frame import parse_example_frame
 
-        return parse_example_frame(frame, name=name, automaton=automaton)
+        return parse_example_frame(frame, name=name, automaton=automaton, flags=flags)
 
     def to_frame(self, backend: str | None = None) -> Any:
         """Make a data frame of the examples, one row each, the table that `understudy learn` reads from CSV.

@@ -196,7 +196,10 @@ def _options(doc: OptionsDoc) -> LearnerOptions:
     if isinstance(doc.learner, TreesDoc):
         pruning = 0.0 if isinstance(doc.learner.pruning, UnsetType) else doc.learner.pruning
         learner = TreeOptions(
-            doc.learner.boundary, defaults=doc.learner.defaults is not False, pruning=pruning
+            doc.learner.boundary,
+            defaults=doc.learner.defaults is not False,
+            pruning=pruning,
+            order="gain first" if isinstance(doc.learner.order, UnsetType) else doc.learner.order,
         )
     else:
         learner = SklearnOptions(doc.learner.classifier, doc.learner.parameters)

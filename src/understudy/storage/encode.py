@@ -143,6 +143,7 @@ def _options_doc(options: LearnerOptions) -> OptionsDoc:
             boundary=trees.boundary,
             defaults=UNSET if trees.defaults else False,
             pruning=trees.pruning or UNSET,
+            order="flags first" if trees.order == "flags first" else UNSET,
         )
     else:
         learner = ScikitDoc(

@@ -59,11 +59,15 @@ class AutomatonDoc(DocStruct, omit_defaults=False, kw_only=True):
 
 
 class TreesDoc(DocStruct, tag_field="learns", tag="trees", omit_defaults=False, kw_only=True):
-    """The settings for learning decision trees; `defaults` is left out if true, `pruning` if 0."""
+    """The settings for learning decision trees.
+
+    `defaults` is left out if true, `pruning` if 0, and `order` if gain comes first.
+    """
 
     boundary: Literal["default keeps the gap", "midpoint"]
     defaults: bool | UnsetType = UNSET
     pruning: float | UnsetType = UNSET
+    order: Literal["flags first"] | UnsetType = UNSET
 
 
 class ScikitDoc(DocStruct, tag_field="learns", tag="scikit-learn", omit_defaults=False, kw_only=True):

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 OF_RECORDINGS = (
-    "presses", "states", "features", "flags", "parameters", "targets", "reaction", "agent", "session", "kit", "mapping",
+    "presses", "states", "features", "parameters", "targets", "reaction", "agent", "session", "kit", "mapping",
     "behaviors", "define", "split", "driver", "trust",
 )  # fmt: skip
 """Options that only apply to recordings."""
@@ -83,7 +83,7 @@ def learn_lesson(
     flags: Annotated[
         str | None,
         typer.Option(
-            "--flags", metavar="A,B", help="Flags it can raise; done and failed, if pressed, if left out."
+            "--flags", metavar="A,B", help="Flags it can raise; done and failed, if shown, if left out."
         ),
     ] = None,
     parameters: Annotated[
@@ -160,7 +160,7 @@ def learn_lesson(
         learn_from_drivers,
         print_drivers_report,
     )
-    from understudy.ui.cli.options import parse_targets
+    from understudy.ui.cli.options import parse_names, parse_targets
     from understudy.ui.cli.output import print_json
 
     if (library is None) != (name is None):
@@ -178,7 +178,7 @@ def learn_lesson(
     joint: DriversReport | None = None
     if lesson is not None and not recording:
         _only_table(context)
-        shown = read_lesson_table(lesson, name=name)
+        shown = read_lesson_table(lesson, name=name, flags=None if flags is None else parse_names(flags))
     elif (
         recording
         and lesson is None
@@ -338,10 +338,6 @@ def _show(
         out.print(f"Saved to [bold]{escape(str(saved))}[/]", soft_wrap=True)
 
 
-FLAGS = ("done", "failed")
-"""Names of pressed states that become flags when `--flags` is not given."""
-
-
 class LearnOptions(NamedTuple):
     """Options of `understudy learn` for a recording; None for those that were not given."""
 
@@ -402,6 +398,7 @@ def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPres
     from dataclasses import replace
 
     from understudy.errors import SettingError
+    from understudy.model.automaton import USUAL_FLAGS
     from understudy.model.learner_options import LearnerOptions
     from understudy.robots.recording.teach_from_recording import is_taught_live, list_pressed_states
     from understudy.training.lesson_design import new_lesson
@@ -425,7 +422,7 @@ def _begun(library: Library, asked: LearnOptions, presses: Sequence[RecordedPres
     pressed = [state for state in list_pressed_states(presses) if state != "start"]
     flags = parse_names(asked.flags)
     if flags is None:
-        flags = [state for state in pressed if state in FLAGS and state not in library.kit.behaviors]
+        flags = [state for state in pressed if state in USUAL_FLAGS and state not in library.kit.behaviors]
     states = parse_names(asked.states) or [state for state in pressed if state not in flags]
     return new_lesson(
         library,
