@@ -38,6 +38,28 @@ inline double wrap_angle(double angle)
   return std::isfinite(angle) ? wrap(wrap(angle, TAU), TAU) : ABSENT;
 }
 
+// The cosine of an angle, rad, at most some thousand turns: as Understudy's, equal to the last bit on all machines.
+inline double compute_cosine(double angle)
+{
+  const double quarters = std::floor(angle * (2.0 / 3.141592653589793) + 0.5);
+  const double rest = (angle - quarters * 1.5707963267341256) - quarters * 6.077100506506192e-11;
+  const double u = rest * rest, v = u * u;
+  const long long quarter = static_cast<long long>(quarters) & 3;
+  double value;
+  if (quarter & 1) {
+    const double odd = (-0.16666666666666666 + 0.008333333333330946 * u) +
+      (-0.0001984126983675497 + 2.755731610068303e-06 * u) * v +
+      (-2.5051131455427946e-08 + 1.591810123027412e-10 * u) * (v * v);
+    value = rest + rest * u * odd;
+  } else {
+    const double even = (0.041666666666666664 + -0.0013888888888887395 * u) +
+      (2.4801587298763433e-05 + -2.7557317270560326e-07 * u) * v +
+      (2.0876146024689747e-09 + -1.1382614868556325e-11 * u) * (v * v);
+    value = 1.0 - (0.5 * u - v * even);
+  }
+  return quarter == 1 || quarter == 2 ? -value : value;
+}
+
 // The heading of an orientation (REP 103), in [0, TAU) rad; absent if its norm is far from 1.
 template<class Quaternion>
 double compute_heading(const Quaternion & q)
@@ -227,7 +249,7 @@ private:
           --steps;
         }
         const double a = before + rim, b = after + rim;
-        const double across = std::cos(std::min(static_cast<double>(steps) * spacing, TAU / 2));
+        const double across = compute_cosine(std::min(static_cast<double>(steps) * spacing, TAU / 2));
         widest = std::max(widest, std::sqrt(std::max(0.0, a * a + b * b - 2.0 * a * b * across)));
         open = false;
       }
