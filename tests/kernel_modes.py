@@ -102,11 +102,12 @@ def _grow(number: int) -> bytes:
     ]
     outcomes = [random.randrange(4) if random.random() < 0.3 else int(row[0] == 1.0) for row in values]
     groups = [random.randrange(3 if random.random() < 0.5 else 2) for _ in values]
+    apart = [3 if row[0] == 2.0 else outcome % 3 for row, outcome in zip(values, outcomes, strict=True)]
     trees = [
         grow_tree(
-            np.array(values), np.array(outcomes), np.array(groups), kinds, states=4, current=0, flags=flags
+            np.array(values), np.array(shown), np.array(groups), kinds, states=4, current=0, flags=flags
         )
-        for flags in (None, [3])
+        for shown, flags in ((outcomes, ()), (outcomes, (1,)), (apart, (3,)))
     ]
     return repr(trees).encode()
 

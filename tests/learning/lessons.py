@@ -30,7 +30,7 @@ def tree_of(
     *,
     current: int = STAY,
     midpoints: bool = False,
-    flags: Sequence[int] | None = None,
+    flags: Sequence[int] = (),
 ) -> Tree:
     return grow_tree(
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),

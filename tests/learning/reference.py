@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from math import inf, isnan, log2, nextafter
 from typing import Any, NamedTuple
 
@@ -58,7 +57,7 @@ class Learner:
         kinds: Sequence[Kind],
         current: int = STAY,
         midpoints: bool = False,
-        flags: Sequence[int] | None = None,
+        flags: Sequence[int] = (),
     ) -> None:
         self.kinds, self.current, self.flags = kinds, current, flags
         self.watched = any(row.group == WATCHED for row in rows)
@@ -70,7 +69,6 @@ class Learner:
             extent = max(present) - min(present) if present else 0.0
             size = max(map(abs, present), default=0.0)
             self.ranges.append(extent if extent > 1e-9 * size else 2 * size)
-        self.pieces = [self.count_pieces(rows, feature) for feature in range(len(kinds))]
         self.tree = self.grow(list(rows))
 
     def grow(self, rows: list[Row]) -> Any:
@@ -113,7 +111,7 @@ class Learner:
             present = [row for row in rows if not isnan(row.values[feature])]
             if absent and present:
                 yield Split(
-                    (*self.score([absent, present], feature), 1.0, -feature, 1, 0, 0, 0),
+                    (*self.score([absent, present]), 1.0, -feature, 1, 0, 0, 0),
                     (TestKind.ABSENT, feature),
                     {0: absent, 1: present},
                     -1,
@@ -190,7 +188,7 @@ class Learner:
             joined = {key: part + (absent if key == side else []) for key, part in parts.items()}
             heavy = weigh(parts[side], self.weights)
             key = (
-                *self.score(list(joined.values()), feature, arc=test[0] == TestKind.ARC),
+                *self.score(list(joined.values()), arc=test[0] == TestKind.ARC),
                 round(gap, 9),
                 -feature,
                 0,
@@ -203,35 +201,16 @@ class Learner:
             if not absent:
                 return
 
-    def score(self, parts: Sequence[Sequence[Row]], feature: int, *, arc: bool = False) -> tuple[float, ...]:
-        """How well it tells flags apart, gain ratio, pieces of the feature (fewer are better), and gain."""
+    def score(self, parts: Sequence[Sequence[Row]], *, arc: bool = False) -> tuple[float, ...]:
+        """How well it tells flags apart, gain ratio, and gain."""
         ratio, gain = scores(parts, self.weights)
-        if self.flags is None:
-            return 0, ratio, 0, gain
         apart = 0
         for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
             flagged = [[row.outcome in self.flags for row in part if row.group in groups] for part in parts]
             flags, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
             if flags and others and any(part in ([True] * flags, [False] * others) for part in flagged):
                 apart = max(apart, how)
-        return 0 if arc else apart, ratio, -self.pieces[feature], gain
-
-    def count_pieces(self, rows: Sequence[Row], feature: int) -> int:
-        """In how many pieces of one outcome each a feature alone separates press-made examples that lead to no flag."""
-        at: dict[float | None, set[int]] = {}
-        for row in rows:
-            if row.group != WATCHED and row.outcome not in (self.flags or ()):
-                value = row.values[feature]
-                at.setdefault(None if isnan(value) else value, set()).add(row.outcome)
-        away = len(at.pop(None, ()))
-        values = [at[value] for value in sorted(value for value in at if value is not None)]
-        if isinstance(self.kinds[feature], Categorical):
-            return away + sum(map(len, values))
-        steps = [
-            len(here) if len(here) > 1 or here != before else 0 for before, here in pairwise([set(), *values])
-        ]
-        closed = isinstance(self.kinds[feature], Toroidal) and sum(steps) > 1 and values[0] == values[-1]
-        return away + sum(steps) - (closed and len(values[0]) == 1)
+        return 0 if arc else apart, ratio, gain
 
     def sort(self, feature: int, gap: tuple[float, float], rows: list[Row]) -> int:
         low, high = (

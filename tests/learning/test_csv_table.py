@@ -92,28 +92,6 @@ def test_flags_are_told_apart_before_what_steers(tmp_path: Path) -> None:
         assert predict_next_states(functions, names, [near_at_40]) == [decided]
 
 
-TURNS = """state,next,kind,distance:continuous,angle:continuous
-forward,forward,default,1.2,-7
-forward,right,directive,0.7,-35
-forward,left,directive,4.4,43
-forward,right,directive,3.2,-49
-forward,forward,confirmation,0.6,28
-"""
-
-
-def test_one_feature_that_explains_all_is_preferred_to_two(tmp_path: Path) -> None:
-    """By angle: right, stay, left. By distance: stay, right, stay, right, left; but its widest gap is wider."""
-    lesson = read_lesson_table(write(tmp_path, TURNS))
-    far_and_ahead = QueryRow("forward", (6.0, 0.0))
-    orders: tuple[tuple[Literal["gain first", "flags first"], str], ...] = (
-        ("gain first", "left"),
-        ("flags first", "forward"),
-    )
-    for order, decided in orders:
-        functions = learn(replace(lesson, options=LearnerOptions(learner=TreeOptions(order=order))))
-        assert predict_next_states(functions, lesson.automaton.state_names, [far_and_ahead]) == [decided]
-
-
 HEADERS = [  # header, name, kind: names may hold colons and brackets, as those of the RoboCup lessons do
     ("x:continuous", "x", Continuous()),
     (

@@ -17,14 +17,14 @@ from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import TestKind, Tree
 
 MANY = settings(max_examples=400)
-FLAGS = st.none() | st.lists(st.integers(0, 2), max_size=2, unique=True)
-"""The outcomes that are flags, to be told apart first; None: gain alone decides."""
+FLAGS = st.lists(st.integers(0, 2), max_size=2, unique=True)
+"""The outcomes that are flags, to be told apart first."""
 
 
 @MANY
 @given(tables(), st.integers(-1, 2), st.booleans(), FLAGS)
 def test_equals_brute_force(
-    table: tuple[list[Row], list[Kind]], current: int, midpoints: bool, flags: list[int] | None
+    table: tuple[list[Row], list[Kind]], current: int, midpoints: bool, flags: list[int]
 ) -> None:
     rows, kinds = table
     tree = tree_of(rows, kinds, current=current, midpoints=midpoints, flags=flags)
@@ -34,7 +34,7 @@ def test_equals_brute_force(
 @MANY
 @given(tables(watched=True), st.integers(-1, 2), FLAGS)
 def test_equals_brute_force_with_watched_examples(
-    table: tuple[list[Row], list[Kind]], current: int, flags: list[int] | None
+    table: tuple[list[Row], list[Kind]], current: int, flags: list[int]
 ) -> None:
     rows, kinds = table
     tree = tree_of(rows, kinds, current=current, flags=flags)

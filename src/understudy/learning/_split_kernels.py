@@ -11,59 +11,81 @@ same range start:stop of each row; splitting a node reorders the rows within its
 from math import floor, isnan
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.jit.decorators import njit_entry, njit_inner
-from understudy.learning._array_kernels import (
-    CIRCLE,
-    DEFAULT,
-    LABELS,
-    NOTHING,
-    SHOWN,
-    WATCHED,
-    Bools,
-    Floats,
-    Ints,
-)
-from understudy.learning._preference_kernels import count_pieces, tell_flags_apart
 
 inner = njit_inner()
 
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
 UNIT = 2.0**36
 STEPS = 1e9
+LINE, CIRCLE, LABELS = 0, 1, 2
 LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
-MIXED = NOTHING
+DEFAULT, SHOWN, WATCHED = 0, 1, 2
+NOTHING = MIXED = -1
 # Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
 # whether the default is above it (1), below it (-1), or neither.
 KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # The best split so far: what splits are compared by, highest first, and then the rest of it.
-FLAGS, RATIO, PIECES, GAIN, GAP, FEATURE = 0, 1, 2, 3, 4, 5
-ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 6, 7, 8, 9, 10, 11
+FLAGS, RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 # What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of
 # its examples, how many press-made ones, and how many of these that are no defaults; which outcomes are flags; the
-# pieces of each feature; the table; are there watched ones; must press-made ones gain; the best.
-Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, Bools, Ints, Ints, bool, bool, Ints]
+# table; are there watched ones; must press-made ones gain; the best.
+Search = tuple[Ints, Ints, Ints, Ints, Ints, Ints, Bools, Ints, bool, bool, Ints]
 
 
 @inner
 def keep_if_better(
     best: Ints, gain: int, split: int, total: int, gap: int, feature: int, test: int, first: int, second: int,
-    side: int, heavy: int, flags: int, pieces: int,
+    side: int, heavy: int, flags: int,
 ) -> None:  # fmt: skip
     """Keep a candidate split in `best` if it beats the best so far.
 
-    Compared are in turn: how well it tells the flags apart, gain ratio, the number of pieces of its feature, gain,
-    width of the gap, declared order of features, the test for absence before others of the feature, lower cuts, and
-    the weight of the side that absent values join.
+    Compared are in turn: how well it tells the flags apart, gain ratio, gain, width of the gap, declared order of
+    features, the test for absence before others of the feature, lower cuts, and the weight of the side that absent
+    values join.
     """
     ratio = int(floor(gain / split * STEPS + 0.5))  # noqa: RUF046
     if flags < best[FLAGS] or (flags == best[FLAGS] and ratio < best[RATIO]):
         return
     bits = int(floor(gain / UNIT / total * STEPS + 0.5))  # noqa: RUF046
-    new = (flags, ratio, -pieces, bits, gap, -feature, int(test == ABSENT), -first, -second, heavy)
-    if new > (best[0], best[1], best[2], best[3], best[4], best[5], best[6], best[7], best[8], best[9]):
-        for index in range(10):
+    new = (flags, ratio, bits, gap, -feature, int(test == ABSENT), -first, -second, heavy)
+    if new > (best[0], best[1], best[2], best[3], best[4], best[5], best[6], best[7], best[8]):
+        for index in range(9):
             best[index] = new[index]
         best[TEST], best[SIDE] = test, side
+
+
+@inner
+def is_flags_alone(counts: Ints, here: Ints, flags: Bools) -> bool:
+    """Return whether a branch has exactly those examples that lead to flags, or exactly all others."""
+    flagged = others = flagged_here = others_here = 0
+    for k in range(len(counts)):
+        if flags[k]:
+            flagged += counts[k]
+            flagged_here += here[k]
+        else:
+            others += counts[k]
+            others_here += here[k]
+    if flagged == 0 or others == 0:
+        return False
+    return (flagged_here == flagged and others_here == 0) or (flagged_here == 0 and others_here == others)
+
+
+@inner
+def tell_flags_apart(pressed: Ints, shown: Ints, told: Ints, said: Ints, flags: Bools) -> int:
+    """Return how well a branch tells flags from all else: 2 for all press-made examples, 1 without defaults, or 0.
+
+    Of the node and of the branch, by outcome: `pressed` and `shown` are the press-made examples, `told` and `said`
+    those that are no defaults.
+    """
+    if is_flags_alone(pressed, shown, flags):
+        return 2
+    return int(is_flags_alone(told, said, flags))
 
 
 @inner
@@ -107,14 +129,14 @@ def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
 
 @inner
 def score_branches(
-    weights: Ints, shown: Ints, said: Ints, pieces: int, feature: int, test: int, side: int, about: Search
+    weights: Ints, shown: Ints, said: Ints, feature: int, test: int, side: int, about: Search
 ) -> None:
     """Compute the gain of a split into branches, and keep the split in `about`'s best if it beats the best so far.
 
     `weights`, `shown` and `said` [branches, outcomes] are the weights of the examples in each branch, and the numbers
     of press-made ones and of those that are no defaults.
     """
-    _, _, _, total, pressed, told, flags, _, table, watched, need_gain, best = about
+    _, _, _, total, pressed, told, flags, table, watched, need_gain, best = about
     presses, branches, apart = sum_counts(pressed), 0, 0
     gain = split = table[sum_counts(total)]
     press_gain = table[presses]
@@ -134,26 +156,26 @@ def score_branches(
     if not watched or splits_presses(press_gain, presses, branches - 1, need_gain):
         heavy = sum_counts(weights[side])
         keep_if_better(
-            best, gain, split, sum_counts(total), int(STEPS), feature, test, 0, 0, side, heavy, apart, pieces
+            best, gain, split, sum_counts(total), int(STEPS), feature, test, 0, 0, side, heavy, apart
         )  # fmt: skip
 
 
 @inner
-def try_absence_split(segment: Ints, present: int, pieces: int, feature: int, about: Search) -> None:
+def try_absence_split(segment: Ints, present: int, feature: int, about: Search) -> None:
     """Try the test whether a feature is absent, which holds for the segment's examples from `present` on."""
-    y, weight, group, total, _, _, _, _, _, _, _, _ = about
+    y, weight, group, total, _, _, _, _, _, _, _ = about
     weights, shown, said = np.zeros((3, 2, len(total)), np.int64)
     count_outcomes(segment[present:], y, weight, group, weights[0], shown[0], said[0])
     count_outcomes(segment[:present], y, weight, group, weights[1], shown[1], said[1])
-    score_branches(weights, shown, said, pieces, feature, ABSENT, 0, about)
+    score_branches(weights, shown, said, feature, ABSENT, 0, about)
 
 
 @inner
 def try_label_split(
-    column: Floats, segment: Ints, present: int, labels: int, pieces: int, feature: int, about: Search
+    column: Floats, segment: Ints, present: int, labels: int, feature: int, about: Search
 ) -> None:
     """Try a split with one branch per label; absent values join each branch that has examples in turn."""
-    y, weight, group, total, _, _, _, _, _, _, _, _ = about
+    y, weight, group, total, _, _, _, _, _, _, _ = about
     for joined in range(labels):
         weights, shown, said = np.zeros((3, labels, len(total)), np.int64)
         for position in range(present):
@@ -163,7 +185,7 @@ def try_label_split(
         if present == len(segment) or sum_counts(weights[joined]) > 0:
             away = segment[present:]
             count_outcomes(away, y, weight, group, weights[joined], shown[joined], said[joined])
-            score_branches(weights, shown, said, pieces, feature, LABEL, joined, about)
+            score_branches(weights, shown, said, feature, LABEL, joined, about)
         if present == len(segment):
             break
 
@@ -219,14 +241,13 @@ def is_inner_arc(column: Floats, segment: Ints, first: int, second: int, period:
 
 @inner
 def try_cuts(
-    column: Floats, segment: Ints, present: int, arcs: bool, extent: float, pieces: int, feature: int,
-    about: Search,
-) -> None:  # fmt: skip
+    column: Floats, segment: Ints, present: int, arcs: bool, extent: float, feature: int, about: Search
+) -> None:
     """Try every threshold, or every arc of an angle between two gaps, with absent values on either side of it.
 
     A threshold is treated as an arc that starts before all values.
     """
-    y, weight, group, total, pressed, told, flags, _, table, watched, need_gain, best = about
+    y, weight, group, total, pressed, told, flags, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
     gaps = find_cut_gaps(column, values, y, watched)
     width = np.empty(len(gaps), np.int64)
@@ -290,7 +311,7 @@ def try_cuts(
                 gap = min(width[first], width[second]) if arcs else width[second]
                 test = ARC if arcs else BELOW
                 keep_if_better(
-                    best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy, told_apart, pieces
+                    best, gain, split, n, gap, feature, test, start, gaps[second], side, heavy, told_apart
                 )  # fmt: skip
 
 
@@ -315,18 +336,17 @@ def count_present(column: Floats, segment: Ints) -> int:
 @inner
 def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, about: Search) -> None:
     """Write the best split of a node into the last element of `about`; its RATIO stays negative if there is none."""
-    pieces_of = about[7]
     for feature in range(len(columns)):
         column, segment, wide = columns[feature], order[feature], extent[feature]
-        present, pieces = count_present(column, segment), pieces_of[feature]
+        present = count_present(column, segment)
         if 0 < present < len(segment):
-            try_absence_split(segment, present, pieces, feature, about)
+            try_absence_split(segment, present, feature, about)
         if present == 0 or column[segment[0]] == column[segment[present - 1]]:
             continue
         if form[feature] == LABELS:
-            try_label_split(column, segment, present, int(wide), pieces, feature, about)
+            try_label_split(column, segment, present, int(wide), feature, about)
         else:
-            try_cuts(column, segment, present, form[feature] == CIRCLE, wide, pieces, feature, about)
+            try_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
 
 
 @inner
@@ -374,12 +394,12 @@ def assign_to_children(
 @njit_entry()
 def grow_nodes(
     columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
-    watched: bool, flags: Bools, flags_first: bool, table: Ints,
+    watched: bool, flags: Bools, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """Grow a tree; return its nodes, and the values on either side of both ends of their cuts.
 
     `form` is LINE, CIRCLE or LABELS for each feature; `extent` its range, period or number of labels. `flags` are the
-    outcomes that are told apart first, none unless `flags_first`. Nodes are numbered depth first. A leaf's examples are
+    outcomes that are told apart first. Nodes are numbered depth first. A leaf's examples are
     those from START to STOP of order[0] when this returns.
     """
     n = len(y)
@@ -391,13 +411,9 @@ def grow_nodes(
     for example in range(n):
         if watched and group[example] != WATCHED:
             weight[example] = 10
-    pieces = np.zeros(len(columns), np.int64)
-    if flags_first:
-        for feature in range(len(columns)):
-            pieces[feature] = count_pieces(columns[feature], order[feature], y, group, form[feature], flags)
     side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
     total, pressed, told = np.empty((3, outcomes), np.int64)
-    best = np.empty(12, np.int64)
+    best = np.empty(11, np.int64)
     while depth > 0:
         depth -= 1
         start, stop = waiting[depth, 0], waiting[depth, 1]
@@ -415,20 +431,7 @@ def grow_nodes(
         best[:] = NOTHING
         for attempt in range(2 if watched else 1):
             if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
-                about = (
-                    y,
-                    weight,
-                    group,
-                    total,
-                    pressed,
-                    told,
-                    flags,
-                    pieces,
-                    table,
-                    watched,
-                    attempt == 0,
-                    best,
-                )
+                about = (y, weight, group, total, pressed, told, flags, table, watched, attempt == 0, best)
                 find_best_split(columns, here, form, extent, about)
         if best[RATIO] < 0:
             nodes[node, KIND] = LEAF

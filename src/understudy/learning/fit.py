@@ -102,7 +102,7 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
             states=len(automaton.states),
             current=shown.current,
             midpoints=midpoints,
-            flags=flags if learner.order == "flags first" else None,
+            flags=flags if learner.order == "flags first" else (),
         )
         return prune_tree(tree, shown, learner.pruning) if learner.pruning else tree
 

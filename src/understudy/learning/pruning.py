@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.learning._array_kernels import WATCHED
+from understudy.learning._split_kernels import WATCHED
 from understudy.learning.explain import RowNumbers, find_rows_by_node
 from understudy.learning.training_set import TrainingSet
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf

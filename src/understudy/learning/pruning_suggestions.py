@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.learning._array_kernels import WATCHED
+from understudy.learning._split_kernels import WATCHED
 from understudy.learning.explain import RowNumbers
 from understudy.learning.fit import make_fitter
 from understudy.learning.pruning import SAME, list_pruning_steps

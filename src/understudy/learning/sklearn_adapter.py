@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnderstudyError, join_names
 from understudy.extras import format_install_command
-from understudy.learning._array_kernels import WATCHED
+from understudy.learning._split_kernels import WATCHED
 from understudy.learning.thresholds import vote
 from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition

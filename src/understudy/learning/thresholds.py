@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from math import inf, nextafter
 from typing import NamedTuple
 
-from understudy.learning._array_kernels import DEFAULT, SHOWN
+from understudy.learning._split_kernels import DEFAULT, SHOWN
 
 
 class Gap(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning._array_kernels import DEFAULT, SHOWN, WATCHED
+from understudy.learning._split_kernels import DEFAULT, SHOWN, WATCHED
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.learning import _split_kernels
-from understudy.learning._array_kernels import CIRCLE, LABELS, LINE, WATCHED
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
@@ -22,7 +21,7 @@ MOST_WEIGHT = 1_500_000
 An example weighs 1; if there are watched ones, they weigh 1 and press-made ones 10.
 """
 
-FORMS = {Categorical: LABELS, Toroidal: CIRCLE}
+FORMS = {Categorical: _split_kernels.LABELS, Toroidal: _split_kernels.CIRCLE}
 
 
 def grow_tree(
@@ -34,17 +33,16 @@ def grow_tree(
     states: int,
     current: int = STAY,
     midpoints: bool = False,
-    flags: Sequence[int] | None = None,
+    flags: Sequence[int] = (),
 ) -> Tree:
     """Grow the decision tree of feature vectors [n, F] with indices of next states [n] and groups [n].
 
     A group is 0 for a default, 1 for a directive or confirmation, 2 for a watched example; at least one example
     must be press-made. `current` is the index of the state itself, which wins ties (STAY: none does). If any
-    example is watched, thresholds are midpoints. `flags` are the indices of the states that are told apart first; None:
-    the gain ratio comes first.
+    example is watched, thresholds are midpoints. `flags` are the indices of the states that are told apart first.
     """
     count, width = values.shape
-    watched = bool((groups == WATCHED).any())
+    watched = bool((groups == _split_kernels.WATCHED).any())
     weight = 10 * count if watched else count
     if weight > MOST_WEIGHT:
         raise DefinitionError(
@@ -56,23 +54,13 @@ def grow_tree(
     columns[:width] += values.T
     form, extent = np.zeros(len(columns), np.int64), np.ones(len(columns))
     for index, kind in enumerate(kinds):
-        form[index] = FORMS.get(type(kind), LINE)
+        form[index] = FORMS.get(type(kind), _split_kernels.LINE)
         extent[index] = _extent(kind, columns[index])
     order = np.argsort(columns, axis=1)
     apart = np.zeros(states, np.bool_)
-    apart[list(flags or ())] = True
+    apart[list(flags)] = True
     nodes, cuts = _split_kernels.grow_nodes(
-        columns,
-        order,
-        form,
-        extent,
-        outcomes,
-        groups,
-        states,
-        watched,
-        apart,
-        flags is not None,
-        _table(weight),
+        columns, order, form, extent, outcomes, groups, states, watched, apart, _table(weight)
     )
     ballots = outcomes, groups, order[0]
     return Tree(_nodes(nodes, cuts, ballots, kinds, current, midpoints=midpoints or watched))

@@ -44,8 +44,7 @@ class TreeOptions:
         add. 0 removes none.
     order
         Which of the possible tests is selected. "gain first": the one with the highest gain ratio, as in C4.5. "flags
-        first": one that tells exactly when a flag is raised, if there is one; of tests with the same gain ratio, the
-        one whose feature alone tells the state's next states apart in the fewest pieces.
+        first": one that tells exactly when a flag is raised, if there is one.
 
     Raises
     ------
