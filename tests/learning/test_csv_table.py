@@ -79,6 +79,12 @@ def test_what_is_left_is_no_flag_unless_it_is_named(tmp_path: Path) -> None:
         read_lesson_table(path, flags=["there"])
 
 
+def test_the_first_state_is_no_flag(tmp_path: Path) -> None:
+    path = write(tmp_path, ARRIVALS + "forward,start,directive,9.0,0\n")
+    with pytest.raises(FileError, match="'start' is the first state"):
+        read_lesson_table(path, flags=["start"])
+
+
 def test_flags_are_told_apart_before_what_steers(tmp_path: Path) -> None:
     lesson = read_lesson_table(write(tmp_path, ARRIVALS))
     near_at_40 = QueryRow("forward", (0.25, 40.0))

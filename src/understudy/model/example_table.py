@@ -190,6 +190,8 @@ def _find_flags(
         return [each for each in USUAL_FLAGS if each not in left]
     following = {example.next for example in examples}
     for flag in flags:
+        if flag == START.name:
+            raise table.make_error("", f"{flag!r} is the first state, which idles", "name another flag")
         if flag in left:
             problem, remedy = f"{flag!r} is a flag, which is never left", "leave the row out, or the flag"
             raise table.make_error(left[flag], problem, remedy)
