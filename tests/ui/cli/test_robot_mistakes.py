@@ -20,7 +20,7 @@ ROVER = """
 format = "understudy-robot/1"
 name = "rover"
 world = "arena"
-domain = 103
+domain = 100
 [limits]
 speed_m_s = 0.5
 turn_rad_s = 1.0
@@ -41,11 +41,11 @@ FILES = {
     "held": ROVER + "[safety]\nhold_to_run = true\n",
     "torn": "x = [",
     "team": TEAM.format(other="second"),
-    "second": ROVER.replace("103", "104"),
+    "second": ROVER.replace("100", "101"),
     "twins": TEAM.format(other="rover"),
     "lone": TEAM.format(other="missing"),
     "mixed": TEAM.format(other="soccer"),
-    "soccer": ROVER.replace("arena", "soccer").replace("103", "104"),
+    "soccer": ROVER.replace("arena", "soccer").replace("100", "101"),
 }
 MISTAKES = [  # arguments, what the error says
     (["run", "--robot", "torn.toml"], "torn.toml: is not TOML"),
@@ -123,10 +123,10 @@ def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
 
     monkeypatch.setattr("understudy.robots.safety.emergency_stop.send_emergency_stop", heard)
     assert run("robots", "stop", files / "team.toml").exit_code == 0
-    assert sorted(halted) == [103, 104]
+    assert sorted(halted) == [100, 101]
     told = json.loads(run("robots", "stop", files / "team.toml", "--json").stdout)
-    assert [(each["domain"], each["heard"]) for each in told["robots"]] == [(103, True), (104, True)]
+    assert [(each["domain"], each["heard"]) for each in told["robots"]] == [(100, True), (101, True)]
     halted.clear()
     result = run("robots", "stop", files / "lone.toml")
-    assert (result.exit_code, halted) == (2, [103])
+    assert (result.exit_code, halted) == (2, [100])
     assert "missing.toml: there is no such file" in result.stderr
