@@ -1,11 +1,8 @@
-"""Kernels that grow a decision tree from arrays: they search the best split of each node and sort the examples.
+"""Kernels that search the best split of a node of a decision tree.
 
 Scores are integers so that they are exact and never depend on the order of examples: c log2 c comes from a table
 in fixed point (`UNIT` is one bit), sums of it are updated while a cut moves, and ratios are compared in steps of
 1e-9.
-
-`order` [F, n] lists the examples by rising value of each feature, absent ones last. Every node of the tree is the
-same range start:stop of each row; splitting a node reorders the rows within its range and keeps them sorted.
 """
 
 from math import floor, isnan
@@ -13,7 +10,7 @@ from math import floor, isnan
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.jit.decorators import njit_entry, njit_inner
+from understudy.jit.decorators import njit_inner
 
 inner = njit_inner()
 
@@ -27,9 +24,6 @@ LINE, CIRCLE, LABELS = 0, 1, 2
 LEAF, BELOW, ARC, ABSENT, LABEL = 0, 1, 2, 3, 4
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
 NOTHING = MIXED = -1
-# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
-# whether the default is above it (1), below it (-1), or neither.
-KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # The best split so far: what splits are compared by, highest first, and then the rest of it.
 FLAGS, RATIO, GAIN, GAP, FEATURE, ABSENCE, FIRST, SECOND, HEAVY, TEST, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 # What a search is about: outcome, weight and group of each example; of the node, by outcome, the weight of
@@ -316,15 +310,6 @@ def try_cuts(
 
 
 @inner
-def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
-    """Return whether all examples of the node with this value are defaults."""
-    shown = 0
-    for example in segment:
-        shown += column[example] == value and group[example] != DEFAULT
-    return shown == 0
-
-
-@inner
 def count_present(column: Floats, segment: Ints) -> int:
     """Return the number of a segment's examples whose value is present; absent ones come last."""
     present = len(segment)
@@ -347,123 +332,3 @@ def find_best_split(columns: Floats, order: Ints, form: Ints, extent: Floats, ab
             try_label_split(column, segment, present, int(wide), feature, about)
         else:
             try_cuts(column, segment, present, form[feature] == CIRCLE, wide, feature, about)
-
-
-@inner
-def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
-    """Reorder the examples in every row by child, keeping each child's examples sorted."""
-    offsets = np.empty(len(sizes), np.int64)
-    for row in order:
-        at = 0
-        for child in range(len(sizes)):
-            offsets[child] = at
-            at += sizes[child]
-        for example in row:
-            child = side[example]
-            kept[offsets[child]] = example
-            offsets[child] += 1
-        for position in range(len(row)):
-            row[position] = kept[position]
-
-
-@inner
-def assign_to_children(
-    column: Floats, segment: Ints, group: Ints, test: int, first: int, second: int, absent: int, flip: bool,
-    side: Ints,
-) -> int:  # fmt: skip
-    """Write the child of each example to `side`; return the child of absent values.
-
-    It is NOTHING if no press-made example has the value absent, because watched examples never decide.
-    """
-    present, presses = count_present(column, segment), 0
-    absent = 1 - absent if flip else absent
-    for position in range(len(segment)):
-        if position >= present:
-            child = absent
-            presses += group[segment[position]] != WATCHED
-        elif test == LABEL:
-            child = int(column[segment[position]])
-        elif test == ABSENT:
-            child = 1
-        else:
-            child = int((first < position <= second) == flip)
-        side[segment[position]] = child
-    return absent if presses > 0 else NOTHING
-
-
-@njit_entry()
-def grow_nodes(
-    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
-    watched: bool, flags: Bools, table: Ints,
-) -> tuple[Ints, Floats]:  # fmt: skip
-    """Grow a tree; return its nodes, and the values on either side of both ends of their cuts.
-
-    `form` is LINE, CIRCLE or LABELS for each feature; `extent` its range, period or number of labels. `flags` are the
-    outcomes that are told apart first. Nodes are numbered depth first. A leaf's examples are
-    those from START to STOP of order[0] when this returns.
-    """
-    n = len(y)
-    nodes, cuts = np.full((2 * n, 10), NOTHING, np.int64), np.full((2 * n, 4), np.nan)
-    waiting = np.empty((n + 1, 4), np.int64)  # start, stop, parent, which child of it
-    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, n, NOTHING, NOTHING
-    depth, count = 1, 0
-    weight = np.ones(n, np.int64)
-    for example in range(n):
-        if watched and group[example] != WATCHED:
-            weight[example] = 10
-    side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
-    total, pressed, told = np.empty((3, outcomes), np.int64)
-    best = np.empty(11, np.int64)
-    while depth > 0:
-        depth -= 1
-        start, stop = waiting[depth, 0], waiting[depth, 1]
-        node, count, here = count, count + 1, order[:, start:stop]
-        nodes[node, PARENT], nodes[node, WHICH] = waiting[depth, 2], waiting[depth, 3]
-        nodes[node, START], nodes[node, STOP] = start, stop
-        total[:] = 0
-        pressed[:] = 0
-        told[:] = 0
-        count_outcomes(here[0], y, weight, group, total, pressed, told)
-        presses = sum_counts(pressed)
-        for k in range(outcomes):
-            if pressed[k] == presses:
-                nodes[node, OUTCOME] = k
-        best[:] = NOTHING
-        for attempt in range(2 if watched else 1):
-            if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
-                about = (y, weight, group, total, pressed, told, flags, table, watched, attempt == 0, best)
-                find_best_split(columns, here, form, extent, about)
-        if best[RATIO] < 0:
-            nodes[node, KIND] = LEAF
-            continue
-        feature, test, first, second = -best[FEATURE], best[TEST], -best[FIRST], -best[SECOND]
-        column, segment, children = columns[feature], here[feature], 2
-        present = count_present(column, segment)
-        values = segment[:present]
-        flip = test == ARC and not is_inner_arc(column, values, first, second, extent[feature])
-        if test in (BELOW, ARC):
-            for end in range(2):
-                position = second if (end == 1) != (flip or test == BELOW) else first  # -1: before all values
-                lower, upper = column[values[position % present]], column[values[(position + 1) % present]]
-                cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
-                nodes[node, SORT + end] = is_default_value(column, segment, upper, group)
-                nodes[node, SORT + end] -= is_default_value(column, segment, lower, group)
-        elif test == LABEL:
-            children = int(extent[feature])
-        nodes[node, KIND], nodes[node, OF] = test, feature
-        nodes[node, AWAY] = assign_to_children(
-            column, segment, group, test, first, second, best[SIDE], flip, side
-        )
-        sizes, presses_of = np.zeros(children, np.int64), np.zeros(children, np.int64)
-        for example in here[0]:
-            sizes[side[example]] += 1
-            presses_of[side[example]] += group[example] != WATCHED
-        partition_rows(here, side, sizes, kept)
-        at = stop
-        for child in range(children - 1, -1, -1):
-            if presses_of[child] > 0:
-                waiting[depth, 0], waiting[depth, 1] = at - sizes[child], at
-                waiting[depth, 2], waiting[depth, 3] = node, child
-                depth += 1
-            at -= sizes[child]
-    return nodes[:count], cuts[:count]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning import _split_kernels
+from understudy.learning import _growth_kernels, _split_kernels
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
@@ -59,7 +59,7 @@ def grow_tree(
     order = np.argsort(columns, axis=1)
     apart = np.zeros(states, np.bool_)
     apart[list(flags)] = True
-    nodes, cuts = _split_kernels.grow_nodes(
+    nodes, cuts = _growth_kernels.grow_nodes(
         columns, order, form, extent, outcomes, groups, states, watched, apart, _table(weight)
     )
     ballots = outcomes, groups, order[0]
@@ -113,7 +113,7 @@ def _nodes(
     rows = nodes.tolist()
     outcomes, groups, order = ballots
     children = {
-        (row[_split_kernels.PARENT], row[_split_kernels.WHICH]): index for index, row in enumerate(rows)
+        (row[_growth_kernels.PARENT], row[_growth_kernels.WHICH]): index for index, row in enumerate(rows)
     }
     built: list[Node] = []
     for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(
