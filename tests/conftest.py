@@ -19,10 +19,11 @@ gc.disable()  # until the tests are collected: what that makes stays, and is sea
 os.environ.setdefault(MODE, COMPILED)  # none runs as plain Python at first, and compiles in the background
 os.environ.setdefault(PARTS, ALL_PARTS)  # kernels are compiled once for the worlds of all tests
 
-settings.register_profile(
-    "untimed", deadline=None
-)  # the first call may load kernels; the suite asserts no times
-settings.load_profile("untimed")
+# The first call may load kernels, and the suite asserts no times. A change is judged by the same cases each time; a
+# person's runs draw others, and what fails once is kept and tried first.
+settings.register_profile("person", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "person")
 
 ROOT = Path(__file__).parent
 LONG = ("browser", "lab", "peers", "sim_mujoco")

@@ -60,12 +60,14 @@ def drive_in_four_worlds(folder: Path) -> Scripted:
     return scripted
 
 
+@pytest.mark.long
 def test_the_drive_is_understood(driven: Scripted) -> None:
     review = driven.live.find_review()
     assert {label for label, _, _ in driven.spans} == {"forward", "rotate_left", "rotate_right", "load_food"}
     assert review.learn().agreement > 0.97
 
 
+@pytest.mark.long
 def test_the_robot_goes_by_itself(driven: Scripted) -> None:
     """In 20 new worlds it has food, or loads it, within a minute."""
     taught = driven.live.find_review().learn().taught

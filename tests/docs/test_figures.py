@@ -14,6 +14,7 @@ def shapes(svg: str) -> Counter[str]:
     return Counter(node.tag.removeprefix(figures.SVG) for node in ElementTree.fromstring(svg).iter())
 
 
+@pytest.mark.long
 @pytest.mark.xdist_group("drawing pages")  # their code runs once
 def test_the_pictures_are_up_to_date() -> None:
     """If not: python -m tests.docs.figures."""

@@ -119,6 +119,7 @@ def test_a_deep_tree_is_several_routines() -> None:
     assert len(check_routines(tree, Random(0), [bound], [True])) > 5
 
 
+@pytest.mark.long
 @settings(max_examples=20)
 @given(SEEDS)
 def test_python_decides_as_the_interpreter(seed: int) -> None:

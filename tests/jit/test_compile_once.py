@@ -52,6 +52,7 @@ def test_a_lock_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert list((tmp_path / "kernels").iterdir()) == [], "locks are cleared away"
 
 
+@pytest.mark.long
 def test_two_processes_compile_a_kernel_once(tmp_path: Path) -> None:
     code = (
         "import json, numpy as np\nfrom tests.jit.sample_kernels import add_up\n"

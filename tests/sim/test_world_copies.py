@@ -87,6 +87,7 @@ def test_a_copy_is_driven_in_one_go_as_the_original(copied: Copy) -> None:
     assert again.snapshot() == original.snapshot()
 
 
+@pytest.mark.long
 def test_other_processes_evaluate_a_taught_library() -> None:
     here = [evaluate(LIBRARY, "forage", FORAGE, [seed]) for seed in (5, 6)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
@@ -105,6 +106,7 @@ def step(body: World, ticks: int) -> World:
     return body
 
 
+@pytest.mark.long
 def test_another_process_goes_on_with_a_world() -> None:
     begun = step(World(FORAGE, [1, 2]), 10)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:

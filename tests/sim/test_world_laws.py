@@ -70,6 +70,7 @@ def test_laws(first: int) -> None:
             raise AssertionError(f"scene {number}: {error!r}") from error
 
 
+@pytest.mark.long
 def test_laws_of_boxes_and_signals() -> None:
     """The same where robots pull boxes, and all of it happens: they hold, go, gather, and boxes appear again."""
     happened = np.zeros(4, np.int64)

@@ -32,6 +32,7 @@ def exact(value: Any) -> str:
     return repr(value)
 
 
+@pytest.mark.long
 @given(taught())
 @settings(max_examples=150)
 def test_round_trip(original: TrainedAutomaton) -> None:

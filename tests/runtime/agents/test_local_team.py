@@ -65,6 +65,7 @@ def make_both(
     return team, LocalTeam(other, plan, LocalNetwork(lambda *_: [delay_ticks])), one, other
 
 
+@pytest.mark.long
 @settings(max_examples=120)
 @given(CASES, st.integers(1, 5))
 def test_agents_do_what_a_team_does(random: Random, robots: int) -> None:

@@ -46,6 +46,7 @@ def test_a_time_limit(library: Path) -> None:
         assert row["success"] == (row["metrics"]["distance_to(A)"] < 0.5)
 
 
+@pytest.mark.long
 def test_processes_find_the_same(library: Path) -> None:
     one, two = (
         said("eval", "-l", library, *GOTO, "--jobs", jobs, "--each", "--metric", "distance_to(A)")

@@ -186,6 +186,7 @@ def test_interrupted(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("list", "-l", library).exit_code == 130
 
 
+@pytest.mark.long
 def test_as_a_process(library: Path) -> None:
     """No traceback, the right exit codes, and a pipe that closes early is no error."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}

@@ -80,6 +80,7 @@ def test_run_is_recorded_and_explained(folder: Path, tmp_path: Path) -> None:
     assert replayed["ticks"] == 15
 
 
+@pytest.mark.long
 def test_evaluated(folder: Path) -> None:
     found = said("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--metric", "x")
     assert (found["world"], found["success"], found["failed_seeds"]) == (f"{NAME}:make_slope", 0.75, [0])
@@ -114,6 +115,7 @@ def test_its_library_is_tested_checked_and_exported(folder: Path, tmp_path: Path
 SLIPPERY = ("--world", f"{NAME}:make_slippery")
 
 
+@pytest.mark.long
 def test_falsified(folder: Path, tmp_path: Path) -> None:
     """From 2 m to 9 m in 7.5 s; with each fourth seed it stands still. Seeds begin at 1 000 000 000."""
     out = tmp_path / "failures"

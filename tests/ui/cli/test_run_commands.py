@@ -223,6 +223,7 @@ def test_the_automaton_at_the_top_runs_when_none_is_named(
     assert all(name in str(refusal.value) for name in [*left, "rotate_left"])
 
 
+@pytest.mark.long
 def test_watching_in_a_terminal(library: Path) -> None:
     master, slave = pty.openpty()
     watching = subprocess.Popen(

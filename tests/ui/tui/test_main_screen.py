@@ -52,6 +52,7 @@ def kinds(hand: Hand) -> list[str]:
     return [f"{each.kind}{' ◆' * each.correction}" for each in hand.trainer.session.examples]
 
 
+@pytest.mark.long
 @run
 async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_saw(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path / "library", seed=6)) as hand:
@@ -256,6 +257,7 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         assert hand.app.unfinished is None
 
 
+@pytest.mark.long
 @run
 async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
     async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:

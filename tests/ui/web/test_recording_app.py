@@ -222,6 +222,7 @@ def list_left_out(folder: Path, name: str) -> list[tuple[str, str]]:
     ]
 
 
+@pytest.mark.long
 def test_contradictions_between_drivers_are_settled_and_saved(tmp_path: Path) -> None:
     review = make_drivers_review(tmp_path)
     with TestClient(make_recording_app(review), base_url=HERE) as client:
