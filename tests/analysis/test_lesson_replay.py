@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import nan
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from understudy.analysis.lesson_replay import DecisionChange, replay_lesson
+from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
-from understudy.properties.lesson_tests import describe_lost_decisions
+from understudy.properties.lesson_tests import LessonTestResult, describe_lost_decisions, describe_test_result
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(
@@ -168,3 +170,25 @@ def test_what_was_not_recorded_is_left_out() -> None:
     former = Lesson(bare, (replace(KEPT, values=(9.0,)), replace(PRESSED, values=(nan,))), record=RECORD)
     found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert (found.different, found.changes) == ((), ())
+
+
+WATCHED = """state,next,kind,front:continuous
+forward,forward,default,0
+forward,forward,watched,2.4
+forward,forward,watched,1.6
+forward,forward,watched,0.2
+forward,back,directive,1.0
+"""
+
+
+def test_watched_examples_that_are_decided_otherwise_are_counted(tmp_path: Path) -> None:
+    """It goes back from 0.6 m on: at two of three moments in which it drove on and was watched."""
+    path = tmp_path / "lesson.csv"
+    path.write_text(WATCHED)
+    lesson = read_lesson_table(path)
+    replay = replay_lesson(TrainedAutomaton(learn_automaton(lesson), lesson))
+    assert (replay.overruled, replay.watched, replay.mismatches) == (2, 3, ())
+    tested = LessonTestResult("lesson", replay, (), (), changed=False, affected=())
+    assert list(describe_test_result(tested, "version 1")) == [
+        "2 of 3 moments in which you watched: it decides otherwise than it did"
+    ]

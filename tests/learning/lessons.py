@@ -31,6 +31,7 @@ def tree_of(
     current: int = STAY,
     midpoints: bool = False,
     flags: Sequence[int] = (),
+    silence: bool = False,
 ) -> Tree:
     return grow_tree(
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
@@ -41,6 +42,7 @@ def tree_of(
         current=current,
         midpoints=midpoints,
         flags=flags,
+        silence=silence,
     )
 
 
@@ -64,8 +66,11 @@ def lesson(
 
 
 @st.composite
-def tables(draw: st.DrawFn, watched: bool = False) -> tuple[list[Row], list[Kind]]:
-    """Examples on a coarse grid, so that ties, duplicates and absences abound; at least one press-made."""
+def tables(draw: st.DrawFn, watched: bool = False, stays: int = 0) -> tuple[list[Row], list[Kind]]:
+    """Examples on a coarse grid, so that ties, duplicates and absences abound; at least one press-made.
+
+    Up to `stays` watched examples of outcome 0 are added.
+    """
     kinds: list[Kind] = draw(
         st.lists(
             st.sampled_from([Continuous(), Toroidal(8.0), Toroidal(), Categorical(("a", "b", "c"))]),
@@ -80,7 +85,8 @@ def tables(draw: st.DrawFn, watched: bool = False) -> tuple[list[Row], list[Kind
     rows = draw(st.lists(row, min_size=1, max_size=12))
     if all(row.group == 2 for row in rows):
         rows[0] = rows[0]._replace(group=1)
-    return rows, kinds
+    quiet = st.builds(Row, st.tuples(*values), st.just(0), st.just(2))
+    return rows + draw(st.lists(quiet, max_size=stays)), kinds
 
 
 def _values(kind: Kind) -> st.SearchStrategy[float]:

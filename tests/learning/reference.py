@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from math import inf, isnan, log2, nextafter
 from typing import Any, NamedTuple
 
@@ -58,8 +59,10 @@ class Learner:
         current: int = STAY,
         midpoints: bool = False,
         flags: Sequence[int] = (),
+        silence: bool = False,
     ) -> None:
         self.kinds, self.current, self.flags = kinds, current, flags
+        self.silence = silence and current != STAY
         self.watched = any(row.group == WATCHED for row in rows)
         self.midpoints = midpoints or self.watched
         self.weights = (10, 1) if self.watched else (1, 1)
@@ -71,7 +74,7 @@ class Learner:
             self.ranges.append(extent if extent > 1e-9 * size else 2 * size)
         self.tree = self.grow(list(rows))
 
-    def grow(self, rows: list[Row]) -> Any:
+    def grow(self, rows: list[Row], tested: frozenset[int] = frozenset()) -> Any:
         pressed = [row for row in rows if row.group != WATCHED]
         if not pressed:
             return None
@@ -92,11 +95,41 @@ class Learner:
                         gaining.append(split)
                 splits = gaining or apart
             if splits:
-                best = max(splits, key=lambda split: split.key)
-                grown = {side: self.grow(part) for side, part in best.children.items()}
-                children = {side: child for side, child in grown.items() if child is not None}
-                return (*best.test, best.absent if best.absent in children else None, children)
+                return self.split(max(splits, key=lambda split: split.key), tested)
+        elif limits := list(self.limits(rows, pressed[0].outcome, tested)):
+            return self.split(max(limits, key=lambda split: split.key), tested)
         return self.vote(pressed)
+
+    def split(self, best: Split, tested: frozenset[int]) -> Any:
+        kind, feature = best.test[:2]
+        below = tested | {feature} if kind == TestKind.BELOW else tested
+        grown = {side: self.grow(part, below) for side, part in best.children.items()}
+        shown = {side: child for side, child in grown.items() if child is not None}
+        children = shown if kind == TestKind.LABEL else grown
+        return (*best.test, best.absent if best.absent in shown else None, children)
+
+    def limits(self, rows: list[Row], outcome: int, tested: frozenset[int]) -> Iterator[Split]:
+        """The thresholds, of features tested above, that have four watched stays or more on one side, and all else on
+        the other."""
+        if not self.silence or outcome == self.current or outcome in self.flags:
+            return
+        for feature in tested:
+            absent = [row for row in rows if isnan(row.values[feature])]
+            present = [row for row in rows if not isnan(row.values[feature])]
+            values = sorted({row.values[feature] for row in present})
+            for low, high in pairwise(values):
+                sides = (
+                    [row for row in present if row.values[feature] <= low],
+                    [row for row in present if row.values[feature] >= high],
+                )
+                for side, part in enumerate(sides):
+                    quiet = all(row.group == WATCHED and row.outcome == self.current for row in part)
+                    if quiet and len(part) >= 4:
+                        parts = {side: part, 1 - side: sides[1 - side] + absent}
+                        test = (TestKind.BELOW, feature, self.cut(feature, low, high, present))
+                        pressed = any(row.group != WATCHED for row in absent)
+                        key = (len(part), -feature, -side)
+                        yield Split(key, test, parts, 1 - side if pressed else STAY)
 
     def vote(self, pressed: list[Row]) -> int:
         heard = [row for row in pressed if row.group == SHOWN] or pressed

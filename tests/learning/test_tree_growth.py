@@ -42,6 +42,48 @@ def test_equals_brute_force_with_watched_examples(
 
 
 @MANY
+@given(tables(watched=True, stays=12), FLAGS)
+def test_equals_brute_force_where_silence_limits_decisions(
+    table: tuple[list[Row], list[Kind]], flags: list[int]
+) -> None:
+    rows, kinds = table
+    tree = tree_of(rows, kinds, current=0, flags=flags, silence=True)
+    assert nested(tree) == Learner(rows, kinds, 0, flags=flags, silence=True).tree
+
+
+STAYS = [1.3, 1.6, 2.0, 2.4]
+LIMITS = [  # watched stays -> the values from which on, and up to which, it leaves
+    ([], (0.97, None)),  # without watched examples the gap belongs to the default
+    (STAYS[1:], (0.5, None)),  # three are too few
+    (STAYS, (0.5, 1.15)),
+    ([1.0, *STAYS], (0.5, 1.15)),  # one where a press says leave: the press decides
+    ([0.6, 0.7, 0.8, 0.9], (0.92, None)),  # a test by which presses are told apart comes first
+]
+
+
+@pytest.mark.parametrize(("stays", "leaves"), LIMITS)
+def test_watched_stays_beyond_all_presses_limit_a_decision(
+    stays: list[float], leaves: tuple[float, float | None]
+) -> None:
+    """It was told to leave at 0.97 and 1.0 m, and not at 0 m; then it was watched, and not told so, further away."""
+    rows = [Row((0.0,), 0, 0), Row((0.97,), 1, 1), Row((1.0,), 1, 1)]
+    rows += [Row((value,), 0, 2) for value in stays]
+    tree = tree_of(rows, [Continuous()], current=0, silence=True)
+    first = next(value for value in np.arange(0.0, 3.0, 0.005) if tree.decide([value]) == 1)
+    last = max(value for value in np.arange(0.0, 3.0, 0.005) if tree.decide([value]) == 1)
+    assert first == pytest.approx(leaves[0], abs=0.03)
+    assert last == pytest.approx(2.995 if leaves[1] is None else leaves[1], abs=0.01)
+
+
+def test_silence_brings_no_other_feature_in() -> None:
+    """It stays by the first feature only; watched stays differ in the second one, too, and limit nothing there."""
+    rows = [Row((0.0, 5.0), 0, 1), Row((2.0, 5.0), 1, 1), *(Row((2.0, 9.0 + k), 0, 2) for k in range(6))]
+    tree = tree_of(rows, [Continuous(), Continuous()], current=0, silence=True)
+    assert tree.decide([2.0, 12.0]) == 1
+    assert {node.feature for node in tree.nodes if node.test != TestKind.LEAF} == {0}
+
+
+@MANY
 @given(tables(watched=True), st.randoms())
 def test_order_of_examples_makes_no_difference(table: tuple[list[Row], list[Kind]], random: object) -> None:
     rows, kinds = table

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnderstudyError
+from understudy.learning.report import find_overruled
 from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, FlagFeature, TimeInState, TimerFeature
@@ -65,13 +66,16 @@ class LessonReplay:
 
     `examples` is the number of examples that were compared, and `before` the number of moments in the second before
     presses that could be replayed. `different` has the examples decided otherwise than shown or than formerly,
-    `changes` the other moments that a former version decides otherwise.
+    `changes` the other moments that a former version decides otherwise. Of the `watched` examples, `overruled` are
+    those in which the robot now decides otherwise than it did while the demonstrator watched.
     """
 
     examples: int
     before: int
     different: tuple[ReplayedPress, ...]
     changes: tuple[DecisionChange, ...]
+    watched: int = 0
+    overruled: int = 0
 
     @property
     def mismatches(self) -> tuple[ReplayedPress, ...]:
@@ -97,7 +101,12 @@ def replay_lesson(taught: TrainedAutomaton, former: TrainedAutomaton | None = No
         each for each in (_decided(example, taught, former) for example in tested) if each is not None
     ]
     before, changes = _before(lesson, taught.automaton, None if former is None else former.automaton)
-    return LessonReplay(len(tested), before, tuple(different), changes)
+    watched = sum(example.kind is ExampleKind.WATCHED for example in select_teaching_examples(lesson))
+    overruled = sum(
+        len(find_overruled(lesson, state, function))
+        for state, function in taught.automaton.transitions.items()
+    )
+    return LessonReplay(len(tested), before, tuple(different), changes, watched, overruled)
 
 
 def _tested(lesson: Lesson) -> Iterator[Example]:

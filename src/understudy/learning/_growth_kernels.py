@@ -37,6 +37,8 @@ inner = njit_inner()
 # Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
 # whether the default is above it (1), below it (-1), or neither.
 KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+ENOUGH_STAYS = 4
+"""How many watched stays limit a decision, if they lie beyond all presses for it."""
 
 
 @inner
@@ -90,16 +92,50 @@ def assign_to_children(
     return absent if presses > 0 else NOTHING
 
 
+@inner
+def count_stays(column: Floats, segment: Ints, y: Ints, group: Ints, quiet: int, top: bool) -> int:
+    """Count the examples with the lowest values, or at the `top` the highest, that only watched stays have."""
+    present, stays = count_present(column, segment), 0
+    while stays < present:
+        example = segment[present - 1 - stays] if top else segment[stays]
+        if group[example] != WATCHED or y[example] != quiet:
+            break
+        stays += 1
+    while 0 < stays < present:
+        last, following = (present - stays, present - stays - 1) if top else (stays - 1, stays)
+        if column[segment[last]] != column[segment[following]]:
+            break
+        stays -= 1
+    return stays if stays < present else 0
+
+
+@inner
+def find_quiet_side(
+    columns: Floats, here: Ints, y: Ints, group: Ints, quiet: int, tested: Bools, best: Ints
+) -> None:
+    """Write the threshold that cuts most watched stays, and nothing else, off a node into `best`, if it cuts enough."""
+    most = ENOUGH_STAYS - 1
+    for feature in range(len(columns)):
+        for side in range(2 if tested[feature] else 0):
+            column, segment = columns[feature], here[feature]
+            stays = count_stays(column, segment, y, group, quiet, side == 1)
+            if stays > most:
+                most = stays
+                last = stays - 1 if side == 0 else count_present(column, segment) - stays - 1
+                best[RATIO], best[FEATURE], best[TEST] = 0, -feature, BELOW
+                best[FIRST], best[SECOND], best[SIDE] = 1, -last, 1 - side
+
+
 @njit_entry()
 def grow_nodes(
-    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int,
+    columns: Floats, order: Ints, form: Ints, extent: Floats, y: Ints, group: Ints, outcomes: int, quiet: int,
     watched: bool, flags: Bools, table: Ints,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """Grow a tree; return its nodes, and the values on either side of both ends of their cuts.
 
-    `form` is LINE, CIRCLE or LABELS for each feature; `extent` its range, period or number of labels. `flags` are the
-    outcomes that are told apart first. Nodes are numbered depth first. A leaf's examples are
-    those from START to STOP of order[0] when this returns.
+    `form` is LINE, CIRCLE or LABELS for each feature; `extent` its range, period or number of labels. `quiet` is the
+    outcome of watched examples that limit decisions (NOTHING: none do), `flags` are the outcomes that are told apart
+    first. Nodes are numbered depth first. A leaf's examples are those from START to STOP of order[0] when this returns.
     """
     n = len(y)
     nodes, cuts = np.full((2 * n, 10), NOTHING, np.int64), np.full((2 * n, 4), np.nan)
@@ -112,7 +148,7 @@ def grow_nodes(
             weight[example] = 10
     side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
     total, pressed, told = np.empty((3, outcomes), np.int64)
-    best = np.empty(11, np.int64)
+    best, tested = np.empty(11, np.int64), np.zeros(len(columns), np.bool_)
     while depth > 0:
         depth -= 1
         start, stop = waiting[depth, 0], waiting[depth, 1]
@@ -132,6 +168,14 @@ def grow_nodes(
             if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
                 about = (y, weight, group, total, pressed, told, flags, table, watched, attempt == 0, best)
                 find_best_split(columns, here, form, extent, about)
+        decided = nodes[node, OUTCOME]
+        if watched and quiet != NOTHING and decided not in (NOTHING, quiet) and not flags[decided]:
+            tested[:] = False
+            above = nodes[node, PARENT]
+            while above != NOTHING:
+                tested[nodes[above, OF]] |= nodes[above, KIND] == BELOW
+                above = nodes[above, PARENT]
+            find_quiet_side(columns, here, y, group, quiet, tested, best)
         if best[RATIO] < 0:
             nodes[node, KIND] = LEAF
             continue

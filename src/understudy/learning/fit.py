@@ -103,6 +103,7 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
             current=shown.current,
             midpoints=midpoints,
             flags=flags if learner.order == "flags first" else (),
+            silence=learner.order == "flags first",
         )
         return prune_tree(tree, shown, learner.pruning) if learner.pruning else tree
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -16,7 +16,7 @@ from understudy.learning.tree_growth import compile_tree_kernels
 from understudy.model.automaton import Transition
 from understudy.model.describe import list_shown_vectors
 from understudy.model.learner_options import TreeOptions
-from understudy.model.lesson import Example, Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import describe_exits
 
@@ -27,7 +27,8 @@ class StateReport:
 
     `conditions` describe in words when it is left. `nodes` and `depth` are the size of its tree, 0 for a
     classifier. `contradictions` counts groups of examples that contradict each other, `disagreements` examples
-    that are decided otherwise than shown. `fit_ms` is the time to learn it, in ms.
+    that are decided otherwise than shown, and `overruled` those of the `watched` examples in which the robot would now
+    do otherwise. `fit_ms` is the time to learn it, in ms.
     """
 
     conditions: tuple[str, ...]
@@ -35,6 +36,8 @@ class StateReport:
     depth: int
     contradictions: int
     disagreements: int
+    watched: int
+    overruled: int
     fit_ms: float
 
 
@@ -70,6 +73,8 @@ def learn_and_report(lesson: Lesson) -> Report:
             depth=function.depth if isinstance(function, Tree) else 0,
             contradictions=len(find_contradictions(lesson, name)),
             disagreements=len(find_disagreements(lesson, name, function)),
+            watched=len(_list_watched(lesson, name)),
+            overruled=len(find_overruled(lesson, name, function)),
             fit_ms=fit_ms,
         )
     return Report(transitions, states)
@@ -96,11 +101,32 @@ def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...]
 
 def find_disagreements(lesson: Lesson, state: str, function: Transition) -> tuple[Example, ...]:
     """Find the press-made examples of a state whose next state is not what its transition function decides."""
+    pressed = [
+        example
+        for example in select_teaching_examples(lesson)
+        if example.state == state and example.is_from_press
+    ]
+    return _list_otherwise(lesson, pressed, function)
+
+
+def find_overruled(lesson: Lesson, state: str, function: Transition) -> tuple[Example, ...]:
+    """Find the watched examples of a state in which its transition function decides something else."""
+    return _list_otherwise(lesson, _list_watched(lesson, state), function)
+
+
+def _list_watched(lesson: Lesson, state: str) -> list[Example]:
+    return [
+        example
+        for example in select_teaching_examples(lesson)
+        if example.state == state and example.kind is ExampleKind.WATCHED
+    ]
+
+
+def _list_otherwise(lesson: Lesson, examples: Sequence[Example], function: Transition) -> tuple[Example, ...]:
     names = lesson.automaton.state_names
-    found = []
-    for example in select_teaching_examples(lesson):
-        if example.state == state and example.is_from_press:
-            outcome = function.decide(example.values)
-            if (state if outcome == STAY else names[outcome]) != example.next:
-                found.append(example)
-    return tuple(found)
+    outcomes = [function.decide(example.values) for example in examples]
+    return tuple(
+        example
+        for example, outcome in zip(examples, outcomes, strict=True)
+        if (example.state if outcome == STAY else names[outcome]) != example.next
+    )

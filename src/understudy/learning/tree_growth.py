@@ -34,12 +34,14 @@ def grow_tree(
     current: int = STAY,
     midpoints: bool = False,
     flags: Sequence[int] = (),
+    silence: bool = False,
 ) -> Tree:
     """Grow the decision tree of feature vectors [n, F] with indices of next states [n] and groups [n].
 
     A group is 0 for a default, 1 for a directive or confirmation, 2 for a watched example; at least one example
     must be press-made. `current` is the index of the state itself, which wins ties (STAY: none does). If any
     example is watched, thresholds are midpoints. `flags` are the indices of the states that are told apart first.
+    With `silence`, watched stays beyond all presses for a decision limit it.
     """
     count, width = values.shape
     watched = bool((groups == _split_kernels.WATCHED).any())
@@ -59,8 +61,9 @@ def grow_tree(
     order = np.argsort(columns, axis=1)
     apart = np.zeros(states, np.bool_)
     apart[list(flags)] = True
+    quiet = current if silence else STAY
     nodes, cuts = _growth_kernels.grow_nodes(
-        columns, order, form, extent, outcomes, groups, states, watched, apart, _table(weight)
+        columns, order, form, extent, outcomes, groups, states, quiet, watched, apart, _table(weight)
     )
     ballots = outcomes, groups, order[0]
     return Tree(_nodes(nodes, cuts, ballots, kinds, current, midpoints=midpoints or watched))

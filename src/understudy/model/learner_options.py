@@ -44,7 +44,8 @@ class TreeOptions:
         add. 0 removes none.
     order
         Which of the possible tests is selected. "gain first": the one with the highest gain ratio, as in C4.5. "flags
-        first": one that tells exactly when a flag is raised, if there is one.
+        first": one that tells exactly when a flag is raised, if there is one; and four watched examples or more, beyond
+        all presses for a decision, limit it.
 
     Raises
     ------

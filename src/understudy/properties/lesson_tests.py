@@ -265,6 +265,9 @@ def describe_other_differences(seen: LessonTestResult, former: str) -> Iterator[
     if numbers:
         many = f"{len(numbers)} example{'s' * (len(numbers) != 1)}"
         yield f"{many} decided differently than shown: {', '.join(numbers)}"
+    if seen.replayed.overruled:
+        watched = f"{seen.replayed.overruled} of {seen.replayed.watched} moments in which you watched"
+        yield f"{watched}: it decides otherwise than it did"
     if seen.replayed.changes:
         yield _anew(seen.replayed)
     if seen.changed:

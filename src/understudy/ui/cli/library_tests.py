@@ -78,6 +78,10 @@ class AutomatonTestRow:
     different: Sequence[ReplayedPress]
     otherwise: Sequence[int]
     """Numbers of the examples that are decided differently than shown."""
+    watched: int
+    """The number of examples recorded while the demonstrator watched."""
+    overruled: int
+    """How many of these are decided otherwise than the robot did."""
     changes_before: Sequence[DecisionChange]
     outcomes: Sequence[LessonPropertyRow]
     failed: Sequence[FailedPropertyRow]
@@ -369,6 +373,8 @@ def _make_row(label: str, seen: LessonTestResult, former: int | None) -> Automat
         no_longer=list(describe_lost_decisions(replay)),
         different=replay.different,
         otherwise=[each.number for each in replay.mismatches],
+        watched=replay.watched,
+        overruled=replay.overruled,
         changes_before=replay.changes,
         outcomes=[
             LessonPropertyRow(str(each.tested), each.took_s, each.problem or None, each.was_met)

@@ -327,6 +327,9 @@ def _show(
         for number, what in ((state.contradictions, "contradiction"), (state.disagreements, "disagreement")):
             if number:
                 out.print(Padding(f"[yellow]{format_count(number, what)}[/]", (0, 0, 0, 2), expand=False))
+        if state.overruled:
+            said = f"{state.overruled} of {format_count(state.watched, 'watched example')} decided otherwise"
+            out.print(Padding(f"[yellow]{said}[/]", (0, 0, 0, 2), expand=False))
     if rows is not None and following is not None:
         made = make_table("#row", "state", "next")
         for index, (row, next_state) in enumerate(zip(rows, following, strict=True), 1):

@@ -121,11 +121,17 @@ def _show(result: LibraryTestResult, out: Console) -> None:
         about = "passes now" if failure.verdict == "passes" else failure.why
         out.print(f"{mark} [bold]{escape(failure.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
     bad = sum(not each.works for each in result.automata)
-    said = (
-        f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
-        if bad
-        else "[green]all as shown[/]"
-    )
+    otherwise = sum(len(each.otherwise) + each.overruled for each in result.automata)
+    anew = sum(change.moments for each in result.automata for change in each.changes_before)
+    said = "[green]all as shown[/]"
+    if anew:
+        said = (
+            f"[green]presses as shown[/], [yellow]{format_count(anew, 'moment')} before them decided anew[/]"
+        )
+    if bad:
+        said = f"[red]{format_count(bad, 'does', 'do')} not do what was shown[/]"
+    elif otherwise:
+        said = f"[yellow]{format_count(otherwise, 'moment')} decided otherwise than shown[/]"
     tested = format_count(len(result.automata), "automaton", "automata")
     out.print(f"{escape(str(result.library))}, in {escape(result.world)}: {tested}, {said}", soft_wrap=True)
     if result.properties:

@@ -127,7 +127,7 @@ def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
 
 
 def _lesson_notes(opened: LoadedDocument) -> list[str]:
-    from understudy.learning.report import find_contradictions, find_disagreements
+    from understudy.learning.report import find_contradictions, find_disagreements, find_overruled
     from understudy.ui.cli.output import format_count
 
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
@@ -145,5 +145,10 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
             which = ", ".join(str(example.number) for example in against)
             found.append(
                 f"in {state}, {format_count(len(against), 'example')} decided differently than shown: {which}"
+            )
+        watched = find_overruled(lesson, state, function)
+        if watched:
+            found.append(
+                f"in {state}, {format_count(len(watched), 'watched example')} decided differently than the robot did"
             )
     return found
