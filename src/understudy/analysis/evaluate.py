@@ -8,7 +8,8 @@ A world that has a baseline has a time limit of three times the baseline's time;
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from understudy.analysis.evaluation_jobs import Executor, run_in_jobs
 from understudy.analysis.evaluation_task import EvaluationTask, MakeBody
 from understudy.analysis.goal_runs import Criteria
 from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.raised_range import find_shown_goal
 from understudy.analysis.world_run import Goal, Metric
 from understudy.errors import SettingError
 from understudy.model.automaton import USUAL_FLAGS
@@ -153,6 +155,7 @@ def make_evaluation_task(
         if name in RESULTS:
             raise _wrong(f"metric {name!r}", "has the name of another result", "give it another name")
     criteria = Criteria(judged, flags, measured, _read_names(record, "record"))
+    criteria = replace(criteria, shown=find_shown_goal(found, behavior, criteria.flag))
     return EvaluationTask(libraries, sort, behavior, world, dict(binding), criteria, limit_s)
 
 
@@ -227,6 +230,10 @@ def find_success_flag(library: Library, behavior: str) -> str | None:
 
     None if it has no such flag, and the scenario's goal counts.
     """
-    flags = find_flags(library, behavior)
-    goals = flags & {SUCCESS_FLAG} or flags - {FAILURE_FLAG}
+    return choose_success_flag(find_flags(library, behavior))
+
+
+def choose_success_flag(flags: Collection[str]) -> str | None:
+    """Return `done` if it is among these flags, or else the only one besides `failed`; None if there is none."""
+    goals = set(flags) & {SUCCESS_FLAG} or set(flags) - {FAILURE_FLAG}
     return next(iter(goals)) if len(goals) == 1 else None

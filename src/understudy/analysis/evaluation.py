@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from understudy.analysis.evaluation_display import EvaluationDisplay
 from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
 from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.raised_range import RaisedRange
 from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
 from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
@@ -52,6 +53,9 @@ class Evaluation(EvaluationDisplay):
     simulated
         Whether the worlds are those of a scenario. If not, bodies of one's own were run, which deliver and gather
         nothing.
+    raised
+        Where the flag was raised, beside where it was shown. None: success is no flag, or its presses have nothing in
+        common.
     """
 
     behavior: str
@@ -64,6 +68,7 @@ class Evaluation(EvaluationDisplay):
     metrics: Mapping[str, Column] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
     simulated: bool = True
+    raised: RaisedRange | None = None
 
     def __repr__(self) -> str:
         count = f"{int(self.taught.finished.sum())} of {len(self.seeds)} worlds"
@@ -210,4 +215,10 @@ def join_evaluations(parts: Sequence[Evaluation]) -> Evaluation:
         expert=Outcomes.concatenate(experts) if experts else None,
         metrics={name: np.concatenate([part.metrics[name] for part in parts]) for name in first.metrics},
         problems=tuple(problem for part in parts for problem in part.problems),
+        raised=_join_raised(parts),
     )
+
+
+def _join_raised(parts: Sequence[Evaluation]) -> RaisedRange | None:
+    known = [part.raised for part in parts if part.raised is not None]
+    return RaisedRange.concatenate(known) if known else None

@@ -12,8 +12,16 @@ import numpy as np
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun
 from understudy.analysis.evaluation import Evaluation, join_evaluations
-from understudy.analysis.goal_runs import Criteria, Part, find_goal, run_one_world, run_side_by_side
-from understudy.analysis.measurement import Progress, measure_program_outcomes, measure_team_outcomes
+from understudy.analysis.goal_runs import (
+    Criteria,
+    Part,
+    find_goal,
+    make_raised_reader,
+    run_many_ticks,
+    run_one_world,
+    run_side_by_side,
+)
+from understudy.analysis.measurement import Progress, measure_team_outcomes
 from understudy.analysis.outcomes import Outcomes
 from understudy.analysis.world_run import format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
@@ -99,12 +107,6 @@ class EvaluationTask:
         sorts = list_running_sorts(self.libraries, self.sort, self.behavior)
         return dict.fromkeys(sorts, (self.behavior, self.binding))
 
-    @property
-    def flag(self) -> str | None:
-        """The flag that counts as success."""
-        goal = self.criteria.goal
-        return goal if isinstance(goal, str) and goal in self.criteria.flags else None
-
     def check_names(self, seed: int) -> None:
         """Refuse goals and metrics whose names the robots or the team of a scenario do not have."""
         if not isinstance(self.world, Scenario) or self.criteria.are_plain:
@@ -188,13 +190,27 @@ class EvaluationTask:
         if not self.criteria.are_plain:
             run = self.make_run(scenario, batch)
             return run_side_by_side(run, batch, self.criteria, limits, report)
-        if not self.roots:
-            world = World(scenario, batch)
-            return Part(
-                measure_program_outcomes(world, self.program, limit_s=limits, flag=self.flag, progress=report)
-            )
-        team = make_team(scenario, batch, self._get_libraries(), self.roots)
-        return Part(measure_team_outcomes(team, self.roots, limit_s=limits, flag=self.flag, progress=report))
+        if self.roots:
+            return self._run_team(scenario, batch, limits, report)
+        world = World(scenario, batch)
+        return run_many_ticks(world, self.program, self.library, self.binding, self.criteria, limits, report)
+
+    def _run_team(
+        self, scenario: Scenario, batch: Sequence[int], limits: float | Column, report: Progress
+    ) -> Part:
+        """Run teams side by side where only time and success are asked for."""
+        libraries = self._get_libraries()
+        team = make_team(scenario, batch, libraries, self.roots)
+        reader = make_raised_reader(self.criteria, TeamRun(team, libraries, self.roots).find_reading)
+        outcomes = measure_team_outcomes(
+            team,
+            self.roots,
+            limit_s=limits,
+            flag=self.criteria.flag,
+            progress=report,
+            at_end=reader.at_end,
+        )
+        return Part(outcomes, raised=reader.finish(outcomes.finished))
 
     def make_run(self, scenario: Scenario, batch: Sequence[int]) -> BehaviorRun:
         """Make the run of the behavior in new worlds of a scenario, one for each seed of a batch."""
@@ -234,11 +250,12 @@ class EvaluationTask:
             tuple(seeds),
             part.outcomes,
             expert,
-            self.flag,
-            None if goal is None or self.flag is not None else name_value(goal),
+            self.criteria.flag,
+            None if goal is None or self.criteria.flag is not None else name_value(goal),
             dict(part.metrics),
             part.problems,
             in_scenario,
+            part.raised,
         )
 
 

@@ -14,10 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import BehaviorRun
-from understudy.analysis.measurement import TICKS_AT_ONCE, Progress, measure_worlds, skip_progress
-from understudy.analysis.named_reading import YES, check_yes_or_no
+from understudy.analysis.behavior_run import BehaviorRun, RunReading
+from understudy.analysis.measurement import (
+    TICKS_AT_ONCE,
+    AtEnd,
+    Progress,
+    measure_program_outcomes,
+    measure_worlds,
+    skip_progress,
+)
+from understudy.analysis.named_reading import YES, check_yes_or_no, find_reading
 from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.raised_range import RaisedRange, RaisedReader
 from understudy.analysis.world_run import (
     ABSENT,
     Goal,
@@ -31,8 +39,11 @@ from understudy.analysis.world_run import (
     name_value,
 )
 from understudy.errors import SettingError, UnknownName
+from understudy.learning.shown_ranges import ShownRange
 from understudy.model.kinds import Column
+from understudy.model.library import Library
 from understudy.runtime.body import Body
+from understudy.runtime.program import Program
 from understudy.sim.world import World
 
 
@@ -50,12 +61,16 @@ class Criteria:
         What is computed at the end of each world, by name.
     record
         What is recorded in each tick, by name.
+    shown
+        At which values of a feature the flag that is the goal was pressed; they are compared with those at which it is
+        raised. None: nothing is compared.
     """
 
     goal: Goal | None
     flags: frozenset[str]
     metrics: Mapping[str, Metric]
     record: Mapping[str, Metric]
+    shown: ShownRange | None = None
 
     @property
     def are_names(self) -> bool:
@@ -64,19 +79,25 @@ class Criteria:
         return not self.record and all(isinstance(each, str) for each in given)
 
     @property
+    def flag(self) -> str | None:
+        """The flag that counts as success."""
+        return self.goal if isinstance(self.goal, str) and self.goal in self.flags else None
+
+    @property
     def are_plain(self) -> bool:
         """Whether nothing is to be read from the runs but the scenario's goal or a flag."""
-        judged = self.goal is None or (isinstance(self.goal, str) and self.goal in self.flags)
+        judged = self.goal is None or self.flag is not None
         return judged and not self.metrics and not self.record
 
 
 @dataclass(frozen=True)
 class Part:
-    """The results of some worlds: outcomes, metrics by name [n], and a sentence for each absent metric."""
+    """The results of some worlds: outcomes, metrics by name [n], a sentence for each absent one, and raised flags."""
 
     outcomes: Outcomes
     metrics: Mapping[str, Column] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
+    raised: RaisedRange | None = None
 
 
 def find_goal(run: BehaviorRun, goal: str, flags: frozenset[str]) -> Callable[[], NDArray[np.bool_]]:
@@ -101,6 +122,39 @@ def find_goal(run: BehaviorRun, goal: str, flags: frozenset[str]) -> Callable[[]
     return is_reached
 
 
+def run_many_ticks(
+    world: World,
+    program: Program,
+    library: Library,
+    binding: Mapping[str, str],
+    criteria: Criteria,
+    limits: float | Column,
+    progress: Progress = skip_progress,
+    *,
+    stops: bool = True,
+) -> Part:
+    """Run one program on all robots, many ticks at once, where only time and success are asked for.
+
+    If worlds do not stop where they have finished, they can be used further.
+    """
+
+    def find(text: str) -> RunReading:
+        found = find_reading(text, library, world, binding=binding, where="the robots")
+        return RunReading(found, lambda: world.sense(found.keys), world.worlds)
+
+    reader = make_raised_reader(criteria, find)
+    outcomes = measure_program_outcomes(
+        world,
+        program,
+        limit_s=limits,
+        flag=criteria.flag,
+        progress=progress,
+        at_end=reader.at_end,
+        stops=stops,
+    )
+    return Part(outcomes, raised=reader.finish(outcomes.finished))
+
+
 def run_side_by_side(
     run: BehaviorRun,
     seeds: Sequence[int],
@@ -112,11 +166,14 @@ def run_side_by_side(
     world = _get_world(run.body)
     readings = {name: run.find_reading(str(metric)) for name, metric in criteria.metrics.items()}
     values = {name: np.full(world.worlds, np.nan) for name in readings}
+    reader = make_raised_reader(criteria, run.find_reading)
 
     def at_end(through: NDArray[np.bool_]) -> None:
         for name, reading in readings.items():
             rows = reading.read()[through]
             values[name][through] = [average(row) for row in rows]
+        if reader.at_end is not None:
+            reader.at_end(through)
 
     if criteria.goal is None:
         at_once = TICKS_AT_ONCE if run.is_fused else 1
@@ -139,7 +196,19 @@ def run_side_by_side(
         for name, column in values.items()
         if np.isnan(column[row])
     ]
-    return Part(outcomes, values, tuple(problems))
+    return Part(outcomes, values, tuple(problems), reader.finish(outcomes.finished))
+
+
+def make_raised_reader(criteria: Criteria, find: Callable[[str], RunReading]) -> RaisedReader:
+    """Make what reads where a flag is raised, if it is known where it was shown; `find` finds a reading by name."""
+    shown = criteria.shown
+    read = find_nothing if shown is None else find(str(shown.feature)).read
+    return RaisedReader(str(criteria.goal), shown, read)
+
+
+def find_nothing() -> Column:
+    """Return no values."""
+    return np.empty((0, 1))
 
 
 def run_one_world(run: BehaviorRun, seed: int, criteria: Criteria, limit_s: float) -> Part:
@@ -180,7 +249,11 @@ def run_one_world(run: BehaviorRun, seed: int, criteria: Criteria, limit_s: floa
         outcomes = _run_body(run, observe, limit_s)
     alone.finished, alone.recorded = bool(outcomes.finished[0]), recorder.rows
     found, problems = compute_metrics(alone, criteria.metrics)
-    return Part(outcomes, {name: np.array([value]) for name, value in found.items()}, tuple(problems))
+    reader = make_raised_reader(criteria, run.find_reading)
+    if reader.at_end is not None:  # the run has just ended
+        reader.at_end(np.ones(1, np.bool_))
+    values = {name: np.array([value]) for name, value in found.items()}
+    return Part(outcomes, values, tuple(problems), reader.finish(outcomes.finished))
 
 
 def _ask(goal: Callable[[WorldRun], Any], run: WorldRun) -> bool:
@@ -202,7 +275,7 @@ def _run_to_goal(
     limits: float | Column,
     *,
     progress: Progress = skip_progress,
-    at_end: Callable[[NDArray[np.bool_]], None] = lambda through: None,
+    at_end: AtEnd | None = None,
 ) -> Outcomes:
     """Run simulated worlds tick by tick until each has reached a goal for the first time, or its limit."""
     world = _get_world(run.body)

@@ -33,6 +33,10 @@ def skip_progress(through: int, worlds: int) -> None:
 
 TICKS_AT_ONCE = 200
 """The number of ticks simulated between two checks of which worlds have finished."""
+TICKS_BETWEEN_READINGS = 10
+"""The number of ticks simulated between two checks if something is read from each world that has just finished."""
+AtEnd: TypeAlias = Callable[[NDArray[np.bool_]], None]
+"""A function that is called with the worlds [B] that have just finished or reached their limit."""
 
 
 def measure_outcomes(
@@ -62,21 +66,25 @@ def measure_program_outcomes(
     limit_s: float | Column,
     flag: str | None = None,
     progress: Progress = skip_progress,
+    at_end: AtEnd | None = None,
+    stops: bool = True,
 ) -> Outcomes:
     """Run one program on all robots until each world has finished or reached its time limit.
 
-    The limit is in s, one for all worlds or a column [B].
+    The limit is in s, one for all worlds or a column [B]. `at_end` is called at most TICKS_BETWEEN_READINGS ticks after
+    a world's end, in which robots that have raised a flag stay where they are.
 
     With a `flag`, a world is finished once all its robots have raised it, whatever its goal; otherwise once its goal
     is reached. Many ticks are simulated at once if the whole program can be compiled. Reset the worlds before further
-    use: they may have stopped at different ticks, each soon after it finished.
+    use: they may have stopped at different ticks, each soon after it finished. If it does not stop (`stops`), a world
+    with a flag runs on until all have finished, and all can be used further.
     """
     engine = Engine.from_program(world, program)
     plan = engine.plan()
 
     def advance(ticks: int) -> None:
         if plan is not None:
-            ended = None if flag is None else ~np.isnan(finished_s())
+            ended = None if flag is None or not stops else ~np.isnan(finished_s())
             world.advance(plan, ticks, until_finished=flag is None, ended=ended)
         else:
             for _ in range(ticks):
@@ -88,8 +96,10 @@ def measure_program_outcomes(
         last: Column = find_raised_times(engine, flag, worlds=world.worlds).max(axis=1)  # of all its robots
         return last
 
-    at_once = 1 if plan is None else TICKS_AT_ONCE
-    return measure_worlds(world, advance, finished_s, limit_s, at_once=at_once, progress=progress)
+    at_once = 1 if plan is None else TICKS_AT_ONCE if at_end is None else TICKS_BETWEEN_READINGS
+    return measure_worlds(
+        world, advance, finished_s, limit_s, at_once=at_once, progress=progress, at_end=at_end
+    )
 
 
 def measure_team_outcomes(
@@ -99,6 +109,7 @@ def measure_team_outcomes(
     limit_s: float | Column,
     flag: str | None = None,
     progress: Progress = skip_progress,
+    at_end: AtEnd | None = None,
 ) -> Outcomes:
     """Run a simulated team until each world has finished or reached its limit (s, one for all or a column [B]).
 
@@ -120,7 +131,7 @@ def measure_team_outcomes(
     def finished_s() -> Column:
         return world.finished_s if flag is None else raised_s
 
-    return measure_worlds(world, advance, finished_s, limit_s, at_once=1, progress=progress)
+    return measure_worlds(world, advance, finished_s, limit_s, at_once=1, progress=progress, at_end=at_end)
 
 
 def measure_worlds(
@@ -131,7 +142,7 @@ def measure_worlds(
     *,
     at_once: int,
     progress: Progress,
-    at_end: Callable[[NDArray[np.bool_]], None] = lambda through: None,
+    at_end: AtEnd | None = None,
 ) -> Outcomes:
     """Let simulated worlds advance until each has finished or reached its limit (s, one for all or a column [B]).
 
@@ -150,7 +161,7 @@ def measure_worlds(
         through = running & (~np.isnan(finished) | (tick >= last))
         seconds[through], delivered[through] = finished[through], world.delivered[through]
         gathered[through] = world.gathered[through]
-        if through.any():
+        if at_end is not None and through.any():
             at_end(through)
         running &= ~through
         progress(world.worlds - int(running.sum()), world.worlds)

@@ -162,7 +162,7 @@ class BodyReplay:
 
     def _choose_agent(self) -> int:
         """Choose the first agent that has not raised the flag that counts; the first one if the goal is no flag."""
-        flag = self._task.flag
+        flag = self._task.criteria.flag
         return 0 if flag is None else int(np.argmin(self._run.find_raised(flag)))
 
     def _find_last_switch(self, agent: int) -> DecisionReason | None:

@@ -179,7 +179,7 @@ class GoalMeasure(TrialMeasure):
     def run_together(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in worlds that differ only in places and amounts, many ticks at once."""
         run, scenario = self.start(trials), trials[0].scenario
-        world, flag = run.body, self.task.flag
+        world, flag = run.body, self.task.criteria.flag
         if not isinstance(world, World):
             raise TypeError("a body that is not simulated")
         limit_s = self.get_limit(scenario)

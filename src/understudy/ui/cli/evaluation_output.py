@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from understudy.analysis.comparison import Comparison, MetricComparison, SuccessComparison
     from understudy.analysis.evaluation import Evaluation
     from understudy.analysis.intervals import MedianEstimate
+    from understudy.analysis.raised_range import RaisedRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,21 @@ class EvaluationResult:
     metrics: Mapping[str, MedianEstimate]
     problems: Sequence[str]
     comparison: ComparisonResult | UnsetType = UNSET
+    raised: RaisedResult | UnsetType = UNSET
+
+
+@dataclass(frozen=True, slots=True)
+class RaisedResult:
+    """Where the flag that counts as success was raised, beside where it was shown, as `--json` prints it.
+
+    Ranges are in the unit of the feature, which is `m` for distances and rad for angles.
+    """
+
+    feature: str
+    shown: tuple[float, float]
+    raised: tuple[float, float] | None
+    elsewhere: int
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +107,18 @@ def summarize_evaluation(
         metrics={name: judged.medians[name] for name in judged.metrics},
         problems=judged.problems,
         comparison=comparison,
+        raised=UNSET if judged.raised is None else _make_raised_result(judged.raised),
+    )
+
+
+def _make_raised_result(raised: RaisedRange) -> RaisedResult:
+    shown = raised.shown
+    return RaisedResult(
+        feature=str(shown.feature),
+        shown=(shown.low, shown.high),
+        raised=raised.find_ends(),
+        elsewhere=raised.elsewhere,
+        text=raised.describe(),
     )
 
 
@@ -152,6 +180,9 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
             f"{_number(each.median, 2)} (median; 95 % interval {format_cell(Limits(each.low, each.high))})"
         )
         out.print(f"  {escape(name):<19} {escape(value)}", soft_wrap=True)
+    if found.raised is not UNSET:
+        color = "yellow" if found.raised.elsewhere else "dim"
+        out.print(f"  [{color}]{escape(found.raised.text)}[/]", soft_wrap=True)
     failed = found.failed_seeds
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")

@@ -1,0 +1,116 @@
+"""Where behaviors raised a flag, beside where it was shown: success by a flag is the robot's own word.
+
+A feature is read when the flag is raised, and compared with the values at which the demonstrator pressed it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.learning.shown_ranges import ShownRange, describe_range, find_shown_range
+from understudy.model.kinds import Column
+from understudy.model.library import Library
+
+
+@dataclass(frozen=True)
+class RaisedRange:
+    """The values of a feature at which agents raised a flag, in N worlds.
+
+    Parameters
+    ----------
+    flag
+        The flag.
+    shown
+        The values at which it was pressed.
+    values
+        The value in each world [N, agents]; NaN where the flag was not raised in time, or the feature was absent.
+    raised
+        In which worlds it was raised by all agents [N].
+    """
+
+    flag: str
+    shown: ShownRange
+    values: NDArray[np.float64]
+    raised: NDArray[np.bool_]
+
+    @property
+    def agrees(self) -> NDArray[np.bool_]:
+        """In which worlds all agents raised the flag at values that agree with what was shown [N]."""
+        inside: NDArray[np.bool_] = self.raised & self.shown.contains(self.values).all(axis=1)
+        return inside
+
+    @property
+    def elsewhere(self) -> int:
+        """The number of worlds in which the flag was raised at a value that was not shown."""
+        return int((self.raised & ~self.agrees).sum())
+
+    def describe(self) -> str:
+        """Return what happened in words: "done at 0.11 to 0.46 m of distance_to(A), shown at 0.17 to 0.44 m"."""
+        feature, ends = self.shown.feature, self.find_ends()
+        if ends is None:
+            return f"{self.flag} was never raised; it was shown where {feature} is {self.shown.describe()}"
+        away = f"; elsewhere in {self.elsewhere} of {int(self.raised.sum())} worlds" if self.elsewhere else ""
+        where = f"{self.flag} where {feature} is {describe_range(feature, *ends)}"
+        return f"{where}, shown at {self.shown.describe()}{away}"
+
+    def find_ends(self) -> tuple[float, float] | None:
+        """Return the first and the last value at which the flag was raised; None if it never was, or all are absent."""
+        known = self.values[self.raised]
+        known = known[~np.isnan(known)]
+        return self.shown.find_ends(known) if len(known) else None
+
+    @classmethod
+    def concatenate(cls, parts: list[Self]) -> Self:
+        """Join the results of several batches of worlds, in order."""
+        values = np.concatenate([each.values for each in parts])
+        return replace(parts[0], values=values, raised=np.concatenate([each.raised for each in parts]))
+
+
+@dataclass
+class RaisedReader:
+    """Reads the values of a feature in worlds that have just ended, where a flag was raised.
+
+    Parameters
+    ----------
+    flag
+        The flag.
+    shown
+        The values at which it was pressed. None: nothing is read.
+    read
+        Returns the present values [B, agents].
+    """
+
+    flag: str
+    shown: ShownRange | None
+    read: Callable[[], Column]
+    _values: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 1)))
+
+    @property
+    def at_end(self) -> Callable[[NDArray[np.bool_]], None] | None:
+        """What reads the values in the worlds [B] that have just ended; None if nothing is read."""
+        return None if self.shown is None else self._read_ended
+
+    def _read_ended(self, ended: NDArray[np.bool_]) -> None:
+        now = self.read()
+        if len(self._values) != len(now):
+            self._values = np.full_like(now, np.nan)
+        self._values[ended] = now[ended]
+
+    def finish(self, raised: NDArray[np.bool_]) -> RaisedRange | None:
+        """Return the results, given in which worlds the flag was raised in time [B]; None if nothing was read."""
+        if self.shown is None:
+            return None
+        values = np.where(raised[:, None], self._values, np.nan)
+        return RaisedRange(self.flag, self.shown, values, raised)
+
+
+def find_shown_goal(library: Library, behavior: str, flag: str | None) -> ShownRange | None:
+    """Find at which values of which feature a behavior's flag was pressed; None if its lesson does not say."""
+    taught = library.taught.get(behavior)
+    lesson = None if taught is None else taught.lesson
+    return None if lesson is None or flag is None else find_shown_range(lesson, flag)

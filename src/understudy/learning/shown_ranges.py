@@ -1,0 +1,166 @@
+"""What the presses for a flag had in common: the values of a feature at which the demonstrator raised it.
+
+A flag says that something is reached, and the presses show what: *done* was pressed at 0.17 to 0.44 m, at any angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.learning.training_set import select_teaching_examples
+from understudy.model.describe import format_value
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.model.lesson import Lesson
+
+FEWEST_PRESSES = 3
+"""The least number of presses from which it is concluded what they had in common."""
+LARGEST_SHARE = 0.25
+"""The largest share of a feature's values in a lesson that presses can cover and still have the feature in common."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRange:
+    """The values of a feature at which a flag was pressed.
+
+    Parameters
+    ----------
+    feature
+        The feature.
+    low
+        The lowest of the values.
+    high
+        The highest of the values; on a circle, the last one counterclockwise from `low`.
+    below
+        The nearest value below `low` at which something else was right, or -inf. Values between were not shown.
+    above
+        The nearest value above `high` at which something else was right, or inf.
+    presses
+        The number of presses.
+    """
+
+    feature: BoundFeature
+    low: float
+    high: float
+    below: float
+    above: float
+    presses: int
+
+    def contains(self, values: Column) -> NDArray[np.bool_]:
+        """Return which values agree with what was shown: those nearer to it than anything else that was right.
+
+        Parameters
+        ----------
+        values
+            Values of the feature, any shape.
+
+        Returns
+        -------
+        NDArray[bool]
+            True for each value between `below` and `above`; False where absent.
+        """
+        placed = place_above(self.low, values, self.feature)
+        inside: NDArray[np.bool_] = (placed > self.below) & (placed < self.above)
+        if isinstance(self.feature.kind, Toroidal):
+            inside |= placed - self.feature.kind.period > self.below
+        return inside
+
+    def find_ends(self, values: Column) -> tuple[float, float]:
+        """Return the first and the last of some values, none absent, as they lie around what was shown."""
+        placed = place_above(self.low, values, self.feature)
+        if isinstance(self.feature.kind, Toroidal):
+            period = self.feature.kind.period
+            placed = np.where(placed - self.high > self.low + period - placed, placed - period, placed)
+        return float(placed.min()), float(placed.max())
+
+    def describe(self) -> str:
+        """Return the values in words: "0.17 to 0.44 m", or "yes"."""
+        return describe_range(self.feature, self.low, self.high)
+
+
+def describe_range(feature: BoundFeature, low: float, high: float) -> str:
+    """Describe a range of a feature's values in words: "0.17 to 0.44 m"; a single value if both look the same."""
+    first, last = format_value(feature, low), format_value(feature, high)
+    return last if first == last else f"{format_value(feature, low, unit=False)} to {last}"
+
+
+def find_shown_range(lesson: Lesson, flag: str) -> ShownRange | None:
+    """Find the feature whose values the presses for a flag have most in common, and these values.
+
+    Parameters
+    ----------
+    lesson
+        The lesson.
+    flag
+        The flag.
+
+    Returns
+    -------
+    ShownRange | None
+        The range of the feature of which the presses cover the smallest share of all its values in the lesson. None if
+        there are fewer than FEWEST_PRESSES, or they cover more than LARGEST_SHARE of each feature.
+    """
+    best = min(_list_ranges(lesson, flag), key=lambda each: each[0], default=None)
+    return None if best is None else best[1]
+
+
+def _list_ranges(lesson: Lesson, flag: str) -> Iterator[tuple[float, ShownRange]]:
+    """Yield the features that the presses for a flag have in common, each after the share that they cover."""
+    automaton = lesson.automaton
+    raising = {state.name for state in automaton.states if state.flag == flag}
+    ends = {state.name for state in automaton.states if state.flag is not None}
+    teaching = [each for each in select_teaching_examples(lesson) if each.state not in ends]
+    presses = np.array([each.values for each in teaching if each.next in raising and each.is_shown])
+    others = np.array([each.values for each in teaching if each.next not in ends])
+    if len(presses) < FEWEST_PRESSES:
+        return
+    for index, feature in enumerate(automaton.features):
+        if not isinstance(feature.feature, Feature):
+            continue  # of the automaton itself: no other world has it
+        column = presses[:, index]
+        rest = others[:, index] if len(others) else np.empty(0)
+        rest = rest[~np.isnan(rest)]
+        if np.isnan(column).any():
+            continue
+        shown = _find_range(feature, column, rest)
+        size = _find_size(feature, np.concatenate([column, rest]))
+        share = (shown.high - shown.low) / size if size > 0 else inf
+        several = isinstance(feature.kind, Categorical) and shown.low != shown.high
+        if share <= LARGEST_SHARE and not several and not shown.contains(rest).all():
+            yield share, shown
+
+
+def _find_range(feature: BoundFeature, presses: Column, others: Column) -> ShownRange:
+    values = np.unique(presses)
+    if isinstance(feature.kind, Toroidal):  # begin after the widest gap
+        gaps = np.diff(values, append=values[0] + feature.kind.period)
+        values = place_above(float(values[(int(gaps.argmax()) + 1) % len(values)]), values, feature)
+    low, high = float(values.min()), float(values.max())
+    if isinstance(feature.kind, Categorical):
+        return ShownRange(feature, low, high, low - 0.5, high + 0.5, len(presses))
+    placed = place_above(low, others, feature)
+    above = placed[placed > high]
+    below = above - feature.kind.period if isinstance(feature.kind, Toroidal) else placed[placed < low]
+    nearest = float(below.max(initial=-inf)), float(above.min(initial=inf))
+    return ShownRange(feature, low, high, *nearest, len(presses))
+
+
+def _find_size(feature: BoundFeature, values: Column) -> float:
+    if isinstance(feature.kind, Toroidal):
+        return feature.kind.period
+    if isinstance(feature.kind, Categorical):
+        return float(len(feature.kind.labels))
+    return float(values.max() - values.min())
+
+
+def place_above(low: float, values: Column, feature: BoundFeature) -> Column:
+    """Return values as they are or, on a circle, each less than one round above `low`."""
+    if not isinstance(feature.kind, Toroidal):
+        return values
+    placed: Column = low + np.mod(values - low, feature.kind.period)
+    return placed

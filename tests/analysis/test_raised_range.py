@@ -1,0 +1,69 @@
+"""Where a flag was raised, beside where it was pressed: a rate by the robot's own word says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.analysis.test_lesson_score import FORAGE, teach_distances
+from tests.ui.cli.commands import run, said
+
+from understudy.analysis.evaluate import evaluate
+from understudy.storage.library_folder import save_automaton
+
+STATION = {"A": "station"}
+SEEDS = range(5, 15)
+"""Worlds in which goto says done at 0.29 m, since it goes on until it is nearer than 0.3 m."""
+
+
+def test_the_flag_is_raised_where_it_was_shown() -> None:
+    found = evaluate(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", FORAGE, SEEDS, binding=STATION)
+    assert found.raised is not None
+    assert found.raised.elsewhere == 0
+    low, high = found.raised.find_ends() or (0.0, 0.0)
+    assert 0.25 < low <= high < 0.3
+    assert found.raised.describe().startswith("done where distance_to(A) is 0.2")
+    assert found.raised.describe().endswith(", shown at 0.10 to 0.30 m")
+
+
+def test_elsewhere_it_is_said_in_how_many_worlds() -> None:
+    found = evaluate(teach_distances(0.01, 0.02, 0.03, beside=0.05), "goto", FORAGE, SEEDS, binding=STATION)
+    assert found.success == 1.0
+    assert found.raised is not None
+    assert found.raised.elsewhere == 10
+    assert found.raised.describe().endswith("; elsewhere in 10 of 10 worlds")
+
+
+def test_the_values_are_those_at_which_it_was_raised_however_many_ticks_run_at_once() -> None:
+    """With a metric, worlds run tick by tick."""
+    library = teach_distances(0.1, 0.2, 0.3, beside=0.5)
+    fast = evaluate(library, "goto", FORAGE, SEEDS, binding=STATION)
+    slow = evaluate(library, "goto", FORAGE, SEEDS, binding=STATION, metrics=["distance_to(A)"])
+    assert fast.raised is not None
+    assert slow.raised is not None
+    assert np.array_equal(fast.raised.values, slow.raised.values)
+    assert np.array_equal(slow.raised.values[:, 0], slow.metrics["distance_to(A)"])
+    assert fast.taught.seconds.tolist() == slow.taught.seconds.tolist()
+
+
+def test_worlds_in_processes_are_joined() -> None:
+    library = teach_distances(0.1, 0.2, 0.3, beside=0.5)
+    parts = [evaluate(library, "goto", FORAGE, seeds, binding=STATION) for seeds in ([5, 6], [7])]
+    whole = evaluate(library, "goto", FORAGE, [5, 6, 7], binding=STATION)
+    assert whole.raised is not None
+    values = [each.raised.values for each in parts if each.raised is not None]
+    assert np.array_equal(np.concatenate(values), whole.raised.values)
+
+
+@pytest.mark.parametrize(("beside", "elsewhere"), [(0.5, 0), (0.05, 10)])
+def test_eval_prints_it(tmp_path: Path, beside: float, elsewhere: int) -> None:
+    presses = (0.1, 0.2, 0.3) if elsewhere == 0 else (0.01, 0.02, 0.03)
+    for taught in teach_distances(*presses, beside=beside).taught.values():
+        save_automaton(tmp_path, taught)
+    arguments = ("eval", "-l", tmp_path, "--behavior", "goto", "--bind", "A=station", "--seeds", "5:15")
+    found = said(*arguments)
+    assert found["raised"]["feature"] == "distance_to(A)"
+    assert found["raised"]["elsewhere"] == elsewhere
+    text = run(*arguments)
+    assert found["raised"]["text"] in text.stdout

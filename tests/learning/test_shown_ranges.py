@@ -1,0 +1,101 @@
+"""What presses for a flag had in common: the table says where, and what was right beside it."""
+
+from __future__ import annotations
+
+from math import inf, nan, radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from understudy.learning.csv_table import read_lesson_table
+from understudy.learning.shown_ranges import ShownRange, find_shown_range
+from understudy.model.kinds import TAU
+from understudy.model.lesson import Lesson
+
+NEAR = """state,next,kind,distance:continuous,angle:toroidal(6.283185307179586)
+forward,done,directive,0.4,0.1
+forward,done,directive,0.2,3.0
+left,done,confirmation,0.3,5.0
+forward,forward,default,0.5,0.2
+forward,left,directive,4.0,1.0
+left,forward,watched,2.0,0.0
+"""
+
+
+def read(tmp_path: Path, text: str) -> Lesson:
+    path = tmp_path / "lesson.csv"
+    path.write_text(text)
+    return read_lesson_table(path)
+
+
+def find(tmp_path: Path, text: str) -> ShownRange:
+    found = find_shown_range(read(tmp_path, text), "done")
+    assert found is not None
+    return found
+
+
+def test_the_distance_is_what_presses_have_in_common(tmp_path: Path) -> None:
+    found = find(tmp_path, NEAR)
+    assert str(found.feature) == "distance"
+    assert (found.low, found.high, found.below, found.above, found.presses) == (0.2, 0.4, -inf, 0.5, 3)
+    assert found.describe() == "0.20 to 0.40"
+
+
+def test_what_agrees_is_nearer_than_anything_else_that_was_right(tmp_path: Path) -> None:
+    found = find(tmp_path, NEAR)
+    values = np.array([0.05, 0.2, 0.45, 0.5, 3.0, nan])
+    assert found.contains(values).tolist() == [True, True, True, False, False, False]
+    assert found.find_ends(values[:4]) == (0.05, 0.5)
+
+
+NOTHING = {  # why -> next state, kind and value of each example
+    "two presses": ["done,directive,0.4", "done,directive,0.2", "left,directive,9"],
+    "none pressed": ["done,default,0.4", "done,default,0.2", "done,default,0.1", "left,directive,9"],
+    "everywhere": ["done,directive,0", "done,directive,5", "done,directive,9", "left,directive,6"],
+    "once absent": ["done,directive,0.4", "done,directive,0.2", "done,directive,", "left,directive,9"],
+    "always the same": ["done,directive,1", "done,directive,1", "done,directive,1"],
+}
+
+
+@pytest.mark.parametrize("why", NOTHING)
+def test_nothing_in_common(tmp_path: Path, why: str) -> None:
+    rows = "".join(f"forward,{row}\n" for row in NOTHING[why])
+    assert find_shown_range(read(tmp_path, "state,next,kind,x:continuous\n" + rows), "done") is None
+
+
+def test_a_label(tmp_path: Path) -> None:
+    rows = "a,done,directive,yes\na,done,directive,yes\na,done,directive,yes\na,b,directive,no\n"
+    found = find(tmp_path, "state,next,kind,full:boolean\n" + rows)
+    assert found.describe() == "yes"
+    assert found.contains(np.array([0.0, 1.0, nan])).tolist() == [False, True, False]
+
+
+def test_on_a_circle_it_may_cross_the_seam(tmp_path: Path) -> None:
+    rows = (
+        "".join(f"a,done,directive,{angle}\n" for angle in (350, 5, 10))
+        + "a,b,directive,40\na,b,directive,300\n"
+    )
+    found = find(tmp_path, "state,next,kind,angle:toroidal(360)\n" + rows)
+    assert (found.low, found.high, found.below, found.above) == (350.0, 370.0, 300.0, 400.0)
+    inside = found.contains(np.array([305.0, 355.0, 0.0, 39.0, 45.0, 180.0, 299.0]))
+    assert inside.tolist() == [True, True, True, True, False, False, False]
+    assert found.find_ends(np.array([340.0, 2.0, 20.0])) == (340.0, 380.0)
+
+
+@given(st.lists(st.floats(0.0, TAU, exclude_max=True), min_size=3, max_size=6), st.floats(0.0, TAU))
+def test_presses_lie_in_their_own_range(presses: list[float], turn: float) -> None:
+    """Also after all angles were turned, and with something else right outside of them."""
+    turned = np.mod(np.array(presses) * 0.2 + turn, TAU)
+    away = (turn + 0.1 * TAU + radians(170)) % TAU
+    rows = "".join(f"a,done,directive,{value!r}\n" for value in turned.tolist())
+    with TemporaryDirectory() as folder:
+        found = find(
+            Path(folder),
+            "state,next,kind,angle:toroidal(6.283185307179586)\n" + rows + f"a,b,directive,{away!r}\n",
+        )
+    assert found.contains(turned).all()
+    assert not found.contains(np.array([away])).any()
