@@ -9,6 +9,7 @@ import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
 import { SavingCard } from "./pane/saving";
+import { ScoreLine } from "./pane/score";
 import { TABS, type Panel, type Tab } from "./panel";
 import { isSmall } from "./words";
 
@@ -48,6 +49,7 @@ export function Pane() {
           </button>
         ))}
       </div>
+      <ScoreLine />
       <DoubtCard />
       <SavingCard />
       <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>

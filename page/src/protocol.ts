@@ -170,6 +170,8 @@ export type Request =
   | { do: "others"; behavior: NameField | null; targets?: Targets }
   /** Turn learning from silence off or on. */
   | { do: "watch" }
+  /** Turn the runs in new worlds after each press off or on. */
+  | { do: "score" }
   /** Move a robot; without a heading it keeps its own. */
   | { do: "place"; agent: Index; x: number; y: number; heading?: number | null }
   /** Move an object. */
@@ -775,6 +777,7 @@ export interface Session extends Lesson {
   /** The names of the robots' activities, indexed by the numbers in frames. */
   doing: readonly string[];
   asking: Asking;
+  score: Score;
   /** Omitted if nothing was evaluated in unseen worlds. */
   evaluation?: Evaluation;
 }
@@ -1133,6 +1136,18 @@ export interface Asking {
   marks: readonly UnsureMark[];
 }
 
+/** The share of new worlds in which the automaton in training works, taken after each press. */
+export interface Score {
+  /** The score in words, or why there is none; empty before the first press. */
+  text: string;
+  /** What changed since the press before, by more than chance. */
+  trend: "" | "falling" | "rising" | "slower";
+  /** Whether scores are taken. */
+  enabled: boolean;
+  /** Whether one is being taken. */
+  running: boolean;
+}
+
 /** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
 export interface Evaluation {
   /** The behavior and its targets, such as goto(station). */
@@ -1269,6 +1284,10 @@ export interface EvaluationResult {
   last: number;
   /** Of the worlds in which it failed, the first hundred. */
   failed: readonly FailedWorld[];
+  /** Where the flag that counts was raised, beside where it was shown; empty if that is not known. */
+  raised: string;
+  /** The number of worlds in which it was raised where it was not shown. */
+  elsewhere: number;
 }
 
 export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";

@@ -32,12 +32,13 @@ def find_clock(library: Path) -> Path:
 class Studio:
     """`understudy studio` on a library."""
 
-    def __init__(self, library: Path, *what: str, clock: bool = False) -> None:
+    def __init__(self, library: Path, *what: str, clock: bool = False, scores: bool = False) -> None:
         """`what` is a scenario, forage if left out, or options such as a robot's file.
 
-        With a `clock`, time passes in the world only when the test says so.
+        With a `clock`, time passes in the world only when the test says so. With `scores`, what is trained is run in
+        new worlds after each press.
         """
-        self.library, self._what = library, what or ("forage",)
+        self.library, self._what, self._scores = library, what or ("forage",), scores
         self.address = ""
         self.clock = SharedClock(find_clock(library)) if clock else None
         self._port = "0"
@@ -48,7 +49,9 @@ class Studio:
         """Start it, on the same port as before, and wait until it says where it is."""
         options = ["--no-browser", "--library", str(self.library), "--port", self._port]
         clock = find_clock(self.library) if self.clock else ""
-        self._process, self._said = start_forks().start(["studio", *self._what, *options], str(clock))
+        self._process, self._said = start_forks().start(
+            ["studio", *self._what, *options], str(clock), self._scores
+        )
         said = []
         for line in self._said:
             said.append(line)
@@ -89,7 +92,7 @@ class StudioForks:
         )
         self._hear("ready")
 
-    def start(self, arguments: list[str], clock: str) -> tuple[int, TextIO]:
+    def start(self, arguments: list[str], clock: str, scores: bool) -> tuple[int, TextIO]:
         """Start a command in the folder and environment of the test; return its process and what it prints."""
         changed = {name: value for name, value in os.environ.items() if self._environment.get(name) != value}
         path = [each for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each]
@@ -97,7 +100,7 @@ class StudioForks:
             pipe = Path(folder) / "said"
             os.mkfifo(pipe)
             said = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-            process = self._ask(Start(arguments, str(pipe), str(Path.cwd()), path, changed, clock))
+            process = self._ask(Start(arguments, str(pipe), str(Path.cwd()), path, changed, clock, scores))
         os.set_blocking(said, True)
         return process, os.fdopen(said)
 

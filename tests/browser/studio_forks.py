@@ -10,12 +10,15 @@ import ctypes
 import os
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from select import select
 
 import msgspec
 from tests.browser.shared_clock import SharedClock
+
+from understudy.ui.controller import score_keeper
 
 DIE_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl."""
@@ -35,6 +38,8 @@ class Start(msgspec.Struct, tag=True):
     environment: dict[str, str]
     clock: str = ""
     """The file whose time is that of the world; empty for real time."""
+    scores: bool = False
+    """Whether what is trained is run in new worlds after each press, which takes processors from what is tested."""
 
 
 class End(msgspec.Struct, tag=True):
@@ -44,11 +49,16 @@ class End(msgspec.Struct, tag=True):
     signal: int
 
 
+def leave_out(work: Callable[[], None]) -> None:
+    """Do none of some work."""
+
+
 _read = msgspec.json.Decoder(Start | End).decode
 
 
 def main() -> None:
     """Answer requests until there are no more."""
+    score, score_keeper.begin_in_thread = score_keeper.begin_in_thread, leave_out
     load_studio()
     running: set[int] = set()
     sys.stdout.write("ready\n")
@@ -59,6 +69,8 @@ def main() -> None:
             said = os.open(request.output, os.O_WRONLY)
             answer = os.fork()
             if answer == 0:
+                if request.scores:
+                    score_keeper.begin_in_thread = score
                 become_studio(request, said)
                 return
             os.close(said)

@@ -164,6 +164,9 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
       ) : (
         <>
           <p>95% interval {percent(result.interval)} %</p>
+          {result.raised !== "" && (
+            <p class={className(result.elsewhere > 0 && "warn")}>{plain(result.raised)}</p>
+          )}
           <p class="tiny">
             {plain(called)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.

@@ -31,6 +31,7 @@ from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.library_changes import list_library_changes
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name
 
@@ -80,6 +81,7 @@ class Trainer:
         self.folder, self.seed = folder, seed
         self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
         self.coach = CoachController(session, self.explainer)
+        self.score = LessonScoreKeeper(session)
         self.status = StatusMessage("")
         self.corrected = False
         self.driving = False
@@ -160,6 +162,8 @@ class Trainer:
 
     def ticks(self) -> Iterator[None]:
         """Take the ticks that are due, one after the other."""
+        if (change := self.score.take_change()) is not None and change.has_fallen:
+            self.status = StatusMessage(change.describe(), "error")
         for _ in self.pace.ticks():
             self.tick()
             yield
@@ -182,6 +186,7 @@ class Trainer:
         if shown:
             tone: Tone = "correction" if shown[0].correction else "recorded"
             self.status = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
+            self.score.note_change()
         elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
             self.status = StatusMessage(said)
         if isinstance(self.body, BodyWorld) and self.body.is_over:
@@ -346,6 +351,12 @@ class Trainer:
         )
 
     @keep_status
+    def toggle_score(self) -> StatusMessage:
+        """Turn the score in new worlds off or on."""
+        self.score.turn(not self.score.enabled)
+        return StatusMessage(f"Runs in new worlds after each press: {'on' if self.score.enabled else 'off'}")
+
+    @keep_status
     def cycle_targets(self) -> StatusMessage:
         """Bind the parameters to the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
@@ -454,6 +465,7 @@ class Trainer:
 
     def _changed(self, said: str) -> StatusMessage:
         self.refresh_view()
+        self.score.note_change()
         return StatusMessage(said)
 
     def refresh_view(self) -> None:

@@ -24,10 +24,10 @@ MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 COMMANDS = (
     ("t", "try"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
     (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
-    ("w", "silence"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
+    ("w", "silence"), ("M", "new worlds"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
     ("h", "help"),
 )  # fmt: skip
-SPARE = "cwU"
+SPARE = "McwU"
 """Keys left to the page of help, first to last, where two lines do not hold all of them."""
 
 
@@ -175,9 +175,13 @@ def render_explanation(trainer: Trainer, width: int) -> Text:
 
 
 def render_status(trainer: Trainer) -> Text:
-    """Render the status."""
-    tone = trainer.status.tone
-    return Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
+    """Render the status and, below, the score in new worlds."""
+    tone, score = trainer.status.tone, trainer.score
+    status = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
+    if not (said := score.describe()):
+        return status
+    style = TONES["error"] if score.trend == "falling" else DIM
+    return Text.assemble(status, "\n", (f"   {format_names(said)}", style))
 
 
 def render_commands(trainer: Trainer, width: int) -> Text:

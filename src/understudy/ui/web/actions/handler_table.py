@@ -75,6 +75,7 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
         m.RestartAutomaton: Trainer.restart,
         m.BindTargets: Trainer.bind_targets,
         m.ToggleWatching: Trainer.toggle_watching,
+        m.ToggleScore: Trainer.toggle_score,
         m.Undo: Trainer.undo,
         m.Redo: Trainer.redo,
         m.DeleteExample: Trainer.delete,

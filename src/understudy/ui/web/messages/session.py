@@ -246,6 +246,10 @@ class ToggleWatching(Message, frozen=True, kw_only=True, tag="watch"):
     """Turn learning from silence off or on."""
 
 
+class ToggleScore(Message, frozen=True, kw_only=True, tag="score"):
+    """Turn the runs in new worlds after each press off or on."""
+
+
 class MoveRobot(Message, frozen=True, kw_only=True, tag="place"):
     """Move a robot; without a heading it keeps its own."""
 

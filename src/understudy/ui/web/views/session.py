@@ -10,6 +10,7 @@ from msgspec import UNSET, UnsetType, field, structs
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
+from understudy.analysis.lesson_score import Trend
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
@@ -20,6 +21,7 @@ from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, describe_tree_outcomes
 from understudy.ui.controller.key_bindings import Arrow
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import AskingData
@@ -231,6 +233,10 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
     """The seed of the last world."""
     failed: list[FailedWorldData]
     """Of the worlds in which it failed, the first hundred."""
+    raised: str
+    """Where the flag that counts was raised, beside where it was shown; empty if that is not known."""
+    elsewhere: int
+    """The number of worlds in which it was raised where it was not shown."""
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
@@ -247,6 +253,19 @@ class EvaluationData(Data, frozen=True, kw_only=True):
     """Null while the evaluation runs, and if it failed with an error."""
     problem: str
     """The error that ended the evaluation; empty if there was none."""
+
+
+class ScoreData(Data, frozen=True, kw_only=True):
+    """The share of new worlds in which the automaton in training works, taken after each press."""
+
+    text: str
+    """The score in words, or why there is none; empty before the first press."""
+    trend: Trend
+    """What changed since the press before, by more than chance."""
+    enabled: bool
+    """Whether scores are taken."""
+    running: bool
+    """Whether one is being taken."""
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
@@ -272,6 +291,7 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     doing: list[str]
     """The names of the robots' activities, indexed by the numbers in frames."""
     asking: AskingData
+    score: ScoreData
     evaluation: EvaluationData | UnsetType = UNSET
     """Omitted if nothing was evaluated in unseen worlds."""
 
@@ -314,6 +334,7 @@ class SessionViewBuilder:
             others=others,
             doing=doing,
             asking=asking,
+            score=_score(trainer.score),
             evaluation=evaluation,
         )
 
@@ -367,6 +388,8 @@ def describe_evaluation(found: Evaluation) -> EvaluationResultData:
         first=min(found.seeds),
         last=max(found.seeds),
         failed=failed[:MOST_LISTED],
+        raised="" if found.raised is None else found.raised.describe(),
+        elsewhere=0 if found.raised is None else found.raised.elsewhere,
     )
 
 
@@ -375,6 +398,12 @@ def _success(found: Evaluation) -> str:
     if found.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
     return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
+
+
+def _score(score: LessonScoreKeeper) -> ScoreData:
+    return ScoreData(
+        text=score.describe(), trend=score.trend, enabled=score.enabled, running=score.is_running
+    )
 
 
 def _doubt(trainer: Trainer) -> DoubtData | None:

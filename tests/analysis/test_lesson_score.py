@@ -1,0 +1,96 @@
+"""The score of a behavior in new worlds: by what was shown, not by the robot's own word."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from msgspec import structs
+from tests.ui.cli.forage_parts import AUTOMATA
+
+from understudy.analysis.evaluate import evaluate
+from understudy.analysis.lesson_score import LessonScore, ScoreChange, ScoreWorlds, score_behavior
+from understudy.errors import SettingError
+from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.sim.catalog import find_scenario
+from understudy.sim.forage import FORAGE_KIT
+
+FORAGE = find_scenario("forage")
+LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
+WORLDS = ScoreWorlds.from_seeds(FORAGE, range(5, 15), by_flag=True)
+LEGS = [{"A": target} for target in ("nearest_food", "station", "nearest_food")]
+
+
+def teach_distances(*presses: float, beside: float) -> Library:
+    """Return the library with a lesson of goto in which *done* was pressed at these distances, and not at `beside`."""
+    automaton = LIBRARY.taught["goto"].automaton
+    shown = [*((meters, "done", ExampleKind.DIRECTIVE) for meters in presses)]
+    shown += [(meters, "forward", ExampleKind.CONFIRMATION) for meters in (beside, 5.0)]
+    examples = [
+        Example(number, "forward", (meters, 0.0), following, kind)
+        for number, (meters, following, kind) in enumerate(shown, 1)
+    ]
+    lesson = Lesson(replace(automaton, transitions={}), tuple(examples))
+    return LIBRARY.with_automaton(TrainedAutomaton(automaton, lesson))
+
+
+def test_it_goes_to_each_target_in_turn() -> None:
+    score = score_behavior(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", WORLDS, LEGS)
+    assert score.works.all()
+    assert len(score.raised) == 3
+    assert score.describe() == "goto works in 10 of 10 new worlds"
+    alone = evaluate(LIBRARY, "goto", FORAGE, range(5, 15), binding=LEGS[0])
+    assert (score.seconds > alone.taught.seconds).all()
+
+
+def test_a_flag_far_from_where_it_was_shown_does_not_count() -> None:
+    """The same automaton was shown to stop nearer than it does."""
+    library = teach_distances(0.01, 0.02, 0.03, beside=0.05)
+    score = score_behavior(library, "goto", WORLDS, LEGS[:1])
+    assert not score.works.any()
+    assert score.elsewhere == 10
+    assert np.isnan(score.seconds).all()
+
+
+def test_without_a_flag_the_goal_of_the_world_counts() -> None:
+    score = score_behavior(
+        LIBRARY, "forage", ScoreWorlds.from_seeds(FORAGE, range(5, 9), by_flag=False), [{}]
+    )
+    assert score.works.tolist() == evaluate(LIBRARY, "forage", FORAGE, range(5, 9)).taught.finished.tolist()
+    assert score.raised == ()
+
+
+def test_neither_flag_nor_goal() -> None:
+    with pytest.raises(SettingError, match="goal"):
+        score_behavior(LIBRARY, "forage", ScoreWorlds(structs.replace(FORAGE, goal=None), [0], 9.0), [{}])
+
+
+CHANGES = [  # works before and after in the same worlds, times slower -> fell, rose, words
+    ([1] * 10, [1] * 10, 1.0, False, False, "x works in 10 of 10 new worlds"),
+    ([1] * 10, [1] * 6 + [0] * 4, 1.0, False, False, "x works in 6 of 10 new worlds"),
+    ([1] * 10, [1] * 5 + [0] * 5, 1.0, True, False, "x works in 5 of 10 new worlds, and before this press in 10"),
+    ([0] * 10, [1] * 5 + [0] * 5, 1.0, False, True, "x works in 5 of 10 new worlds, up from 0"),
+    ([1] * 6 + [0] * 4, [0] * 2 + [1] * 8, 1.0, False, False, "x works in 8 of 10 new worlds"),
+    ([1] * 10, [1] * 10, 1.5, False, False, "x works in 10 of 10 new worlds, and takes 1.5 times as long as before"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("before", "after", "slower", "fell", "rose", "said"), CHANGES)
+def test_changes(
+    before: list[int], after: list[int], slower: float, fell: bool, rose: bool, said: str
+) -> None:
+    """Four lost of ten worlds and none won may be chance (p = 0.125), five are not (p = 0.0625)."""
+    change = ScoreChange(make_score(before, 10.0), make_score(after, 10.0 * slower))
+    assert (change.has_fallen, change.has_risen, change.describe()) == (fell, rose, said)
+
+
+def test_the_first_score_has_nothing_to_compare_with() -> None:
+    change = ScoreChange(None, make_score([0, 1], 10.0))
+    assert not change.has_fallen
+    assert change.describe() == "x works in 1 of 2 new worlds"
+
+
+def make_score(works: list[int], seconds: float) -> LessonScore:
+    return LessonScore("x", np.array(works, np.bool_), np.where(works, seconds, np.nan))

@@ -1,0 +1,38 @@
+"""The page says in how many new worlds what is trained works, after each press, until that is turned off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.foraging import GOTO, Forager
+from tests.browser.studio import Studio
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio that runs what is trained in new worlds after each press."""
+    made = Studio(tmp_path / "library", clock=True, scores=True)
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_a_lesson_is_scored_until_that_is_turned_off(
+    visit: Callable[..., Page], studio: Studio, snap: Callable[[Page, str], None]
+) -> None:
+    page = visit(prompt=True)
+    person = Forager(page, studio.clock)
+    person.begin(GOTO)
+    person.direct("forward")
+    line = page.get_by_label("In new worlds")
+    while not line.count():
+        person.go(1)
+    expect(line).to_contain_text("goto works in 0 of 100 new worlds")
+    snap(page, "score")
+    line.get_by_role("button", name="turn off").click()
+    expect(line).to_contain_text("not measured: turned off")
+    line.get_by_role("button", name="turn on").click()
+    expect(line).to_contain_text("goto works in 0 of 100 new worlds")
