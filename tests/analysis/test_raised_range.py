@@ -10,6 +10,11 @@ from tests.analysis.test_lesson_score import FORAGE, teach_distances
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.evaluate import evaluate
+from understudy.model.binding import Binding
+from understudy.model.property import Property, PropertyKind, SeededWorlds
+from understudy.properties.condition_examples import ConditionExample, list_condition_examples
+from understudy.properties.run_property import run_property
+from understudy.sim.world import World
 from understudy.storage.library_folder import save_automaton
 
 STATION = {"A": "station"}
@@ -67,3 +72,22 @@ def test_eval_prints_it(tmp_path: Path, beside: float, elsewhere: int) -> None:
     assert found["raised"]["elsewhere"] == elsewhere
     text = run(*arguments)
     assert found["raised"]["text"] in text.stdout
+
+
+def test_what_was_shown_is_offered_as_a_condition_and_can_be_tested() -> None:
+    """It holds where done is raised nearer than 0.5 m, and fails where that is to be nearer than 0.05 m."""
+    for presses, beside, failures in (((0.1, 0.2, 0.3), 0.5, 0), ((0.01, 0.02, 0.03), 0.05, 5)):
+        library = teach_distances(*presses, beside=beside)
+        first = list_condition_examples(World(FORAGE, [0]), library, ["done"], "goto")[0]
+        assert first == ConditionExample(
+            "As it was shown", f"done is raised and distance_to(A) is below {beside} m"
+        )
+        subject = Property(
+            kind=PropertyKind.ALWAYS,
+            what=first.text,
+            seconds=60.0,
+            start=SeededWorlds("forage", tuple(SEEDS[:5])),
+            behavior="goto",
+            targets=Binding(STATION),
+        )
+        assert run_property(subject, library, FORAGE).failures == failures

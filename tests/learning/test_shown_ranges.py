@@ -43,6 +43,7 @@ def test_the_distance_is_what_presses_have_in_common(tmp_path: Path) -> None:
     assert str(found.feature) == "distance"
     assert (found.low, found.high, found.below, found.above, found.presses) == (0.2, 0.4, -inf, 0.5, 3)
     assert found.describe() == "0.20 to 0.40"
+    assert found.condition == "distance is below 0.5"
 
 
 def test_what_agrees_is_nearer_than_anything_else_that_was_right(tmp_path: Path) -> None:
@@ -71,6 +72,7 @@ def test_a_label(tmp_path: Path) -> None:
     rows = "a,done,directive,yes\na,done,directive,yes\na,done,directive,yes\na,b,directive,no\n"
     found = find(tmp_path, "state,next,kind,full:boolean\n" + rows)
     assert found.describe() == "yes"
+    assert found.condition == "full is yes"
     assert found.contains(np.array([0.0, 1.0, nan])).tolist() == [False, True, False]
 
 
@@ -84,6 +86,7 @@ def test_on_a_circle_it_may_cross_the_seam(tmp_path: Path) -> None:
     inside = found.contains(np.array([305.0, 355.0, 0.0, 39.0, 45.0, 180.0, 299.0]))
     assert inside.tolist() == [True, True, True, True, False, False, False]
     assert found.find_ends(np.array([340.0, 2.0, 20.0])) == (340.0, 380.0)
+    assert found.condition == "angle is at least 300 or below 40"
 
 
 @given(st.lists(st.floats(0.0, TAU, exclude_max=True), min_size=3, max_size=6), st.floats(0.0, TAU))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf
+from math import inf, isinf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.model.lesson import Lesson
+from understudy.model.tree_regions import ValueSet
+from understudy.model.tree_text import FeatureText
 
 FEWEST_PRESSES = 3
 """The least number of presses from which it is concluded what they had in common."""
@@ -69,6 +71,18 @@ class ShownRange:
         if isinstance(self.feature.kind, Toroidal):
             inside |= placed - self.feature.kind.period > self.below
         return inside
+
+    @property
+    def condition(self) -> str:
+        """What agrees with what was shown, as a condition in words: "distance_to(A) is below 0.47 m"."""
+        low, high, kind = self.below, self.above, self.feature.kind
+        parts: tuple[tuple[float, float], ...] = ((low, high),)
+        if isinstance(kind, Toroidal):
+            low, high = low % kind.period, high % kind.period
+            parts = ((low, high),) if low < high else ((0.0, high), (low, kind.period))
+        ends = [end for end in (low, high) if not isinf(end)]
+        text = FeatureText(self.feature, ends, known_absent=False, values=(self.low, self.high))
+        return text.statement(ValueSet(parts, absent=False))
 
     def find_ends(self, values: Column) -> tuple[float, float]:
         """Return the first and the last of some values, none absent, as they lie around what was shown."""

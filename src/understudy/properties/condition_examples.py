@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 from understudy.analysis.named_reading import NamedReading, find_reading
+from understudy.analysis.raised_range import find_shown_goal
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.library import Library
@@ -26,7 +27,7 @@ class ConditionExample:
 
 
 def list_condition_examples(
-    world: World, library: Library, flags: Collection[str]
+    world: World, library: Library, flags: Collection[str], behavior: str = ""
 ) -> tuple[ConditionExample, ...]:
     """List a condition about each goal, flag, region, distance and reading that there is.
 
@@ -38,13 +39,20 @@ def list_condition_examples(
         The library of the robots in it, whose kit has the features.
     flags
         Names of the flags that the behavior can raise.
+    behavior
+        Name of the behavior. What its presses for a flag had in common comes first. Empty: nothing was shown.
 
     Returns
     -------
     tuple[ConditionExample, ...]
         The conditions, those with the same heading one after the other.
     """
-    found = [ConditionExample("Goal and flags", f"{flag}{RAISED}") for flag in flags]
+    found = [
+        ConditionExample("As it was shown", f"{flag}{RAISED} and {shown.condition}")
+        for flag in flags
+        if (shown := find_shown_goal(library, behavior, flag)) is not None
+    ]
+    found += [ConditionExample("Goal and flags", f"{flag}{RAISED}") for flag in flags]
     goal = world.scenario.goal
     if goal is not None:
         found.append(ConditionExample("Goal and flags", GOAL))

@@ -147,7 +147,7 @@ def handle_list_property_choices(host: SessionHost, message: ListPropertyChoices
             shown = World(where.scenario, [0])
             conditions = [
                 ConditionChoiceData(heading=each.heading, text=each.text)
-                for each in list_condition_examples(shown, library, flags)
+                for each in list_condition_examples(shown, library, flags, message.behavior.split("/")[-1])
             ]
         except UnderstudyError:
             pass  # saving says why
