@@ -170,6 +170,8 @@ export type Request =
   | { do: "others"; behavior: NameField | null; targets?: Targets }
   /** Turn learning from silence off or on. */
   | { do: "watch" }
+  /** Test what is in training in new worlds, and go to where it goes wrong. */
+  | { do: "keep_going" }
   /** Turn the runs in new worlds after each press off or on. */
   | { do: "score" }
   /** Move a robot; without a heading it keeps its own. */

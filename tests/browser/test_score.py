@@ -36,3 +36,7 @@ def test_a_lesson_is_scored_until_that_is_turned_off(
     expect(line).to_contain_text("not measured: turned off")
     line.get_by_role("button", name="turn on").click()
     expect(line).to_contain_text("goto works in 0 of 100 new worlds")
+    line.get_by_role("button", name="Keep going").click()
+    expect(page.get_by_text("goto works in 0 of")).to_have_count(2)
+    expect(page.get_by_text("Press what it should do, and resume")).to_be_visible()
+    snap(page, "keep going")

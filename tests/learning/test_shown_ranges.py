@@ -51,6 +51,7 @@ def test_what_agrees_is_nearer_than_anything_else_that_was_right(tmp_path: Path)
     values = np.array([0.05, 0.2, 0.45, 0.5, 3.0, nan])
     assert found.contains(values).tolist() == [True, True, True, False, False, False]
     assert found.find_ends(values[:4]) == (0.05, 0.5)
+    assert found.measure_gap(values).tolist() == [0.0, 0.0, 0.0, 0.0, 2.5, inf]
 
 
 NOTHING = {  # why -> next state, kind and value of each example
@@ -86,6 +87,7 @@ def test_on_a_circle_it_may_cross_the_seam(tmp_path: Path) -> None:
     inside = found.contains(np.array([305.0, 355.0, 0.0, 39.0, 45.0, 180.0, 299.0]))
     assert inside.tolist() == [True, True, True, True, False, False, False]
     assert found.find_ends(np.array([340.0, 2.0, 20.0])) == (340.0, 380.0)
+    assert found.measure_gap(np.array([305.0, 0.0, 39.0, 45.0, 290.0])).tolist() == [0, 0, 0, 5, 10]
     assert found.condition == "angle is at least 300 or below 40"
 
 

@@ -27,6 +27,15 @@ export function ScoreLine() {
       )}
       <button
         type="button"
+        class="small"
+        disabled={!studio.directs}
+        title="Test it in new worlds, and go to where it goes wrong, until it holds"
+        onClick={() => void studio.ask({ do: "keep_going" })}
+      >
+        Keep going
+      </button>
+      <button
+        type="button"
         class="link"
         disabled={!studio.directs}
         title="After each press it runs in worlds that it was not taught in, beside the one here"

@@ -72,6 +72,17 @@ class ShownRange:
             inside |= placed - self.feature.kind.period > self.below
         return inside
 
+    def measure_gap(self, values: Column) -> Column:
+        """Return how far values, any shape, are from what was shown: 0 where they agree, inf where absent."""
+        placed = place_above(self.low, values, self.feature)
+        above = placed - self.above
+        if isinstance(self.feature.kind, Toroidal):
+            gap = np.minimum(above, self.below + self.feature.kind.period - placed)
+        else:
+            gap = np.maximum(above, self.below - placed)
+        found: Column = np.where(np.isnan(gap), np.inf, np.maximum(gap, 0.0))
+        return found
+
     @property
     def condition(self) -> str:
         """What agrees with what was shown, as a condition in words: "distance_to(A) is below 0.47 m"."""

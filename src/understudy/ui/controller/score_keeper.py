@@ -19,7 +19,7 @@ from understudy.ui.controller.status import describe_error
 
 WORLDS = 100
 """The number of new worlds after each press; half as many if the goal of the world counts, which takes longer."""
-FIRST_SEED = 1_000_000_000
+FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_RUNS = 4
 """How often a behavior is run in each world, at most: once for each of its targets, and for the first one again."""
@@ -153,10 +153,15 @@ class LessonScoreKeeper:
         self.problem, self.change = "", ScoreChange(before, after)
         self._fresh = self.change
 
+    def list_bindings(self) -> list[Mapping[str, str]]:
+        """List the targets that the parameters had at presses, in order; the present ones if there was no press."""
+        parameters = set(self._session.automaton.parameters)
+        known = [each for each in self._bindings.values() if set(each) == parameters]
+        return known or [dict(self._session.view().targets)]
+
     def _run_worlds(self, taught: TrainedAutomaton, worlds: ScoreWorlds) -> LessonScore:
         library, name = self._session.library.with_automaton(taught), taught.automaton.name
-        parameters = set(taught.automaton.parameters)
-        bindings = [each for each in self._bindings.values() if set(each) == parameters]
+        bindings = self.list_bindings()
         if len(bindings) > 1:
             bindings = [*bindings[: MOST_RUNS - 1], bindings[0]]
         return score_behavior(library, name, worlds, bindings, progress=self._report)

@@ -29,6 +29,7 @@ from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
+from understudy.ui.controller.keep_going import LessonContinuation
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.library_changes import list_library_changes
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
@@ -81,7 +82,7 @@ class Trainer:
         self.folder, self.seed = folder, seed
         self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
         self.coach = CoachController(session, self.explainer)
-        self.score = LessonScoreKeeper(session)
+        self.score, self.continuation = LessonScoreKeeper(session), LessonContinuation(self)
         self.status = StatusMessage("")
         self.corrected = False
         self.driving = False
@@ -355,6 +356,11 @@ class Trainer:
         """Turn the score in new worlds off or on."""
         self.score.turn(not self.score.enabled)
         return StatusMessage(f"Runs in new worlds after each press: {'on' if self.score.enabled else 'off'}")
+
+    @keep_status
+    def keep_going(self) -> StatusMessage:
+        """Test what is in training in new worlds, and go to where it goes wrong."""
+        return self.continuation.finish(self.continuation.begin()())
 
     @keep_status
     def cycle_targets(self) -> StatusMessage:

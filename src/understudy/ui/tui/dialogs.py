@@ -72,6 +72,7 @@ KEYS = {
         ("d", "drive the robot into position with the same keys"),
         ("p", "bind the parameters to the next target"),
         ("w", "stop or start learning from silence"),
+        ("T", "test it in new worlds, and go to where it goes wrong, until it holds"),
         ("M", "stop or start runs in new worlds after each press"),
         ("A", "where it is unsure: pause and ask, mark, or neither"),
     ),

@@ -44,6 +44,7 @@ ACTIONS = {
     "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
     "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
     "p": "cycle_targets", "s": "save", "M": "toggle_score",
+    "T": "keep_going",
 }  # fmt: skip
 """From a key to what the trainer does."""
 

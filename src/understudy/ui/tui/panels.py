@@ -24,10 +24,10 @@ MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
 COMMANDS = (
     ("t", "try"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
     (".", "step"), ("+−", "speed"), ("n", "world"), ("r", "restart"), ("d", "drive"), ("p", "target"),
-    ("w", "silence"), ("M", "new worlds"), ("l", "lesson"), ("c", "choose"), ("?", "why"), ("s", "save"), ("q", "quit"),
-    ("h", "help"),
+    ("w", "silence"), ("M", "new worlds"), ("T", "keep going"), ("l", "lesson"), ("c", "choose"),
+    ("?", "why"), ("s", "save"), ("q", "quit"), ("h", "help"),
 )  # fmt: skip
-SPARE = "McwU"
+SPARE = "MTcwU"
 """Keys left to the page of help, first to last, where two lines do not hold all of them."""
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from msgspec import structs
 
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
+from understudy.falsification.taught_worlds import HoldingResult
 from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
@@ -27,6 +28,7 @@ from understudy.ui.controller.training_plan import (
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.session import SetOtherAgents
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.slow_actions import SlowAction
 
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
@@ -322,6 +324,23 @@ def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
     said = structs.asdict(message)
     return LessonChoices(
         **{each.name: said[each.name] for each in fields(LessonChoices) if each.name in said}
+    )
+
+
+def handle_keep_going(host: SessionHost, _: m.KeepGoing) -> SlowAction:
+    """Test what is in training in new worlds; then go to where it goes wrong, or say that it holds."""
+    trainer = host.active_trainer
+    test, results = trainer.continuation.begin(), list[HoldingResult]()
+
+    def finish() -> StatusMessage:
+        if host.trainer is not trainer:
+            return StatusMessage(f"{trainer.name} was tested, but is not in training any more")
+        said = trainer.continuation.finish(results[0])
+        host.clear_rewind()
+        return said
+
+    return SlowAction(
+        StatusMessage(f"Testing {trainer.name} in new worlds…"), lambda: results.append(test()), finish
     )
 
 

@@ -246,6 +246,10 @@ class ToggleWatching(Message, frozen=True, kw_only=True, tag="watch"):
     """Turn learning from silence off or on."""
 
 
+class KeepGoing(Message, frozen=True, kw_only=True, tag="keep_going"):
+    """Test what is in training in new worlds, and go to where it goes wrong."""
+
+
 class ToggleScore(Message, frozen=True, kw_only=True, tag="score"):
     """Turn the runs in new worlds after each press off or on."""
 

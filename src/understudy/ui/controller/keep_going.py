@@ -1,0 +1,125 @@
+"""Keep going: test what is in training in new worlds, and go to where it goes wrong, until it holds or presses end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from understudy.analysis.evaluate import choose_success_flag
+from understudy.errors import SessionError
+from understudy.falsification.open_failure import BEFORE_S
+from understudy.falsification.taught_worlds import WANTED, HoldingResult, HoldingTest, Mistake
+from understudy.learning.fit import learn_automaton
+from understudy.model.library import TrainedAutomaton
+from understudy.properties.run_property import Verdict
+from understudy.sim.world import World
+from understudy.training.trainee import Mode
+from understudy.ui.controller.status import StatusMessage
+
+if TYPE_CHECKING:
+    from understudy.ui.controller.trainer import Trainer
+
+FIRST_SEED = 100_000
+"""The first seed of new worlds; each is used for one version of a lesson, and for no score."""
+MOST_PRESSES = 60
+"""The number of presses after which it is said that the behavior does not hold yet."""
+
+
+class LessonContinuation:
+    """Teaching of one session until the behavior works in a wanted share of new worlds.
+
+    Parameters
+    ----------
+    trainer
+        The trainer of the session.
+    """
+
+    def __init__(self, trainer: Trainer) -> None:
+        self._trainer = trainer
+        self._test: HoldingTest | None = None
+        self._began_with = 0
+
+    @property
+    def presses(self) -> int:
+        """The number of presses since the first test."""
+        return self._count() - self._began_with
+
+    def _count(self) -> int:
+        return self._trainer.session_view.examples
+
+    def begin(self) -> Callable[[], HoldingResult]:
+        """Return a function that tests the present lesson, which may run in another thread.
+
+        Returns
+        -------
+        function
+            It returns the result.
+
+        Raises
+        ------
+        SessionError
+            If there are no other worlds, or nothing to test.
+        """
+        session, name = self._trainer.session, self._trainer.name
+        body = session.body
+        if not isinstance(body, World):
+            raise SessionError(
+                "there are no other worlds to test it in: watch the robot, and press where it is wrong"
+            )
+        if body.agents > 1:
+            raise SessionError(
+                "in a world of several robots, look for failing worlds with understudy falsify"
+            )
+        if body.scenario.goal is None and choose_success_flag(session.automaton.flags) is None:
+            raise SessionError(f"success is not measured: {name} has no flag, and the world no goal")
+        if not any(example.is_from_press for example in session.examples):
+            raise SessionError("there is nothing to test yet: press a state to direct the robot first")
+        if self._test is None:
+            self._test, self._began_with = HoldingTest(body.scenario, FIRST_SEED), self._count()
+        lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
+        test = self._test
+
+        def run() -> HoldingResult:
+            taught = TrainedAutomaton(learn_automaton(lesson), lesson)
+            return test.test(library.with_automaton(taught), name, bindings)
+
+        return run
+
+    def finish(self, result: HoldingResult) -> StatusMessage:
+        """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
+        name, presses = self._trainer.name, self.presses
+        count = f"{result.held} of {result.worlds} new worlds"
+        after = f"after {presses} press{'es' * (presses != 1)}" if presses else "as it is"
+        if result.verdict is Verdict.HOLDS:
+            self._test = None
+            share = f"{WANTED:.0%}".replace("%", " %")
+            return StatusMessage(
+                f"{name} holds, {after}: in at least {share} of worlds ({count})", "recorded"
+            )
+        if presses >= MOST_PRESSES or not result.mistakes:
+            self._test = None
+            return StatusMessage(f"{name} does not hold yet, {after}: it works in {count}", "error")
+        mistake = result.mistakes[0]
+        before_s = mistake.wrong_s - self._go_to(mistake)
+        when = "from now on" if before_s < self._trainer.session.body.tick_s else f"in {before_s:.1f} s"
+        said = f"{name} works in {count}. Here, {when}: {mistake.why}. Press what it should do, and resume"
+        return StatusMessage(said)
+
+    def _go_to(self, mistake: Mistake) -> float:
+        """Run its world until shortly before the mistake, with nobody watching, and pause; return the time, s."""
+        trainer, session = self._trainer, self._trainer.session
+        trainer.load_world(mistake.seed)
+        if dict(session.view().targets) != dict(mistake.binding):
+            session.bind_targets(**mistake.binding)
+        if session.mode is Mode.TRAINING:
+            session.test()
+        if not session.paused:
+            trainer.pause()
+        watching, session.is_watching = session.is_watching, False
+        try:
+            while session.body.time_s < mistake.wrong_s - BEFORE_S - session.body.tick_s / 2:
+                session.tick()
+        finally:
+            session.is_watching = watching
+        trainer.note_moved(f"World {mistake.seed}")
+        return session.body.time_s

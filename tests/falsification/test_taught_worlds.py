@@ -1,0 +1,104 @@
+"""Whether what was taught holds in new worlds, decided at every look, and where it goes wrong if it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.analysis.test_lesson_score import FORAGE, LIBRARY, teach_distances
+
+from understudy.falsification import taught_worlds
+from understudy.falsification.taught_worlds import ERROR, HoldingTest, Mistake, find_mistakes
+from understudy.model.library import Library
+from understudy.model.tree import Tree, make_leaf
+from understudy.properties.run_property import Verdict
+
+STATION, FOOD = {"A": "station"}, {"A": "nearest_food"}
+
+
+def leave_out_turning() -> Library:
+    """Return the library with a goto that drives straight on from the first moment."""
+    library = teach_distances(0.1, 0.2, 0.3, beside=0.5)
+    taught = library.taught["goto"]
+    straight = {"start": Tree((make_leaf(1),)), "forward": Tree((make_leaf(-1),))}
+    return library.with_automaton(replace(taught, automaton=replace(taught.automaton, transitions=straight)))
+
+
+def test_no_mistakes_where_the_flag_is_raised_where_it_was_shown() -> None:
+    assert (
+        find_mistakes(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", FORAGE, range(5, 25), STATION) == []
+    )
+
+
+def test_a_flag_raised_elsewhere_goes_wrong_when_it_is_raised() -> None:
+    library = teach_distances(0.01, 0.02, 0.03, beside=0.05)
+    first, *others = find_mistakes(library, "goto", FORAGE, range(5, 15), STATION)
+    assert len(others) == 9
+    assert first.seed == 5
+    assert first.why.startswith("done where distance_to(A) is 0.2")
+    assert first.why.endswith(", shown at 0.01 to 0.03 m")
+    assert 1.0 < first.wrong_s < 60.0
+
+
+def test_a_flag_never_raised_goes_wrong_where_it_came_no_nearer() -> None:
+    """It drives straight on into a wall: it goes wrong at the start, or where it passed the station."""
+    found = find_mistakes(leave_out_turning(), "goto", FORAGE, range(5, 15), STATION)
+    assert len(found) >= 8
+    assert {each.why for each in found} == {"it comes no nearer, and is not done after 120 s"}
+    assert sorted(each.wrong_s for each in found)[len(found) // 2] < 30.0
+
+
+def test_without_a_flag_the_goal_of_the_world_counts() -> None:
+    assert find_mistakes(LIBRARY, "forage", FORAGE, range(3), {}) == []
+
+
+def test_what_holds_is_proved_with_the_fewest_worlds() -> None:
+    tested = HoldingTest(FORAGE, 700)
+    result = tested.test(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", [STATION, FOOD])
+    assert (result.verdict, result.held) == (Verdict.HOLDS, result.worlds)
+    assert result.interval[0] >= 0.95
+    assert result.worlds == 121
+
+
+def test_what_fails_is_known_at_once_and_its_worlds_are_never_used_again() -> None:
+    tested = HoldingTest(FORAGE, 700)
+    first = tested.test(leave_out_turning(), "goto", [STATION])
+    second = tested.test(leave_out_turning(), "goto", [STATION])
+    assert (first.verdict, second.verdict) == (Verdict.FAILS, Verdict.FAILS)
+    assert {each.seed for each in first.mistakes}.isdisjoint(each.seed for each in second.mistakes)
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4), st.randoms())
+def test_seeds_are_used_once_by_bindings_in_turn(rates: list[float], random: object) -> None:
+    """Whatever fails, each world is run once, and what is held and what is not are all worlds."""
+    seen: list[int] = []
+
+    def fail_some(
+        library: Library, behavior: str, scenario: object, seeds: list[int], *_: object, **__: object
+    ) -> list[Mistake]:
+        seen.extend(seeds)
+        rate = rates[tested.versions % len(rates)]
+        return [Mistake(seed, STATION, 0.0, "") for seed in seeds if random.random() < rate]  # type: ignore[attr-defined]
+
+    tested = HoldingTest(FORAGE, 10)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(taught_worlds, "find_mistakes", fail_some)
+        for _ in range(3):
+            result = tested.test(LIBRARY, "goto", [STATION, FOOD])
+            assert result.held + len(result.mistakes) == result.worlds
+            assert result.interval[0] <= result.held / result.worlds <= result.interval[1]
+            decided = {
+                Verdict.HOLDS: result.interval[0] >= 0.95,
+                Verdict.FAILS: result.interval[1] < 0.95,
+                Verdict.UNDECIDED: result.worlds >= taught_worlds.MOST_WORLDS,
+            }
+            assert decided[result.verdict]
+    assert sorted(seen) == list(range(10, 10 + len(seen)))
+
+
+def test_errors_of_all_versions_together_are_bounded() -> None:
+    """1/2 + 1/6 + 1/12 and so on is 1."""
+    total = sum(ERROR / (version * (version + 1)) for version in range(1, 100_000))
+    assert total == pytest.approx(ERROR, rel=1e-4)
