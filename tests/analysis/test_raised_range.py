@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.analysis.test_lesson_score import FORAGE, teach_distances
+from tests.falsification.test_lesson_score import FORAGE, teach_distances
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.evaluate import evaluate

@@ -130,13 +130,8 @@ def run_many_ticks(
     criteria: Criteria,
     limits: float | Column,
     progress: Progress = skip_progress,
-    *,
-    stops: bool = True,
 ) -> Part:
-    """Run one program on all robots, many ticks at once, where only time and success are asked for.
-
-    If worlds do not stop where they have finished, they can be used further.
-    """
+    """Run one program on all robots, many ticks at once, where only time and success are asked for."""
 
     def find(text: str) -> RunReading:
         found = find_reading(text, library, world, binding=binding, where="the robots")
@@ -150,7 +145,6 @@ def run_many_ticks(
         flag=criteria.flag,
         progress=progress,
         at_end=reader.at_end,
-        stops=stops,
     )
     return Part(outcomes, raised=reader.finish(outcomes.finished))
 

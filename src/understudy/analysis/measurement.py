@@ -67,7 +67,6 @@ def measure_program_outcomes(
     flag: str | None = None,
     progress: Progress = skip_progress,
     at_end: AtEnd | None = None,
-    stops: bool = True,
 ) -> Outcomes:
     """Run one program on all robots until each world has finished or reached its time limit.
 
@@ -76,15 +75,14 @@ def measure_program_outcomes(
 
     With a `flag`, a world is finished once all its robots have raised it, whatever its goal; otherwise once its goal
     is reached. Many ticks are simulated at once if the whole program can be compiled. Reset the worlds before further
-    use: they may have stopped at different ticks, each soon after it finished. If it does not stop (`stops`), a world
-    with a flag runs on until all have finished, and all can be used further.
+    use: they may have stopped at different ticks, each soon after it finished.
     """
     engine = Engine.from_program(world, program)
     plan = engine.plan()
 
     def advance(ticks: int) -> None:
         if plan is not None:
-            ended = None if flag is None or not stops else ~np.isnan(finished_s())
+            ended = None if flag is None else ~np.isnan(finished_s())
             world.advance(plan, ticks, until_finished=flag is None, ended=ended)
         else:
             for _ in range(ticks):

@@ -8,7 +8,8 @@ import pytest
 from tests.ui.tui.desks import Wall, plan, right
 
 from understudy.errors import SessionError
-from understudy.falsification.taught_worlds import HoldingResult, Mistake
+from understudy.falsification.holding_test import HoldingResult
+from understudy.falsification.new_worlds import Mistake
 from understudy.properties.run_property import Verdict
 from understudy.training.trainee import Mode
 from understudy.ui.controller import keep_going

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from tests.ui.tui.desks import right
 
-from understudy.analysis.lesson_score import LessonScore, ScoreWorlds, score_behavior
+from understudy.falsification.lesson_score import LessonScore, score_behavior
+from understudy.falsification.new_worlds import NewWorlds
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
@@ -59,7 +60,7 @@ def test_each_press_is_scored_beside_the_one_before_in_worlds_of_its_own(
 ) -> None:
     runs = []
 
-    def note(library: Library, name: str, worlds: ScoreWorlds, *args: Any, **named: Any) -> LessonScore:
+    def note(library: Library, name: str, worlds: NewWorlds, *args: Any, **named: Any) -> LessonScore:
         runs.append((list(worlds.seeds), len(library.taught[name].automaton.transitions)))
         return score_behavior(library, name, worlds, *args, **named)
 

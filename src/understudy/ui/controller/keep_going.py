@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from understudy.analysis.evaluate import choose_success_flag
 from understudy.errors import SessionError
+from understudy.falsification.holding_test import WANTED, HoldingResult, HoldingTest
+from understudy.falsification.new_worlds import Mistake
 from understudy.falsification.open_failure import BEFORE_S
-from understudy.falsification.taught_worlds import WANTED, HoldingResult, HoldingTest, Mistake
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
 from understudy.properties.run_property import Verdict

@@ -9,7 +9,8 @@ from threading import Lock, Thread
 from time import sleep
 
 from understudy.analysis.evaluate import choose_success_flag
-from understudy.analysis.lesson_score import LessonScore, ScoreChange, ScoreWorlds, Trend, score_behavior
+from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
+from understudy.falsification.new_worlds import NewWorlds
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
@@ -21,8 +22,8 @@ WORLDS = 100
 """The number of new worlds after each press; half as many if the goal of the world counts, which takes longer."""
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
-MOST_RUNS = 4
-"""How often a behavior is run in each world, at most: once for each of its targets, and for the first one again."""
+MOST_BINDINGS = 4
+"""With how many targets a behavior is run in each world, at most: those that it was taught with first."""
 YIELD_S = 0.0002
 """The pause after each report of progress, s, in which the thread that advances the world gets the interpreter."""
 
@@ -146,7 +147,7 @@ class LessonScoreKeeper:
         count = self._worlds if by_flag else self._worlds // 2
         seeds = range(self._seed, self._seed + count)
         self._seed += count
-        worlds = ScoreWorlds.from_seeds(body.scenario, seeds, by_flag=by_flag)
+        worlds = NewWorlds.from_seeds(body.scenario, seeds, by_flag=by_flag)
         before = None if self._scored is None else self._run_worlds(self._scored, worlds)
         after = self._run_worlds(taught, worlds)
         self._scored = taught
@@ -159,11 +160,9 @@ class LessonScoreKeeper:
         known = [each for each in self._bindings.values() if set(each) == parameters]
         return known or [dict(self._session.view().targets)]
 
-    def _run_worlds(self, taught: TrainedAutomaton, worlds: ScoreWorlds) -> LessonScore:
+    def _run_worlds(self, taught: TrainedAutomaton, worlds: NewWorlds) -> LessonScore:
         library, name = self._session.library.with_automaton(taught), taught.automaton.name
-        bindings = self.list_bindings()
-        if len(bindings) > 1:
-            bindings = [*bindings[: MOST_RUNS - 1], bindings[0]]
+        bindings = self.list_bindings()[:MOST_BINDINGS]
         return score_behavior(library, name, worlds, bindings, progress=self._report)
 
     def _report(self, through: int, worlds: int) -> None:

@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType, field, structs
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.lesson_score import Trend
+from understudy.falsification.lesson_score import Trend
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from random import Random
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.analysis.test_lesson_score import FORAGE, LIBRARY, teach_distances
+from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distances
 
-from understudy.falsification import taught_worlds
-from understudy.falsification.taught_worlds import ERROR, HoldingTest, Mistake, find_mistakes
+from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingTest
+from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.model.library import Library
 from understudy.model.tree import Tree, make_leaf
 from understudy.properties.run_property import Verdict
@@ -26,15 +29,20 @@ def leave_out_turning() -> Library:
     return library.with_automaton(replace(taught, automaton=replace(taught.automaton, transitions=straight)))
 
 
+def find_mistakes(
+    library: Library, behavior: str, seeds: Sequence[int], binding: Mapping[str, str]
+) -> tuple[Mistake, ...]:
+    worlds = NewWorlds.from_seeds(FORAGE, seeds, by_flag=behavior == "goto")
+    return worlds.run(library, behavior, binding).mistakes
+
+
 def test_no_mistakes_where_the_flag_is_raised_where_it_was_shown() -> None:
-    assert (
-        find_mistakes(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", FORAGE, range(5, 25), STATION) == []
-    )
+    assert find_mistakes(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", range(5, 25), STATION) == ()
 
 
 def test_a_flag_raised_elsewhere_goes_wrong_when_it_is_raised() -> None:
     library = teach_distances(0.01, 0.02, 0.03, beside=0.05)
-    first, *others = find_mistakes(library, "goto", FORAGE, range(5, 15), STATION)
+    first, *others = find_mistakes(library, "goto", range(5, 15), STATION)
     assert len(others) == 9
     assert first.seed == 5
     assert first.why.startswith("done where distance_to(A) is 0.2")
@@ -44,14 +52,14 @@ def test_a_flag_raised_elsewhere_goes_wrong_when_it_is_raised() -> None:
 
 def test_a_flag_never_raised_goes_wrong_where_it_came_no_nearer() -> None:
     """It drives straight on into a wall: it goes wrong at the start, or where it passed the station."""
-    found = find_mistakes(leave_out_turning(), "goto", FORAGE, range(5, 15), STATION)
+    found = find_mistakes(leave_out_turning(), "goto", range(5, 15), STATION)
     assert len(found) >= 8
     assert {each.why for each in found} == {"it comes no nearer, and is not done after 120 s"}
     assert sorted(each.wrong_s for each in found)[len(found) // 2] < 30.0
 
 
 def test_without_a_flag_the_goal_of_the_world_counts() -> None:
-    assert find_mistakes(LIBRARY, "forage", FORAGE, range(3), {}) == []
+    assert find_mistakes(LIBRARY, "forage", range(3), {}) == ()
 
 
 def test_what_holds_is_proved_with_the_fewest_worlds() -> None:
@@ -71,28 +79,32 @@ def test_what_fails_is_known_at_once_and_its_worlds_are_never_used_again() -> No
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4), st.randoms())
-def test_seeds_are_used_once_by_bindings_in_turn(rates: list[float], random: object) -> None:
+def test_seeds_are_used_once_by_bindings_in_turn(rates: list[float], random: Random) -> None:
     """Whatever fails, each world is run once, and what is held and what is not are all worlds."""
     seen: list[int] = []
 
-    def fail_some(
-        library: Library, behavior: str, scenario: object, seeds: list[int], *_: object, **__: object
-    ) -> list[Mistake]:
-        seen.extend(seeds)
+    def fail_some(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
+        seen.extend(worlds.seeds)
         rate = rates[tested.versions % len(rates)]
-        return [Mistake(seed, STATION, 0.0, "") for seed in seeds if random.random() < rate]  # type: ignore[attr-defined]
+        works = np.array([random.random() >= rate for _ in worlds.seeds], np.bool_)
+        failed = [
+            Mistake(seed, STATION, 0.0, "")
+            for seed, each in zip(worlds.seeds, works, strict=True)
+            if not each
+        ]
+        return NewWorldsResult(works, np.zeros(len(works)), tuple(failed))
 
     tested = HoldingTest(FORAGE, 10)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(taught_worlds, "find_mistakes", fail_some)
+        patch.setattr(NewWorlds, "run", fail_some)
         for _ in range(3):
-            result = tested.test(LIBRARY, "goto", [STATION, FOOD])
+            result = tested.test(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", [STATION, FOOD])
             assert result.held + len(result.mistakes) == result.worlds
             assert result.interval[0] <= result.held / result.worlds <= result.interval[1]
             decided = {
                 Verdict.HOLDS: result.interval[0] >= 0.95,
                 Verdict.FAILS: result.interval[1] < 0.95,
-                Verdict.UNDECIDED: result.worlds >= taught_worlds.MOST_WORLDS,
+                Verdict.UNDECIDED: result.worlds >= MOST_WORLDS,
             }
             assert decided[result.verdict]
     assert sorted(seen) == list(range(10, 10 + len(seen)))

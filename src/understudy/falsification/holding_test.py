@@ -1,0 +1,132 @@
+"""Teach until it holds: whether what was taught works in a wanted share of new worlds, and if not, where it goes wrong.
+
+Each version of an automaton is tested in worlds of its own, one batch after the other, until an interval that is valid
+at every look lies on one side of the wanted share. A world in which it went wrong is the next situation to teach in; it
+never counts for a later version.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import count, islice
+
+from understudy.analysis.evaluate import find_success_flag
+from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
+from understudy.falsification.new_worlds import Mistake, NewWorlds
+from understudy.model.library import Library
+from understudy.properties.run_property import Verdict
+from understudy.sim.scenario.schema import Scenario
+
+WANTED = 0.95
+"""The share of new worlds in which a behavior has to work."""
+ERROR = 0.05
+"""The probability with which anything that is said about any version of an automaton may be wrong, all together."""
+MORE_WORLDS = 50
+"""The number of worlds that are added at a time while it is not decided."""
+MOST_WORLDS = 1_000
+"""The largest number of worlds for one version."""
+
+
+@dataclass(frozen=True, slots=True)
+class HoldingResult:
+    """The result of testing one version of an automaton in new worlds.
+
+    Parameters
+    ----------
+    verdict
+        Whether it works in the wanted share of worlds.
+    held
+        The number of worlds in which it works.
+    worlds
+        The number of worlds that were run.
+    interval
+        An interval of the share, valid at every look, and for all versions together.
+    mistakes
+        The worlds in which it does not work.
+    """
+
+    verdict: Verdict
+    held: int
+    worlds: int
+    interval: tuple[float, float]
+    mistakes: tuple[Mistake, ...]
+
+
+@dataclass
+class HoldingTest:
+    """Tests versions of an automaton, each in new worlds, until it is decided whether it works in a share of them.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    first_seed
+        The first seed. Each world is run for one version only.
+    wanted
+        The share of worlds in which it has to work.
+    """
+
+    scenario: Scenario
+    first_seed: int
+    wanted: float = WANTED
+    versions: int = 0
+    """The number of versions that were tested."""
+    _seeds: Iterator[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._seeds = count(self.first_seed)
+
+    def test(
+        self,
+        library: Library,
+        behavior: str,
+        bindings: Sequence[Mapping[str, str]],
+        *,
+        progress: Progress = skip_progress,
+    ) -> HoldingResult:
+        """Test the next version.
+
+        Parameters
+        ----------
+        library
+            The library with this version.
+        behavior
+            Name of the behavior.
+        bindings
+            The targets that it is run with, in turn.
+        progress
+            Function called repeatedly with the number of completed worlds and their total; an exception that it raises
+            ends the test.
+
+        Returns
+        -------
+        HoldingResult
+            The result: undecided if MOST_WORLDS worlds did not decide it.
+
+        Raises
+        ------
+        SettingError
+            If the behavior has no flag, and the scenario no goal.
+        UnboundParameter
+            If a parameter is not bound to a target.
+        """
+        self.versions += 1
+        level = 1.0 - ERROR / (self.versions * (self.versions + 1))  # these sum up to ERROR
+        held, worlds, mistakes = 0, 0, list[Mistake]()
+        by_flag = find_success_flag(library, behavior) is not None
+        size = count_fewest_trials(self.wanted, level=level)
+        while True:
+            for number, binding in enumerate(bindings):
+                some = list(islice(self._seeds, len(range(number, size, len(bindings)))))
+                new = NewWorlds.from_seeds(self.scenario, some, by_flag=by_flag)
+                found = new.run(library, behavior, binding, progress=progress)
+                held, worlds = held + int(found.works.sum()), worlds + len(some)
+                mistakes += found.mistakes
+            low, high = interval_of_share_at_any_time(held, worlds, level=level)
+            verdict = Verdict.HOLDS if low >= self.wanted else Verdict.UNDECIDED
+            verdict = Verdict.FAILS if high < self.wanted else verdict
+            if verdict is not Verdict.UNDECIDED or worlds >= MOST_WORLDS:
+                return HoldingResult(verdict, held, worlds, (low, high), tuple(mistakes))
+            size = MORE_WORLDS
