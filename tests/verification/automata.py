@@ -58,3 +58,9 @@ def find(*automata: Automaton, kind: FindingKind) -> list[Finding]:
     library = Library.from_automata(KIT, *automata)
     report = check_library(library, [automata[-1].name], kit_known=True)
     return [each for each in report.findings if each.kind is kind]
+
+
+def list_unused(finding: Finding) -> list[str]:
+    """The features that a finding says decide nothing."""
+    names, decides, _ = finding.sentence.partition(" decide")
+    return names.replace(" and ", ", ").split(", ") if decides else []

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from itertools import product
 from math import isnan, nan
 
+from tests.verification.automata import list_unused
+
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimeInState
@@ -56,10 +58,12 @@ class Judge:
             FindingKind.NEVER_SHOWN: self._is_never_shown,
             FindingKind.ABSENT_NEVER_SHOWN: self._is_never_shown,
             FindingKind.ONE_EXAMPLE: self._rests_on_one,
+            FindingKind.DEAD_END: self._waits,
+            FindingKind.OUTLIER: self._lies_outside,
             FindingKind.UNUSED_FEATURE: self._decides_nothing,
             FindingKind.UNUSED_PARAMETER: self._makes_no_difference,
         }
-        if finding.kind is FindingKind.MISSING_BEHAVIOR:
+        if finding.kind in (FindingKind.MISSING_BEHAVIOR, FindingKind.CONSTANT_TARGET):
             return "by the library"
         return by_kind[finding.kind](finding, automaton)
 
@@ -177,23 +181,25 @@ class Judge:
         return ""
 
     def _decides_nothing(self, finding: Finding, automaton: Automaton) -> str:
-        for index, bound in enumerate(automaton.features):
-            if not finding.sentence.startswith(f"{bound} decides nothing"):
+        names = list_unused(finding)
+        unused = [index for index, bound in enumerate(automaton.features) if str(bound) in names]
+        vain = len(unused) == len(names) and all(self._is_vain(automaton, index) for index in unused)
+        return "all values" if vain else ""
+
+    def _is_vain(self, automaton: Automaton, index: int) -> bool:
+        for state in self.list_entered(automaton.name):
+            tree = automaton.transitions.get(automaton.states[state].name)
+            if not isinstance(tree, Tree):
                 continue
-            for state in self.list_entered(automaton.name):
-                tree = automaton.transitions.get(automaton.states[state].name)
-                if not isinstance(tree, Tree):
-                    continue
-                answers: dict[Vector, set[int]] = {}
-                for vector in self.list_vectors(automaton, state, tree):
-                    rest = tuple(-1e9 if isnan(each) else each for each in vector)
-                    rest = (*rest[:index], *rest[index + 1 :])
-                    answer = tree.decide(vector)
-                    answers.setdefault(rest, set()).add(state if answer == STAY else answer)
-                if any(len(each) > 1 for each in answers.values()):
-                    return ""
-            return "all values"
-        return ""
+            answers: dict[Vector, set[int]] = {}
+            for vector in self.list_vectors(automaton, state, tree):
+                rest = tuple(-1e9 if isnan(each) else each for each in vector)
+                rest = (*rest[:index], *rest[index + 1 :])
+                answer = tree.decide(vector)
+                answers.setdefault(rest, set()).add(state if answer == STAY else answer)
+            if any(len(each) > 1 for each in answers.values()):
+                return False
+        return True
 
     # The lesson
 
@@ -222,13 +228,17 @@ class Judge:
         return False
 
     def _rests_on_one(self, finding: Finding, automaton: Automaton) -> str:
-        (number,) = finding.examples
+        pairs = zip(finding.states, finding.examples, strict=True)
+        alone = all(self._is_alone(automaton, state, number) for state, number in pairs)
+        return "the lesson" if alone else ""
+
+    def _is_alone(self, automaton: Automaton, state: str, number: int) -> bool:
         lesson = self.library.taught[automaton.name].lesson
-        tree = automaton.transitions[finding.states[0]]
+        tree = automaton.transitions[state]
         assert lesson is not None
         (one,) = (each for each in lesson.examples if each.number == number)
         answer = tree.decide(one.values)
-        states = [finding.states[0]] if not automaton.stateless else list(automaton.transitions)
+        states = [state] if not automaton.stateless else list(automaton.transitions)
         agreeing = [
             each
             for each in lesson.examples
@@ -236,7 +246,22 @@ class Judge:
             if tree.path(each.values)[1] == tree.path(one.values)[1]
             if each.next == (each.state if answer == STAY else automaton.states[answer].name)
         ]
-        return "the lesson" if agreeing == [one] else ""
+        return agreeing == [one]
+
+    def _lies_outside(self, finding: Finding, automaton: Automaton) -> str:
+        """Whether some number of the example is farther from all others than those are from each other."""
+        lesson = self.library.taught[automaton.name].lesson
+        assert lesson is not None
+        used = [each for each in lesson.examples if not each.quarantined]
+        for index in range(len(automaton.features)):
+            mine = {each.values[index] for each in used if each.number in finding.examples}
+            others = {each.values[index] for each in used if each.number not in finding.examples}
+            known = [each for each in others if not isnan(each)]
+            if len(mine) == 1 and len(known) >= 10:
+                gap = min(abs(each - value) for value in mine for each in known)
+                if gap > max(known) - min(known):
+                    return "the lesson"
+        return ""
 
     # Runs
 
@@ -297,12 +322,7 @@ class Judge:
         targets: Mapping[str, str],
         rng: random.Random,
     ) -> bool:
-        known = {
-            BoundFeature(bound.feature, bound.binding.substitute(Binding(targets))): value
-            for bound, value in zip(cell.features, cell.at, strict=True)
-            if isinstance(bound.feature, Feature)
-        }
-        row = self.make_row(program, known, rng)
+        row = self.make_row(program, bind_cell(cell, targets), rng)
         agent = Interpreter(program)
         agent.root.switch(program.root.automaton.index(finding.states[0]), 0.0)  # type: ignore[union-attr]
         path = []
@@ -319,6 +339,32 @@ class Judge:
         if len(set(finding.states)) == 1:
             return set(late) == {first}
         return len(begun) >= 2 * len(finding.states) and begun == expected[: len(begun)]
+
+    def _waits(self, finding: Finding, automaton: Automaton) -> str:
+        """Whether, with readings of each cell held, what the state runs raises its flag, and the state stays."""
+        rng = random.Random(0)
+        program, targets = self.link_freely(automaton)
+        index = automaton.index(finding.states[0])
+        below = self.library.automaton(automaton.states[index].behavior or "")
+        starts = [at for at, state in enumerate(below.states) if state.flag is None]
+        for cell in finding.cells or (FindingCell((), (), (), "always"),):
+            known = bind_cell(cell, targets)
+            rows = (self.make_row(program, known, rng) for _ in range(RUNS))
+            if not any(self._stays(program, index, at, row) for row in rows for at in starts):
+                return ""
+        return "a run"
+
+    def _stays(self, program: Program, index: int, at: int, row: list[float]) -> bool:
+        agent = Interpreter(program)
+        agent.root.switch(index, 0.0)  # type: ignore[union-attr]
+        agent.active[1].switch(at, 0.0)
+        if at == 0:  # as in the tick in which the state is entered
+            agent.active[1].pulse(row, 0.0)
+        for tick in range(1, TICKS):
+            agent.pulse(row, 0.1 * tick)
+            if agent.active[0].state != index:
+                return False
+        return len(agent.active) > 1 and agent.active[1].flag is not None
 
     def _repeats(self, finding: Finding, automaton: Automaton) -> str:
         """Whether some flags of members lead from each state to the next, in every cell."""
@@ -378,6 +424,15 @@ class Judge:
             for state in automaton.states
             if parameter in state.binding.values()
         )
+
+
+def bind_cell(cell: FindingCell, targets: Mapping[str, str]) -> dict[BoundFeature, float]:
+    """The body readings that represent a cell, with the targets of parameters."""
+    return {
+        BoundFeature(bound.feature, bound.binding.substitute(Binding(targets))): value
+        for bound, value in zip(cell.features, cell.at, strict=True)
+        if isinstance(bound.feature, Feature)
+    }
 
 
 def confirm_all(

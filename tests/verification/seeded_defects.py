@@ -17,6 +17,8 @@ from math import nan
 from pathlib import Path
 from types import MappingProxyType
 
+from tests.verification.automata import list_unused
+
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
@@ -56,7 +58,10 @@ class Taught:
 
 @dataclass(frozen=True)
 class Defect:
-    """A changed automaton, and what a finding about the change must say: its kinds, its automaton, and words of it."""
+    """A changed automaton, and what a finding about the change must say.
+
+    These are its kinds, its automaton, states, words of it, an example, and a feature that decides nothing.
+    """
 
     what: str
     taught: TrainedAutomaton
@@ -64,6 +69,8 @@ class Defect:
     automaton: str
     states: frozenset[str] = frozenset()
     word: str = ""
+    examples: frozenset[int] = frozenset()
+    unused: str = ""
 
     def is_named_by(self, finding: Finding) -> bool:
         """Whether a finding is about the defect."""
@@ -72,6 +79,8 @@ class Defect:
             and finding.automaton == self.automaton
             and self.states <= set(finding.states)
             and self.word in finding.sentence
+            and self.examples <= set(finding.examples)
+            and (not self.unused or self.unused in list_unused(finding))
         )
 
 
@@ -277,7 +286,7 @@ def unused_feature(taught: Taught, rng: random.Random) -> Iterator[Defect]:
                 changed,
                 (FindingKind.UNUSED_FEATURE,),
                 each.automaton.name,
-                word=f"{bound} decides nothing",
+                unused=bound,
             )
 
 
@@ -370,7 +379,7 @@ def removed_examples(taught: Taught, rng: random.Random) -> Iterator[Defect]:
                 (FindingKind.ONE_EXAMPLE,),
                 each.automaton.name,
                 frozenset([state]),
-                f"example {kept.number} ",
+                examples=frozenset([kept.number]),
             )
 
 
@@ -481,18 +490,12 @@ def run_trial(seed: int, robots: Sequence[Taught], coordinators: Sequence[Taught
     rng = random.Random(seed)
     of_team = rng.random() < 0.3
     taught = rng.choice(coordinators if of_team else robots)
-    before = {(each.kind, each.automaton, each.states, each.sentence) for each in taught.check()}
+    before = taught.check()
     sorts = list(COORDINATOR_DEFECTS if of_team else ROBOT_DEFECTS)
     rng.shuffle(sorts)
     for make in sorts:
         for defect in make(taught, rng):
-            if any(
-                kind in defect.kinds
-                and name == defect.automaton
-                and defect.states <= set(states)
-                and defect.word in text
-                for kind, name, states, text in before
-            ):
+            if any(defect.is_named_by(each) for each in before):
                 continue  # it is there already
             try:
                 changed = taught.with_automaton(defect.taught)

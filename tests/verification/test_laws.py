@@ -202,3 +202,65 @@ def test_cells_of_findings_contain_their_vectors(automaton: Automaton, seed: int
             for region in cell.box:
                 low, high = rng.choice(region.parts) if region.parts else (nan, nan)
                 assert low != low or isinf(low) or low < high
+
+
+def run_below(child: Automaton, parent: Automaton, at: int, row: tuple[float, ...]) -> tuple[list[int], bool]:
+    """The parent's states while readings are held, from its state go with the child in a state; is its flag raised."""
+    program = link(Library.from_automata(KIT, child, parent), "parent")
+    placed = [dict(zip(FEATURES, row, strict=True))[bound] for bound in program.features]
+    agent = Interpreter(program)
+    agent.root.switch(1, 0.0)  # type: ignore[union-attr]
+    agent.active[1].switch(at, 0.0)
+    if at == 0:  # as in the tick in which the parent enters go
+        agent.active[1].pulse(placed, 0.0)
+    found = []
+    for tick in range(1, 12):
+        agent.pulse(placed, 0.1 * tick)
+        found.append(agent.active[0].state)
+    return found, len(agent.active) > 1 and agent.active[1].flag is not None
+
+
+@given(automata(), parents(), st.lists(vectors, min_size=1, max_size=8))
+@settings(max_examples=150)
+def test_every_dead_end_is_reported(
+    child: Automaton, parent: Automaton, rows: list[tuple[float, ...]]
+) -> None:
+    """Where held readings make the child raise its flag and the parent stay, the cell of a finding has them."""
+    library = Library.from_automata(KIT, child, parent)
+    level = build_hierarchy(library, "parent")
+    found = [
+        each for each in check_library(library, ["parent"]).findings if each.kind is FindingKind.DEAD_END
+    ]
+    below = build_hierarchy(library, "go")
+    for row in rows if level.exits[1] and 1 in level.reachable_states else ():
+        for at in below.reachable_states:
+            if STATES[at].flag is None and at in (0, 1, 2, 3):
+                states, raised = run_below(child, parent, at, row)
+                known = dict(zip(FEATURES, row, strict=True))
+                if raised and set(states) == {1}:
+                    assert any(
+                        "go" in each.states
+                        and all(
+                            known[bound] in region
+                            for bound, region in zip(cell.features, cell.box, strict=True)
+                            if bound in known
+                        )
+                        for each in found
+                        for cell in each.cells
+                    ), (row, at)
+
+
+@given(automata(), parents())
+@settings(max_examples=150)
+def test_a_dead_end_that_is_reported_waits(child: Automaton, parent: Automaton) -> None:
+    """With the readings of its cell, the child raises its flag from some state, and the parent stays."""
+    library = Library.from_automata(KIT, child, parent)
+    below = build_hierarchy(library, "go")
+    for each in check_library(library, ["parent"]).findings:
+        if each.kind is not FindingKind.DEAD_END or each.states != ("go",):
+            continue
+        for cell in each.cells:
+            known = dict(zip(cell.features, cell.at, strict=True))
+            row = tuple(known.get(bound, 0.0) for bound in FEATURES)
+            runs = [run_below(child, parent, at, row) for at in below.reachable_states - {4}]
+            assert any(raised and set(states) == {1} for states, raised in runs)

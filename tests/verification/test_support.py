@@ -18,6 +18,7 @@ from tests.verification.automata import (
     below,
     find,
     labels,
+    list_unused,
     make,
 )
 
@@ -64,6 +65,21 @@ def test_a_cell_that_one_press_decides() -> None:
     assert not check(twice, FindingKind.ONE_EXAMPLE)
 
 
+def test_several_are_one_finding_with_the_weakest_first() -> None:
+    """Watched stays speak against a leaf that leads elsewhere."""
+    rows = (*SHOWN[:4], ("ahead", "back", "directive", 9.0, 0), *SHOWN[4:])
+    (found,) = check(rows, FindingKind.ONE_EXAMPLE)
+    assert found.examples == (3, 4)
+    assert found.states == ("ahead", "ahead")
+    assert found.sentence.startswith("2 decisions rest on one example each; in ahead, it goes to back when ")
+    (against,) = check((*rows, *[("ahead", "ahead", "watched", 9.5, 0)] * 2), FindingKind.ONE_EXAMPLE)
+    assert against.examples == (4, 3)
+    assert [each.condition for each in against.cells] == [
+        "distance is at least 7 m",
+        "distance is below 2.5 m",
+    ]
+
+
 def test_a_label_without_examples() -> None:
     rows = (*SHOWN[:3], ("ahead", "back", "directive", 4.0, 2), *SHOWN[4:])
     (found,) = check(rows, FindingKind.NEVER_SHOWN)
@@ -94,8 +110,34 @@ TREES = [  # the tree of ahead, and the features of which decisions depend
 @pytest.mark.parametrize(("tree", "deciding"), TREES)
 def test_features_that_decide_nothing(tree: object, deciding: set[str]) -> None:
     automaton = make("go", (AHEAD, BACK), start=always(1), ahead=tree, back=always(1))  # type: ignore[arg-type]
-    unused = {each.sentence.split()[0] for each in find(automaton, kind=FindingKind.UNUSED_FEATURE)}
+    found = find(automaton, kind=FindingKind.UNUSED_FEATURE)
+    unused = {name for each in found for name in list_unused(each)}
     assert unused == {str(bound) for bound in automaton.features} - deciding
+
+
+FAR = tuple(("ahead", "ahead", "confirmation", float(distance), 0) for distance in range(2, 13))
+OUTLIERS = [  # another press, and whether it is an outlier among 1 to 12
+    (("ahead", "back", "directive", 24.1, 0), True),  # 12.1 from the next, which are 11 apart
+    (("ahead", "back", "directive", 22.0, 0), False),
+    (("ahead", "back", "directive", -12.0, 0), True),
+    (("ahead", "ahead", "watched", 90.0, 0), False),  # no press
+    (("ahead", "back", "directive", nan, 0), False),
+]
+
+
+@pytest.mark.parametrize(("row", "is_outlier"), OUTLIERS)
+def test_an_example_far_outside_all_others(row: tuple[str, str, str, float, float], is_outlier: bool) -> None:
+    found = check((*SHOWN, *FAR, row), FindingKind.OUTLIER)
+    assert [each.examples for each in found] == ([(len(SHOWN) + len(FAR),)] if is_outlier else [])
+    if is_outlier:
+        assert "1 m to 12 m" in found[0].sentence
+
+
+def test_few_examples_have_no_outlier() -> None:
+    few = (*SHOWN, *FAR[:5], ("ahead", "back", "directive", 900.0, 0))
+    assert not check(few, FindingKind.OUTLIER)
+    there_twice = (*SHOWN, *FAR, *[("ahead", "back", "directive", 90.0, label) for label in (0, 1)])
+    assert not check(there_twice, FindingKind.OUTLIER)  # two presses say so
 
 
 RANGE = Feature("range", Continuous(), "range", of="A")
@@ -130,6 +172,44 @@ def test_parameters_that_decide_nothing() -> None:
     assert not using(passed="A")
     assert using(passed="station")
     assert using(passed="A", child_uses=False)
+
+
+TARGETS = [  # what go runs, what the tree of go tests, another state, whether it is reported
+    ("A", "A", None, False),
+    ("station", "A", None, True),
+    ("station", None, None, True),  # nothing follows A
+    ("station", None, "A", False),  # first to A, then to the station
+    ("station", "A", "A", True),  # on the way to the station it looks at A
+    ("ball", "A", "A", False),  # the ball is looked at, too
+]
+
+
+@pytest.mark.parametrize(("target", "tested", "other", "reported"), TARGETS)
+def test_a_fixed_target_beside_a_parameter(
+    target: str, tested: str | None, other: str | None, reported: bool
+) -> None:
+    near, ball = BoundFeature(RANGE, Binding(A="A")), BoundFeature(RANGE, Binding(A="ball"))
+    inner = Automaton("inner", (START, AHEAD), (near,), ("A",), transitions={"start": below(1.0, 1, 0)})
+    second = State("other", "inner", Binding(A=other)) if other else State("other", "wait")
+    features = (near, FULL, *([ball] if target == "ball" else []))
+    outer = Automaton(
+        "outer",
+        (START, State("go", "inner", Binding(A=target)), second),
+        features,
+        ("A",),
+        transitions={
+            "start": always(1),
+            "go": below(1.0, 2, 1) if tested else labels(1, 1, 2),
+            "other": below(1.0, 1, 2),
+        },
+    )
+    library = Library.from_automata(KIT, inner, outer)
+    found = [
+        each
+        for each in check_library(library, ["outer"]).findings
+        if each.kind is FindingKind.CONSTANT_TARGET
+    ]
+    assert [each.states for each in found] == ([("go",)] if reported else [])
 
 
 def test_what_is_left_out_of_a_lesson_is_no_example() -> None:

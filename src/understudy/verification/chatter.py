@@ -62,8 +62,7 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
     cells = subject.make_cells(cycle.boxes)
     there = join_conditions(cells)
     where = "whatever it reads" if there == "always" else f"where {there}"
-    shown = tuple(number for box in cycle.boxes for number in subject.find_examples_inside(box))
-    shown = tuple(sorted(set(shown)))
+    shown = subject.find_examples_inside(*cycle.boxes)
     orders = [order for order in _list_orders(subject, cycle.states) if order is not None]
     assumptions = [] if there == "always" or shown else [HELD]
     if cycle.resets:

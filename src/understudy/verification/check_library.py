@@ -16,8 +16,13 @@ from understudy.verification.coordinators import (
     find_orders_without_behavior,
     mark_statistics,
 )
+from understudy.verification.dead_ends import find_dead_ends
 from understudy.verification.finding import Finding, sort_findings
-from understudy.verification.influence import find_unused_features, find_unused_parameters
+from understudy.verification.influence import (
+    find_constant_targets,
+    find_unused_features,
+    find_unused_parameters,
+)
 from understudy.verification.levels import build_hierarchy
 from understudy.verification.reachability import (
     find_flags_never_raised,
@@ -25,13 +30,14 @@ from understudy.verification.reachability import (
     find_states_never_entered,
     find_states_never_left,
 )
+from understudy.verification.scenario_facts import NOTHING_ASSUMED, ScenarioFacts
 from understudy.verification.subject import Subject
 from understudy.verification.support import (
     find_absence_never_shown,
     find_branches_never_shown,
     find_cells_of_one_example,
+    find_outliers,
 )
-from understudy.verification.ties import Tie
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +79,12 @@ TREE_CHECKS: Sequence[Check] = (
     find_states_never_entered,
     find_states_never_left,
     find_flags_never_raised,
+    find_dead_ends,
     find_branches_never_shown,
     find_absence_never_shown,
     find_cells_of_one_example,
+    find_outliers,
+    find_constant_targets,
     find_unused_features,
     find_unused_parameters,
 )
@@ -86,8 +95,7 @@ def check_library(
     library: Library,
     names: Sequence[str] | None = None,
     *,
-    ties: Sequence[Tie] = (),
-    tick_s: float | None = None,
+    facts: ScenarioFacts = NOTHING_ASSUMED,
     prefix: str = "",
     kit_known: bool = False,
     members: SquadMembers | None = None,
@@ -100,10 +108,8 @@ def check_library(
         The library, with everything that its automata run.
     names
         Names of the automata to check. None: all.
-    ties
-        Ties between features that readings fulfill, such as those of a scenario. None are assumed by default.
-    tick_s
-        Length of a tick, s. None: findings that depend on it say which is assumed.
+    facts
+        What is assumed of the world, such as `collect_scenario_facts` collects of a scenario. Nothing by default.
     prefix
         What to put before names in findings, such as "squad/".
     kit_known
@@ -126,12 +132,12 @@ def check_library(
     used: dict[str, None] = {}
     for name in library.taught if names is None else names:
         library.automaton(name)
-        root = build_hierarchy(library, name, ties)
+        root = build_hierarchy(library, name, facts.ties, facts.goal_ties)
         if members is not None:
             mark_statistics(root, library, members)
-        subject = Subject(f"{prefix}{name}", library, root, kit_known, members)
+        subject = Subject(f"{prefix}{name}", library, root, kit_known, members, facts.still_readings)
         unfinished: list[str] = []
-        findings += _check_subject(subject, tick_s, unfinished)
+        findings += _check_subject(subject, facts.tick_s, unfinished)
         unchecked += [
             f"cycles of {label}: there are too many to list all, and those found are reported"
             for label in unfinished
@@ -155,7 +161,7 @@ def join_reports(reports: Iterable[CheckReport]) -> CheckReport:
     """Join the reports of several libraries."""
     known = list(reports)
     return CheckReport(
-        tuple(finding for each in known for finding in each.findings),
+        sort_findings([finding for each in known for finding in each.findings]),
         tuple(automaton for each in known for automaton in each.checked),
         tuple(reason for each in known for reason in each.unchecked),
         tuple(dict.fromkeys(tie for each in known for tie in each.ties)),

@@ -146,7 +146,7 @@ class CycleFinder:
                     waiting.append((pulse.frames, pulse.box, states, ticks + 1, True, entries))
                     continue
                 if root.state == start and root == first:
-                    if self.root.space.possibility.narrow(pulse.box):
+                    if self.root.space.before_end.narrow(pulse.box):
                         yield states, pulse.box, ticks, nested
                     continue
                 if root.state < start or root in entries or self._is_flag(root.state):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from math import inf
 
 from understudy.model.features import BoundFeature
 from understudy.model.tree_regions import Box
@@ -24,7 +25,10 @@ class FindingKind(StrEnum):
     REPEATED_ORDER = "repeated order"  # a coordinator orders the same again and again
     NEVER_SHOWN = "branch never shown"
     ABSENT_NEVER_SHOWN = "absence never shown"
-    ONE_EXAMPLE = "one example"  # a cell that a single example decides
+    ONE_EXAMPLE = "one example"  # cells that a single example each decides
+    DEAD_END = "dead end"  # a state that stays while what it runs has raised its flag and idles
+    OUTLIER = "outlier"  # an example far outside all others
+    CONSTANT_TARGET = "constant target"  # a state follows a fixed target, and its automaton a parameter
     UNUSED_FEATURE = "unused feature"
     UNUSED_PARAMETER = "unused parameter"
 
@@ -69,6 +73,30 @@ class FindingCell:
 
 
 @dataclass(frozen=True, slots=True)
+class FindingTrial:
+    """How often what a finding describes happened where it was tried.
+
+    Parameters
+    ----------
+    worlds
+        The number of worlds in which the automaton ran.
+    happened
+        The number of those in which it happened.
+    share
+        The share of the robots' ticks in which it happened, from 0 to 1.
+    """
+
+    worlds: int
+    happened: int
+    share: float
+
+    def __str__(self) -> str:
+        if not self.happened:
+            return f"did not happen in {self.worlds} worlds"
+        return f"happens in {self.happened} of {self.worlds} worlds"
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that is wrong with an automaton, or that rests on little.
 
@@ -83,7 +111,8 @@ class Finding:
     sentence
         The finding in one sentence.
     states
-        Names of the states concerned, in the order in which they follow each other.
+        Names of the states concerned, in the order in which they follow each other; where single examples decide, the
+        state of each cell.
     assumptions
         What is assumed, in one sentence each. Empty: the finding is certain.
     cells
@@ -92,6 +121,8 @@ class Finding:
         Numbers of the examples behind it.
     remedy
         What to show or change.
+    trial
+        How often it happened in worlds. None: it was not tried.
     """
 
     kind: FindingKind
@@ -103,6 +134,7 @@ class Finding:
     cells: tuple[FindingCell, ...] = ()
     examples: tuple[int, ...] = ()
     remedy: str = ""
+    trial: FindingTrial | None = None
 
     @property
     def is_certain(self) -> bool:
@@ -111,8 +143,18 @@ class Finding:
 
 
 def sort_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Sort findings by automaton as they come, in each the most severe first, and certain ones before others."""
-    order = {name: at for at, name in enumerate(dict.fromkeys(each.automaton for each in findings))}
-    return tuple(
-        sorted(findings, key=lambda each: (order[each.automaton], -each.severity.rank, not each.is_certain))
-    )
+    """Sort findings by automaton, the one with the gravest finding first, and each automaton's, the gravest first.
+
+    Of equal severity, dead ends are graver than others, then what happened more often where it was tried, then what is
+    certain.
+    """
+    order: dict[str, tuple[float, ...]] = {}
+    for at, each in enumerate(findings):
+        order[each.automaton] = min(order.get(each.automaton, (inf,)), (*_make_rank(each), at))
+    return tuple(sorted(findings, key=lambda each: (order[each.automaton], _make_rank(each))))
+
+
+def _make_rank(finding: Finding) -> tuple[float, ...]:
+    trial = finding.trial
+    often = (0, 0.0) if trial is None else (-trial.happened, -trial.share)
+    return (-finding.severity.rank, finding.kind is not FindingKind.DEAD_END, *often, not finding.is_certain)

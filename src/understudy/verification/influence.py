@@ -1,4 +1,4 @@
-"""Find features and parameters that decide nothing."""
+"""Find features and parameters that decide nothing, and states that do not follow the parameter they decide by."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import combinations
 
 from understudy.errors import join_names
 from understudy.model.library import Library
-from understudy.model.tree import STAY
+from understudy.model.tree import STAY, Tree
 from understudy.model.tree_regions import find_tested_features
 from understudy.verification.cells import Axis, Leaf
 from understudy.verification.finding import Finding, FindingKind, Severity
@@ -19,23 +19,27 @@ MOST_PAIRS = 200_000
 
 
 def find_unused_features(subject: Subject) -> Iterator[Finding]:
-    """Find features on which no decision depends, though a tree may test them."""
+    """Find features on which no decision depends: those that no tree tests, and those tested in vain."""
     level = subject.level
     if not level.is_decided_by_trees or not level.automaton.transitions:
         return
     deciding = find_deciding_features(level)
     tested = find_tested_features(level.trees)
-    for index, bound in enumerate(level.automaton.features):
-        if index in deciding:
-            continue
-        why = "both sides of its tests lead to the same states" if index in tested else "no tree tests it"
-        yield Finding(
-            FindingKind.UNUSED_FEATURE,
-            Severity.NOTE,
-            subject.label,
-            f"{bound} decides nothing: {why}.",
-            remedy=f"Leave {bound} out, or show where it matters.",
-        )
+    unused = [index for index in range(len(level.automaton.features)) if index not in deciding]
+    for is_tested, why in (
+        (False, "no tree tests"),
+        (True, "both sides lead to the same states wherever trees test"),
+    ):
+        names = [str(level.automaton.features[index]) for index in unused if (index in tested) is is_tested]
+        if names:
+            one = len(names) == 1
+            yield Finding(
+                FindingKind.UNUSED_FEATURE,
+                Severity.NOTE,
+                subject.label,
+                f"{join_names(names)} {'decides' if one else 'decide'} nothing: {why} {'it' if one else 'them'}.",
+                remedy=f"Leave {join_names(names)} out, or show where {'it matters' if one else 'they matter'}.",
+            )
 
 
 def find_deciding_features(level: Level) -> set[int]:
@@ -92,6 +96,39 @@ def find_unused_parameters(subject: Subject) -> Iterator[Finding]:
             f"Parameter {parameter} decides nothing: {why}, and no state passes it on to what needs it.",
             remedy=f"Remove {parameter}, or show where it matters.",
         )
+
+
+def find_constant_targets(subject: Subject) -> Iterator[Finding]:
+    """Find states that run something with a fixed target while they decide by readings of a parameter.
+
+    It is right if the automaton looks at the fixed target, too. If it does not, and the state's own tree looks at the
+    parameter, or no state passes the parameter on, the person probably meant the parameter.
+    """
+    automaton = subject.level.automaton
+    parameters = set(automaton.parameters)
+    sensed = [set(bound.binding.values()) for bound in automaton.features]
+    followed = {name for names in sensed for name in names & parameters}
+    passed = {name for state in automaton.states for name in state.binding.values()}
+    for index in sorted(subject.level.reachable_states) if followed else ():
+        state = automaton.states[index]
+        tree = automaton.transitions.get(state.name)
+        tested = find_tested_features([tree]) if isinstance(tree, Tree) else set()
+        asks = {name for at in tested for name in sensed[at] & parameters}
+        meant = sorted(asks or followed - passed)
+        for target in sorted(set(state.binding.values()) - parameters - set().union(*sensed)):
+            if not meant:
+                continue
+            runs = subject.library.format_call(state.behavior or "", state.binding)
+            yield Finding(
+                FindingKind.CONSTANT_TARGET,
+                Severity.WARNING,
+                subject.label,
+                f"State {state.name} runs {runs} whatever {join_names(meant)} is, but {automaton.name} looks only at "
+                f"{join_names(meant)}, never at {target}.",
+                (state.name,),
+                remedy=f"Let {state.name} follow {join_names(meant, word='or')}; if {target} is meant, add a feature "
+                f"about {target}.",
+            )
 
 
 def uses_parameter(library: Library, level: Level, parameter: str) -> bool:

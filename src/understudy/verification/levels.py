@@ -20,6 +20,7 @@ from understudy.verification.cells import (
     Leaf,
     divide_axis,
     intersect,
+    is_box_empty,
     list_feature_cuts,
     make_feature_domain,
     partition_tree,
@@ -174,12 +175,15 @@ class Space:
         One for each body reading, shared by all levels, and for each own feature of each level.
     possibility
         The test whether the ties allow any feature vector in a box.
+    before_end
+        The same before the run has ended, because the goal is reached.
     tie_sentences
         All ties between its features, in words.
     """
 
     axes: tuple[Axis, ...]
     possibility: Possibility
+    before_end: Possibility
     tie_sentences: tuple[str, ...] = ()
 
     @cached_property
@@ -187,8 +191,14 @@ class Space:
         """The box of all feature vectors."""
         return NONEMPTY | sum(axis.whole for axis in self.axes)
 
+    def has_vectors(self, box: int) -> bool:
+        """Return whether there are feature vectors in a box that the ties allow before the end of a run."""
+        return not is_box_empty(box, self.axes) and self.before_end.narrow(box) != 0
 
-def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Level:
+
+def build_hierarchy(
+    library: Library, name: str, ties: Sequence[Tie] = (), goal_ties: Sequence[Tie] = ()
+) -> Level:
     """Expand an automaton with everything that it runs, and divide their common feature space.
 
     Parameters
@@ -199,6 +209,9 @@ def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Le
         Name of the automaton at the root. Its parameters stay free.
     ties
         Ties between features of the body, which divide and restrict the space.
+    goal_ties
+        What does not occur before the end of a run. It divides the space, and restricts only `before_end`: states that
+        are entered at the end are entered.
 
     Returns
     -------
@@ -219,10 +232,12 @@ def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Le
             )
             where += list_feature_cuts(level.trees, index)
     useful = [tie for tie in ties if all(bound in cuts for bound in tie.features)]
+    ending = [tie for tie in goal_ties if all(bound in cuts for bound in tie.features)]
     domains = {bound: make_feature_domain(bound) for bound in cuts}
-    for tie in useful:
+    for tie in (*useful, *ending):
         for bound, more in tie.cuts.items():
             cuts[bound] += more
+    for tie in useful:
         if not tie.terms and len(tie.where) == 1:
             ((bound, region),) = tie.where.items()
             domains[bound] = _without(domains[bound], region)
@@ -244,8 +259,9 @@ def build_hierarchy(library: Library, name: str, ties: Sequence[Tie] = ()) -> Le
             mine.append(axis)
         level.axes = tuple(mine)
     joint = [tie for tie in useful if tie.terms or len(tie.where) > 1]
-    sentences = tuple(dict.fromkeys(tie.sentence for tie in useful))
-    space = Space(tuple(axes), Possibility(joint, [*shared.values()]), sentences)
+    sentences = tuple(dict.fromkeys(tie.sentence for tie in (*useful, *ending)))
+    possibility, before_end = (Possibility(each, [*shared.values()]) for each in (joint, [*joint, *ending]))
+    space = Space(tuple(axes), possibility, before_end, sentences)
     for level in levels:
         level.space = space
         divided: dict[int, tuple[Leaf, ...]] = {}

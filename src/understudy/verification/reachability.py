@@ -8,7 +8,7 @@ from understudy.errors import join_names
 from understudy.model.tree import STAY
 from understudy.verification.cells import Axis, Leaf, intersect
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.subject import Subject, list_tie_sentences, name_examples
+from understudy.verification.subject import Subject, name_examples
 
 
 def find_states_never_entered(subject: Subject) -> Iterator[Finding]:
@@ -44,7 +44,7 @@ def _explain_never_entered(subject: Subject, index: int) -> tuple[str, tuple[str
     places = join_names(names[state] for state in waiting)
     tied = any(level.is_excluded_by_ties(state, index) for state in waiting)
     why = f"the leaves of {places} that lead there need what never occurs in {them}"
-    return why, list_tie_sentences(subject) if tied else ()
+    return why, subject.level.space.tie_sentences if tied else ()
 
 
 def find_states_never_left(subject: Subject) -> Iterator[Finding]:
@@ -62,7 +62,7 @@ def find_states_never_left(subject: Subject) -> Iterator[Finding]:
         elif outcomes := level.list_outcomes(index):
             why = "the leaves that lead elsewhere need what never occurs there"
             if any(level.is_excluded_by_ties(index, outcome) for outcome in outcomes):
-                assumptions = list_tie_sentences(subject)
+                assumptions = subject.level.space.tie_sentences
         else:
             why = "every leaf of its tree stays"
         yield Finding(

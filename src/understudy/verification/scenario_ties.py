@@ -199,7 +199,7 @@ def _list_pairs(
             yield Tie(said, {bound: PRESENT, other: ABSENT_ONLY})
     if reading == "holding" and (enough := by_key.get(("enough", ""))) is not None:
         yield Tie(f"{enough} is yes only while {bound} is yes", {bound: DOWN, enough: UP})
-    if reading == "range" and _measures_exactly(scenario):
+    if reading == "range" and measures_exactly(scenario):
         yield from _list_reach(scenario, bound, target, by_key)
 
 
@@ -208,7 +208,7 @@ def _present(bound: BoundFeature) -> ValueSet:
     return ValueSet(make_full_value_set(bound.kind).parts, False)
 
 
-def _measures_exactly(scenario: Scenario) -> bool:
+def measures_exactly(scenario: Scenario) -> bool:
     """Return whether locators and cargo sensors of all types measure at every tick, everywhere, and without noise."""
     sensors = [
         sensor

@@ -44,6 +44,8 @@ class Subject:
         True if the library's kit has the basic behaviors; False if the library was opened without one.
     members
         The squad that it coordinates, with its members' libraries. None for robots, or if no scenario is known.
+    still_readings
+        Names of the readings that do not change while the robot idles.
     """
 
     label: str
@@ -51,6 +53,7 @@ class Subject:
     level: Level
     kit_known: bool
     members: SquadMembers | None = None
+    still_readings: frozenset[str] = frozenset()
 
     @cached_property
     def examples_by_leaf(self) -> dict[tuple[str, int], list[Example]]:
@@ -71,10 +74,10 @@ class Subject:
         """List the examples of a state that reach the leaf with a node's index."""
         return self.examples_by_leaf.get((state, node), [])
 
-    def find_examples_inside(self, box: int) -> tuple[int, ...]:
-        """Find the examples, in any state, whose body readings lie in a box.
+    def find_examples_inside(self, *boxes: int) -> tuple[int, ...]:
+        """Find the examples, in any state, whose body readings lie in one of some boxes.
 
-        There are none if the box restricts a reading that the automaton does not use, since its examples lack it.
+        There are none in a box that restricts a reading that the automaton does not use, since its examples lack it.
         """
         lesson = self.level.taught.lesson
         body = [
@@ -83,13 +86,16 @@ class Subject:
             if isinstance(axis.bound.feature, Feature)
         ]
         known = {axis.shift for _, axis in body}
-        restricted = [axis for axis in self.level.space.axes if box & axis.whole != axis.whole]
-        if any(isinstance(axis.bound.feature, Feature) and axis.shift not in known for axis in restricted):
-            return ()
+        others = [
+            axis.whole
+            for axis in self.level.space.axes
+            if isinstance(axis.bound.feature, Feature) and axis.shift not in known
+        ]
+        usable = [box for box in boxes if body and all(box & whole == whole for whole in others)]
         return tuple(
             example.number
             for example in (() if lesson is None else lesson.examples)
-            if body and all(axis.find_bit(example.values[index]) & box for index, axis in body)
+            if any(all(axis.find_bit(example.values[index]) & box for index, axis in body) for box in usable)
         )
 
     @cached_property
@@ -122,7 +128,7 @@ class Subject:
 
     def make_cell(self, box: int, domain: int) -> FindingCell:
         """Make the cell of a finding from a box, described by where it is smaller than the domain."""
-        possible = self.level.space.possibility.narrow(box) or box
+        possible = self.level.space.before_end.narrow(box) or box
         axes = [axis for axis in self.level.space.axes if box & axis.whole != axis.whole]
         regions = tuple(axis.region(box) for axis in axes)
         at = choose_vector(possible, axes)
@@ -163,8 +169,3 @@ def name_examples(numbers: Sequence[int]) -> str:
     if len(numbers) > len(kept):
         kept.append(f"{len(numbers) - len(kept)} more")
     return f"example{'s' * (len(numbers) > 1)} {join_names(kept)}"
-
-
-def list_tie_sentences(subject: Subject) -> tuple[str, ...]:
-    """List the ties that a subject's space fulfills, as assumptions."""
-    return subject.level.space.tie_sentences

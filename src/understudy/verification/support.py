@@ -1,16 +1,26 @@
-"""Find what rests on few examples: cells that one example decides, and readings that no example of a state had."""
+"""Find what rests on few examples: cells that one decides, readings that none of a state had, and outliers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
+from typing import NamedTuple
 
 from understudy.errors import join_names
-from understudy.model.features import Feature
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Continuous
+from understudy.model.lesson import Example
 from understudy.model.tree import STAY
+from understudy.model.tree_text import FeatureText
 from understudy.verification.cells import intersect
-from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.subject import Subject, join_conditions, list_tie_sentences
+from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
+from understudy.verification.subject import Subject, join_conditions, name_examples
 
+MOST_WEAK = 3
+"""So many cells of one example are described, the weakest; the others are counted."""
+FEWEST_OTHERS = 10
+"""Among fewer other values no example counts as far outside. Of ten values that vary by chance in the manner of a
+normal distribution, one lies as far outside in about one case of a hundred (Dixon 1950, Q above 0.5)."""
 ABSENT = "the reading can be absent: whether it ever is, is not decided here"
 
 
@@ -22,53 +32,78 @@ def _list_states(subject: Subject) -> list[int]:
 
 
 def _in_state(subject: Subject, index: int) -> str:
-    return "" if subject.level.automaton.stateless else f"In {subject.level.automaton.states[index].name}, "
+    return "" if subject.level.automaton.stateless else f"in {subject.level.automaton.states[index].name}, "
+
+
+class _OneExample(NamedTuple):
+    """A leaf on which a single press agrees: what it does there, and the watched examples that say otherwise, or so."""
+
+    contradicting: int
+    agreeing: int
+    does: str
+    cell: FindingCell
+    state: str
+    example: int
+
+    @property
+    def where(self) -> str:
+        """Where it does so."""
+        condition = self.cell.condition
+        return condition if condition == "always" else f"when {condition}"
 
 
 def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
-    """Find leaves on whose answer a single press-made example agrees, in trees that test something.
+    """Find leaves on whose answer a single press-made example agrees, in trees that test something; one finding.
 
-    Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes.
+    Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes. The
+    weakest come first: those that most watched examples contradict, then those that fewest confirm.
     """
     level = subject.level
     if level.taught.lesson is None:
         return
+    found = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
+    if not found:
+        return
+    said = [f"{each.does} {each.where}" for each in found[:MOST_WEAK]]
+    if len(found) == 1:
+        sentence = f"{said[0]}: only example {found[0].example} says so."
+    else:
+        each_one = [f"{text} (example {each.example})" for text, each in zip(said, found, strict=False)]
+        weakest = "the weakest: " if len(found) > MOST_WEAK else ""
+        sentence = f"{len(found)} decisions rest on one example each; {weakest}{'; '.join(each_one)}."
+    yield Finding(
+        FindingKind.ONE_EXAMPLE,
+        Severity.NOTE,
+        subject.label,
+        sentence[0].upper() + sentence[1:],
+        tuple(each.state for each in found),
+        cells=tuple(each.cell for each in found),
+        examples=tuple(each.example for each in found),
+        remedy="Show once more what to do there.",
+    )
+
+
+def _list_single_examples(subject: Subject) -> Iterator[_OneExample]:
+    level = subject.level
     for index in _list_states(subject):
         state = level.automaton.states[index].name
         domain = _get_domain(subject, index)
         for leaf in level.leaves[index] or ():
             box = intersect(domain, leaf)
-            if leaf.node == STAY or not leaf.tested or not box:
+            if leaf.node == STAY or not leaf.tested or not box or not level.space.before_end.narrow(box):
                 continue
             answers = level.automaton.states[index if leaf.outcome == STAY else leaf.outcome].name
-            agreeing = [
-                each
-                for each in subject.list_examples(state, leaf.node)
-                if each.is_from_press and each.next == answers
-            ]
-            if len(agreeing) != 1:
+            here = subject.list_examples(state, leaf.node)
+            agreeing = [each for each in here if each.next == answers]
+            pressed = [each for each in agreeing if each.is_from_press]
+            if len(pressed) != 1:
                 continue
-            (example,) = agreeing
-            does = (
-                "stays"
-                if leaf.outcome in (STAY, index)
-                else f"goes to {level.automaton.states[leaf.outcome].name}"
-            )
-            cells = subject.make_cells([box], domain)
-            yield Finding(
-                FindingKind.ONE_EXAMPLE,
-                Severity.NOTE,
-                subject.label,
-                _sentence(
-                    subject,
-                    index,
-                    f"it {does} when {join_conditions(cells)}: only example {example.number} says so",
-                ),
-                (state,),
-                cells=cells,
-                examples=(example.number,),
-                remedy=f"Show once more what to do{f' in {state}' if not level.automaton.stateless else ''} there.",
-            )
+            watched = sum(not each.is_from_press for each in here)
+            confirming = len(agreeing) - 1
+            stays = leaf.outcome in (STAY, index)
+            does = f"{_in_state(subject, index)}it {'stays' if stays else f'goes to {answers}'}"
+            cell = subject.make_cell(box, domain)
+            yield _OneExample(watched - confirming, confirming, does, cell, state, pressed[0].number)
 
 
 def find_branches_never_shown(subject: Subject) -> Iterator[Finding]:
@@ -81,7 +116,7 @@ def find_branches_never_shown(subject: Subject) -> Iterator[Finding]:
             box = intersect(domain, leaf)
             present = box & ~sum(axis.absence for axis in level.axes if axis.whole in leaf.tested)
             is_open = leaf.node == STAY and box and all(present & bits for bits in leaf.tested)
-            if is_open and level.space.possibility.narrow(present):
+            if is_open and level.space.before_end.narrow(present):
                 boxes.append(present)
         if not boxes:
             continue
@@ -94,41 +129,85 @@ def find_branches_never_shown(subject: Subject) -> Iterator[Finding]:
                 subject, index, f"it stays when {join_conditions(cells)} only because nothing was shown there"
             ),
             (state,),
-            list_tie_sentences(subject),
+            subject.level.space.tie_sentences,
             cells,
             remedy="Show what to do there.",
         )
 
 
 def find_absence_never_shown(subject: Subject) -> Iterator[Finding]:
-    """Find features whose absence no example of a state covers, one finding for each feature."""
+    """Find features whose absence no example of a state covers, and the states that stay for that; one finding."""
     level = subject.level
-    found: dict[int, list[tuple[int, int]]] = {}
+    boxes: list[int] = []
+    states: dict[str, None] = {}
+    absent: dict[str, None] = {}
     for index in _list_states(subject):
         domain = _get_domain(subject, index)
         for leaf in level.leaves[index] or ():
             if leaf.node != STAY:
                 continue
-            for position, axis in enumerate(level.axes):
+            for axis in level.axes:
                 if not (isinstance(axis.bound.feature, Feature) and axis.whole in leaf.tested):
                     continue
                 box = intersect((domain & ~axis.whole) | (domain & axis.absence), leaf)
-                if box and box & axis.whole and level.space.possibility.narrow(box):
-                    found.setdefault(position, []).append((index, box))
-    for position, places in found.items():
-        bound = level.axes[position].bound
-        names = tuple(dict.fromkeys(level.automaton.states[index].name for index, _ in places))
-        stays = "" if level.automaton.stateless else f" in {join_names(names)}"
-        yield Finding(
-            FindingKind.ABSENT_NEVER_SHOWN,
-            Severity.NOTE,
-            subject.label,
-            f"While {bound} is absent, it stays{stays} only because no example there had it absent.",
-            names,
-            (ABSENT,),
-            subject.make_cells([box for _, box in places]),
-            remedy=f"Show what to do while {bound} is absent{stays}, if that can happen.",
-        )
+                if box and box & axis.whole and level.space.before_end.narrow(box):
+                    boxes.append(box)
+                    states[level.automaton.states[index].name] = absent[str(axis.bound)] = None
+    if not boxes:
+        return
+    stays = "" if level.automaton.stateless else f" in {join_names(states)}"
+    while_absent = f"{join_names(absent, word='or')} is absent"
+    yield Finding(
+        FindingKind.ABSENT_NEVER_SHOWN,
+        Severity.NOTE,
+        subject.label,
+        f"While {while_absent}, it stays{stays} only because no example there had it absent.",
+        tuple(states),
+        (ABSENT,),
+        subject.make_cells(boxes),
+        remedy=f"Show what to do while {while_absent}{stays}, if that can happen.",
+    )
+
+
+def find_outliers(subject: Subject) -> Iterator[Finding]:
+    """Find examples with a number that is farther from all others than those are from each other.
+
+    They are looked for among at least `FEWEST_OTHERS` other values of a continuous reading, in all states. A press and
+    the default after it, which have the same readings, count as one.
+    """
+    level, lesson = subject.level, subject.level.taught.lesson
+    used = [each for each in (lesson.examples if lesson is not None else ()) if not each.quarantined]
+    for index, bound in enumerate(level.automaton.features):
+        if not (isinstance(bound.feature, Feature) and isinstance(bound.kind, Continuous)):
+            continue
+        values = sorted({each.values[index] for each in used if isfinite(each.values[index])})
+        if len(values) <= FEWEST_OTHERS:
+            continue
+        for far, near, opposite in ((values[-1], values[-2], values[0]), (values[0], values[1], values[-1])):
+            there = [each for each in used if each.values[index] == far]
+            is_one = len({repr(each.values) for each in there}) == 1 and there[0].is_from_press
+            if is_one and abs(far - near) > abs(near - opposite):
+                yield _make_outlier(subject, bound, there, far, near, opposite)
+
+
+def _make_outlier(
+    subject: Subject, bound: BoundFeature, there: list[Example], far: float, near: float, opposite: float
+) -> Finding:
+    text = FeatureText(bound, (), known_absent=True).number
+    numbers = tuple(each.number for each in there)
+    have = "has" if len(numbers) == 1 else "have"
+    low, high = sorted((near, opposite))
+    named = name_examples(numbers)
+    return Finding(
+        FindingKind.OUTLIER,
+        Severity.WARNING,
+        subject.label,
+        f"{named[0].upper()}{named[1:]} {have} {bound} at {text(far)}, farther from all others than those are from "
+        f"each other: {text(low)} to {text(high)}.",
+        tuple(dict.fromkeys(each.state for each in there)),
+        examples=numbers,
+        remedy=f"If that is a mistake, delete {named}; if not, show more between {text(near)} and {text(far)}.",
+    )
 
 
 def _get_domain(subject: Subject, index: int) -> int:

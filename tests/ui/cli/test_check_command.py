@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO, lead
 from tests.ui.cli.commands import run, said
-from tests.ui.cli.forage_parts import ALWAYS, goto
+from tests.ui.cli.forage_parts import ALWAYS, distance_to, goto
 
 from understudy.model.automaton import START, Automaton, State
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.model.tree import Tree, make_leaf
+from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.sim.team.libraries import collect_libraries
 from understudy.storage.library_folder import save_automaton
 
@@ -77,6 +79,50 @@ def test_a_cell_says_where_in_words_and_numbers(library: Path) -> None:
     assert cell["at"]["distance_to(nearest_food)"] < 0.3
 
 
+SPIN = Automaton(
+    "spin",
+    (START, State("left", "rotate_left"), State("right", "rotate_right"), State("ahead", "forward")),
+    (BoundFeature(distance_to, Binding(A="station")),),
+    transitions={
+        "start": ALWAYS,
+        "left": Tree((Node(TestKind.BELOW, 0, high=0.01, yes=1, no=2), make_leaf(3), make_leaf(2))),
+        "right": ALWAYS,
+        "ahead": ALWAYS,
+    },
+)
+"""Left and right undo each other everywhere but at the station, where left and ahead do."""
+
+
+def test_warnings_are_tried_in_the_world(tmp_path: Path) -> None:
+    save_automaton(tmp_path, TrainedAutomaton(SPIN))
+    first, second = found(said("check", tmp_path, "--world", "forage", "--worlds", "3"), "chatter")
+    assert (first["states"], first["trial"]["worlds"], first["trial"]["happened"]) == (
+        ["left", "right"],
+        3,
+        3,
+    )
+    assert (second["states"], second["trial"]["happened"]) == (["left", "ahead"], 0)
+    untried = said("check", tmp_path, "--world", "forage", "--worlds", "0")
+    assert all(each["trial"] is None for each in (*untried["findings"], *said("check", tmp_path)["findings"]))
+
+
+def test_how_to_show_what_did_not_happen_is_left_out(tmp_path: Path) -> None:
+    save_automaton(tmp_path, TrainedAutomaton(SPIN))
+    arguments = ("check", tmp_path, "--world", "forage", "--worlds", "3")
+    short = " ".join(run(*arguments).stdout.split())
+    assert "at every tick. It happens in 3 of 3 worlds. → Put the robot into left" in short
+    assert short.index("It happens in 3 of 3 worlds.") < short.index("It did not happen in 3 worlds.")
+    assert short.count("→ Put the robot") == 1
+    assert run(*arguments, "--all").stdout.count("→ Put the robot") == 2
+
+
+def test_what_is_assumed_of_cells_is_said_once(library: Path) -> None:
+    text = " ".join(run("check", library).stdout.split())
+    assert "assumes: readings of this cell occur" not in text
+    assert "findings assume that such readings occur: --world tries how often" in text
+    assert "assumes: readings of this cell occur" in " ".join(run("check", library, "--all").stdout.split())
+
+
 @pytest.fixture
 def team(tmp_path: Path) -> Path:
     folder = tmp_path / "team"
@@ -89,7 +135,7 @@ def test_coordinators(team: Path) -> None:
     kit = collect_libraries(SCENARIO, ROBOTS)["patrol"].kit
     library = Library.from_automata(kit, lead())
     save_automaton(team / "patrol", library.taught["lead"])
-    result = said("check", team, "--world", "patrol")
+    result = said("check", team, "--world", "patrol", "--worlds", "0")
     assert "patrol/lead" in {each["name"] for each in result["checked"]}
     assert not found(result, "missing behavior")
     states = (START, State("go", "fly"))

@@ -56,11 +56,13 @@ Kept: TypeAlias = tuple[str, str]
 class StateSlot:
     """The state that a number in compiled tables stands for, by names.
 
-    `memory` has the place of each counter and timer of the automaton in the memory of an agent.
+    `binding` has the target of each parameter of the automaton. `memory` has the place of each counter and timer of the
+    automaton in the memory of an agent.
     """
 
     automaton: str
     state: str
+    binding: Binding
     memory: Mapping[Kept, int]
 
     def __str__(self) -> str:
@@ -233,7 +235,7 @@ class _TableWriter:
             begun = len(self.changes)
             self.changes.extend(_change(change, memory) for change in changes)
             self.states.append((asks, max(child, -1), max(-1 - child, -1), flag, begun, len(self.changes)))
-            self.places.append(StateSlot(automaton.name, state.name, memory))
+            self.places.append(StateSlot(automaton.name, state.name, ground.binding, memory))
         slots = memory.values()
         self.instances.append((first, min(slots, default=0), max(slots, default=-1) + 1))
 

@@ -16,9 +16,7 @@ from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
 from understudy.verification.check_library import check_library
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.scenario_ties import list_scenario_ties
-from understudy.verification.squad_ties import list_squad_ties
-from understudy.verification.ties import Tie
+from understudy.verification.scenario_facts import ScenarioFacts, collect_scenario_facts
 
 SAME_SUBJECT: Mapping[FindingKind, AdviceKind] = {
     FindingKind.NEVER_ENTERED: AdviceKind.NEVER_ENTERED,
@@ -46,7 +44,7 @@ def check_lesson(
     library
         The automata and basic behaviors that its states run.
     body
-        The robots. Only of simulated ones the ties between their readings are assumed.
+        The robots. Only of simulated ones what their scenario guarantees is assumed.
     advice
         The coach's advice on the lesson. Findings that it states already are left out.
 
@@ -60,9 +58,8 @@ def check_lesson(
         return ()
     taught = TrainedAutomaton(replace(lesson.automaton, transitions=dict(transitions)), lesson)
     whole = library.with_automaton(taught)
-    report = check_library(
-        whole, [lesson.automaton.name], ties=_list_ties(body, whole), tick_s=body.tick_s, kit_known=True
-    )
+    facts = _collect_facts(body, whole)
+    report = check_library(whole, [lesson.automaton.name], facts=facts, kit_known=True)
     known = {(each.kind, each.state) for each in advice}
     return tuple(
         each
@@ -101,10 +98,9 @@ def locate_finding(finding: Finding, lesson: Lesson) -> FindingSituation | None:
     return None
 
 
-def _list_ties(body: Body, library: Library) -> list[Tie]:
+def _collect_facts(body: Body, library: Library) -> ScenarioFacts:
     ground = body.ground if isinstance(body, CoordinatorBody) else body
     if not isinstance(ground, World):
-        return []
-    if isinstance(body, CoordinatorBody):
-        return list_squad_ties(body.squads.squad, library, ground.scenario)
-    return list_scenario_ties(ground.scenario, library)
+        return ScenarioFacts(tick_s=body.tick_s)
+    squad = body.squads.squad if isinstance(body, CoordinatorBody) else None
+    return replace(collect_scenario_facts(ground.scenario, library, squad), tick_s=body.tick_s)

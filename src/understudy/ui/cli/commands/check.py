@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from understudy.model.library import Kit, Library
     from understudy.sim.scenario.schema import Scenario
+    from understudy.sim.team.libraries import Libraries
     from understudy.storage.library_folder import LoadedLibrary
     from understudy.verification.check_library import CheckReport
     from understudy.verification.coordinators import SquadMembers
-    from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
-    from understudy.verification.ties import Tie
+    from understudy.verification.finding import Finding, FindingCell, FindingKind, FindingTrial, Severity
 
 
 class FailOn(StrEnum):
@@ -52,26 +52,39 @@ def check_automata(
             show_default=False,
         ),
     ] = None,
+    worlds: Annotated[
+        int,
+        typer.Option(
+            "--worlds",
+            min=0,
+            metavar="N",
+            help="Number of new worlds of --world in which errors and warnings are tried; 0: none.",
+        ),
+    ] = 30,
     kit: KitName = None,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="Exit with 1 at a finding of this severity or above.")
     ] = FailOn.ERROR,
     everything: Annotated[
-        bool, typer.Option("--all", help="List every cell of one example, and every assumption.")
+        bool,
+        typer.Option(
+            "--all",
+            help="List every cell of one example, every assumption, and how to show what never happened.",
+        ),
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Find what can go wrong with automata from their trees and examples, without running them.
+    """Find what can go wrong with automata from their trees and examples.
 
-    States never entered or left, flags never raised, switches that undo each other, branches without examples, and
-    more. The exit code is 0 if there is no finding at or above --fail-on, 1 if there is one, and 2 if the library
-    cannot be used.
+    States never entered or left, dead ends, flags never raised, switches that undo each other, branches without
+    examples, and more. With --world, errors and warnings are tried there, and say how often they happen. The exit code
+    is 0 if there is no finding at or above --fail-on, 1 if there is one, and 2 if the library cannot be used.
 
     [dim]understudy check demo/library --world forage[/]
     """
     from understudy.ui.cli.output import make_console, print_json
 
-    report = _check(folder, names or [], world, kit)
+    report = _check(folder, names or [], world, kit, worlds=worlds)
     failing = fail_on is not FailOn.NEVER and any(
         each.severity.rank >= _rank(fail_on) for each in report.findings
     )
@@ -88,8 +101,13 @@ def _rank(fail_on: FailOn) -> int:
     return Severity(fail_on.value).rank
 
 
-def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | None) -> CheckReport:
-    """Open the libraries in a folder and check them; raise the error of the first file that cannot be opened."""
+def _check(
+    folder: Path, names: Sequence[str], world: str | None, kit: str | None, *, worlds: int
+) -> CheckReport:
+    """Open the libraries in a folder and check them; raise the error of the first file that cannot be opened.
+
+    Given a world, try what was found in new ones.
+    """
     from understudy.ui.cli.library_data import find_listed, open_all_libraries
     from understudy.ui.cli.options import (
         find_optional_kit,
@@ -98,6 +116,7 @@ def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | Non
         open_scenario,
     )
     from understudy.verification.check_library import check_library, join_reports
+    from understudy.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
 
     scenario = find_optional_scenario(world)
     parts = find_optional_kit(kit, world)
@@ -115,50 +134,57 @@ def _check(folder: Path, names: Sequence[str], world: str | None, kit: str | Non
             for error in listing.problems.values():
                 raise error
         wanted = {prefix: list(listing.library.taught) for prefix, listing in listings.items()}
-    squads = {} if scenario is None or parts is None else _find_squads(scenario, folder, parts, listings)
+    libraries = None if scenario is None or parts is None else _collect(scenario, folder, parts, listings)
+    squads = {} if scenario is None or libraries is None else _find_squads(scenario, libraries)
     reports = [
         check_library(
             listings[prefix].library,
             chosen,
-            ties=_list_ties(scenario, listings[prefix].library, squads.get(prefix)),
-            tick_s=None if scenario is None else scenario.tick_s,
+            facts=NOTHING_ASSUMED
+            if scenario is None
+            else collect_scenario_facts(
+                scenario, listings[prefix].library, squads[prefix].squad if prefix in squads else None
+            ),
             prefix=prefix,
             kit_known=parts is not None,
             members=squads.get(prefix),
         )
         for prefix, chosen in wanted.items()
     ]
-    return join_reports(reports)
+    report = join_reports(reports)
+    if scenario is None or libraries is None or not worlds:
+        return report
+    from understudy.falsification.finding_trials import try_findings  # loads the simulator
+
+    return try_findings(report, libraries, scenario, worlds=worlds)
 
 
-def _list_ties(scenario: Scenario | None, library: Library, members: SquadMembers | None) -> list[Tie]:
-    from understudy.verification.scenario_ties import list_scenario_ties
-    from understudy.verification.squad_ties import list_squad_ties
-
-    if scenario is None:
-        return []
-    if members is not None:
-        return list_squad_ties(members.squad, library, scenario)
-    return list_scenario_ties(scenario, library)
-
-
-def _find_squads(
+def _collect(
     scenario: Scenario, folder: Path, kit: Kit, listings: Mapping[str, LoadedLibrary]
-) -> dict[str, SquadMembers]:
-    """Return the squads whose coordinators have automata, with their members' libraries, by prefix."""
+) -> Library | Libraries:
+    """Return the library of all robots; or, of a team, that of each sort of agents."""
     from understudy.model.library import Library
-    from understudy.sim.team.assignment import assign_team_members
     from understudy.sim.team.libraries import collect_libraries, load_type_libraries
-    from understudy.verification.coordinators import SquadMembers
 
     def look(place: Path, kit: Kit) -> Library:
         prefix = "" if place == folder else f"{place.name}/"
         return listings[prefix].library if prefix in listings else Library(kit)
 
     robots = load_type_libraries(scenario, folder, kit, look)
-    known = collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+    found = collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
+    return next(iter(found.values())) if len(found) == 1 else found
+
+
+def _find_squads(scenario: Scenario, libraries: Library | Libraries) -> dict[str, SquadMembers]:
+    """Return the squads whose coordinators have automata, with their members' libraries, by prefix."""
+    from understudy.model.library import Library
+    from understudy.sim.team.assignment import assign_team_members
+    from understudy.verification.coordinators import SquadMembers
+
+    if isinstance(libraries, Library):
+        return {}
     return {
-        f"{squad.name}/": SquadMembers(squad, {role.name: known[role.of] for role in squad.roles})
+        f"{squad.name}/": SquadMembers(squad, {role.name: libraries[role.of] for role in squad.roles})
         for squad, _ in assign_team_members(scenario).squads
     }
 
@@ -187,6 +213,8 @@ class FindingRow:
     cells: Sequence[CellRow]
     examples: Sequence[int]
     remedy: str
+    trial: FindingTrial | None
+    """How often it happened in worlds; null if it was not tried."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,6 +264,7 @@ def _make_row(each: Finding) -> FindingRow:
         cells=[_make_cell(cell) for cell in each.cells],
         examples=each.examples,
         remedy=each.remedy,
+        trial=each.trial,
     )
 
 
@@ -261,34 +290,25 @@ def _make_cell(cell: FindingCell) -> CellRow:
 COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
-MOST_LISTED = 3
-"""So many cells of one example are listed for an automaton without --all."""
-
-
 def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *, everything: bool) -> None:
     from rich.markup import escape
 
     from understudy.errors import join_names
     from understudy.ui.cli.output import format_count
+    from understudy.verification.chatter import HELD
 
-    by_name: dict[str, list[Finding]] = {each.name: [] for each in report.checked}
+    by_name: dict[str, list[Finding]] = {finding.automaton: [] for finding in report.findings}
     for finding in report.findings:
         by_name[finding.automaton].append(finding)
-    for each in report.checked:
-        found = by_name[each.name]
+    checked = {each.name: each for each in report.checked}
+    for name in dict.fromkeys((*by_name, *checked)):
+        found, each = by_name.get(name, []), checked[name]
         worst = max((finding.severity for finding in found), key=lambda severity: severity.rank, default=None)
         mark = {"error": "[red]✗[/]", "warning": "[yellow]![/]"}.get(str(worst), "[green]✓[/]")
         size = f"{format_count(each.states, 'state')}, {format_count(each.boxes, 'leaf', 'leaves')}"
-        out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{size}[/]")
-        single = [finding for finding in found if finding.kind == "one example"]
-        hidden = [] if everything else single[MOST_LISTED:]
+        out.print(f"{mark} [bold]{escape(name)}[/] [dim]{size}[/]")
         for finding in found:
-            if finding not in hidden:
-                _show_finding(finding, out)
-        if hidden:
-            numbers = join_names(str(finding.examples[0]) for finding in hidden)
-            more = format_count(len(hidden), "more cell rests", "more cells rest")
-            _print_indented(f"[dim]note {more} on one example each: {numbers} (--all)[/]", out)
+            _show_finding(finding, out, everything=everything)
     if report.ties and not everything:
         ties = format_count(len(report.ties), "tie between readings", "ties between readings")
         out.print(f"[dim]Assumed of {escape(str(world))}: {ties} (--all)[/]")
@@ -296,6 +316,10 @@ def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *,
         out.print(f"[dim]Assumed of {escape(str(world))}:[/]")
         for tie in report.ties:
             _print_indented(f"[dim]{escape(tie)}[/]", out)
+    untried = sum(HELD in each.assumptions and each.trial is None for each in report.findings)
+    if untried and not everything:
+        which = format_count(untried, "finding assumes", "findings assume")
+        out.print(f"[dim]{which} that such readings occur: --world tries how often (--all)[/]")
     for reason in report.unchecked:
         out.print(f"[yellow]Not checked:[/] {escape(reason)}")
     counts = [
@@ -304,21 +328,33 @@ def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *,
         if (number := sum(each.severity == severity for each in report.findings))
     ]
     found_text = join_names(counts) if counts else "[green]nothing found[/]"
-    checked = format_count(len(report.checked), "automaton", "automata")
-    out.print(f"{escape(str(folder))}: {checked} checked, {found_text}", soft_wrap=True)
+    automata = format_count(len(report.checked), "automaton", "automata")
+    out.print(f"{escape(str(folder))}: {automata} checked, {found_text}", soft_wrap=True)
 
 
-def _show_finding(finding: Finding, out: Console) -> None:
+def _show_finding(finding: Finding, out: Console, *, everything: bool) -> None:
+    """Show a finding; of one that did not happen where it was tried only the sentence, without `everything`."""
     from rich.markup import escape
 
-    color = COLORS[finding.severity]
+    from understudy.verification.chatter import HELD
+
+    color, trial = COLORS[finding.severity], finding.trial
+    said = escape(finding.sentence)
     if finding.severity == "note":
-        _print_indented(f"[dim]note {escape(finding.sentence)}[/]", out)
+        _print_indented(f"[dim]note {said}[/]", out)
+        if everything and finding.kind == "one example":
+            for state, cell, number in zip(finding.states, finding.cells, finding.examples, strict=True):
+                _print_indented(
+                    f"[dim]{escape(f'{state}, {cell.condition}: example {number}')}[/]", out, by=6
+                )
         return
-    _print_indented(f"[{color}]{finding.severity}[/] {escape(finding.sentence)}", out)
+    often = "" if trial is None else f" [{color if trial.happened else 'dim'}]It {trial}.[/]"
+    _print_indented(f"[{color}]{finding.severity}[/] {said}{often}", out)
     for each in finding.assumptions:
-        _print_indented(f"[dim]assumes: {escape(each)}[/]", out, by=6)
-    _print_indented(f"→ {escape(finding.remedy)}", out, by=6)
+        if everything or (trial is None and each != HELD):
+            _print_indented(f"[dim]assumes: {escape(each)}[/]", out, by=6)
+    if everything or trial is None or trial.happened:
+        _print_indented(f"→ {escape(finding.remedy)}", out, by=6)
 
 
 def _print_indented(text: str, out: Console, *, by: int = 4) -> None:
