@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 from tests.coaching.lessons import GOTO, Row, goto
 
-from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.conflicts import MOST
+from understudy.coaching.advice import MOST, Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels

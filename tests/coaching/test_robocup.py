@@ -9,12 +9,12 @@ import pytest
 from tests.learning.lessons import robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
-from understudy.coaching.cross_validation import (
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.lesson_analysis import (
     make_state_fits,
     refit_without_examples,
     score_leave_one_out,
 )
-from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
 from understudy.model.features import BoundFeature, Feature

@@ -14,8 +14,8 @@ from tests.learning.lessons import lesson, tables
 
 from understudy.errors import DefinitionError
 from understudy.learning._linalg_kernels import invert_matrix
-from understudy.learning.correction_diagnosis import CorrectionDiagnosis, MistakeCause, diagnose_correction
 from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out
+from understudy.learning.mislabels import CorrectionDiagnosis, MistakeCause, diagnose_correction
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.lesson import Lesson

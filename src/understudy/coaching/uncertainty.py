@@ -14,9 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.cross_validation import StateFit, make_state_fits
-from understudy.coaching.distances import FAR, FeatureDistances
-from understudy.coaching.lesson_analysis import ENOUGH
+from understudy.coaching.lesson_analysis import ENOUGH, FAR, FeatureDistances, StateFit, make_state_fits
 from understudy.coaching.situation_sampling import stack_example_vectors
 from understudy.coaching.situation_text import (
     FeaturePhrases,
