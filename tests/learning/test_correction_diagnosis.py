@@ -226,9 +226,12 @@ def test_a_feature_that_never_changes_says_nothing() -> None:
 def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
     """The shortcut against the plain way: fit without the example, and ask about it."""
     draws = np.random.default_rng(5)
-    unlike = compute_pairwise_distances(draws.normal(size=(12, 2)), [Continuous()] * 2)
-    outcomes, noise = draws.integers(0, 3, 12), np.full(12, 0.1)
-    seen = fit_leave_one_out(unlike, outcomes, noise)
+    values, outcomes = draws.normal(size=(12, 2)), draws.integers(0, 3, 12)
+    shown = [
+        ("a", row, "abc"[k], "directive") for row, k in zip(values.tolist(), outcomes.tolist(), strict=True)
+    ]
+    made = lesson(shown, [Continuous()] * 2)
+    seen = fit_leave_one_out(made, made.examples)
     own = np.eye(3)[outcomes]
     for left_out in ([4], [4, 9]):
         kept = np.setdiff1d(np.arange(12), left_out)
@@ -236,8 +239,15 @@ def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
         predicted = seen.like[4, kept] @ weights + 1 / 3
         against = max(np.delete(predicted, outcomes[4])) - predicted[outcomes[4]]
         found = seen.exclude(9) if 9 in left_out else seen
-        assert found.score_mislabels(3)[4] == pytest.approx(against)
-    assert seen.exclude(9).score_mislabels(3)[9] == -1.0
+        assert found.score_mislabels()[4] == pytest.approx(against)
+    assert seen.exclude(9).score_mislabels()[9] == -1.0
+
+
+def test_where_all_have_one_outcome_nothing_is_contradicted() -> None:
+    made = lesson([("a", [k], "b", "directive") for k in range(4)])
+    seen = fit_leave_one_out(made, made.examples[::-1])
+    assert [example.number for example in seen.examples] == [0, 1, 2, 3]
+    assert seen.exclude(2).score_mislabels().tolist() == [0.0, 0.0, -1.0, 0.0]
 
 
 def test_the_inverse() -> None:

@@ -10,8 +10,8 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.lesson_analysis import LessonAnalysis
-from understudy.coaching.situation_text import Cells, find_cells, make_situation_box
+from understudy.coaching.lesson_analysis import LessonAnalysis, StateAnalysis, find_cells_around
+from understudy.coaching.situation_text import make_situation_box
 from understudy.errors import UnderstudyError, join_names
 from understudy.learning.mislabels import find_mislabels, list_press_examples
 from understudy.learning.report import find_contradictions
@@ -19,11 +19,20 @@ from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical
-from understudy.model.lesson import Example, ExampleKind
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit
 from understudy.model.tree import Tree
 from understudy.model.tree_regions import Box
 from understudy.training.feature_values import compute_example_values
+
+MOST_SLIPS = 3
+"""So many likely slips at once: a person who is asked about more stops reading."""
+MOST_ADVICE = 2
+"""So many pieces of one kind of advice on one state."""
+NEARBY = 0.15
+"""So near, another example says the same: well within what is far from one."""
+MOST_FURTHER = 24
+"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
 
 
 class AdviceKind(StrEnum):
@@ -63,262 +72,190 @@ class Advice:
     doubt: float = 0.0
 
 
-def advise_on_contradictions(survey: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
+def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
     """Advise on directives and confirmations of equal situations that disagree, with a feature that separates them."""
-    for state in survey.learners:
-        for group in find_contradictions(survey.lesson, state):
-            place = survey.place(state)
-            box, when = survey.describe_example(state, group[0])
+    for state in analysis.states.values():
+        for group in find_contradictions(analysis.lesson, state.name):
+            box, when = state.describe_example(group[0])
             numbers = tuple(example.number for example in group)
-            yield Advice(
-                AdviceKind.CONTRADICTION,
-                f"Tell me which is right{_in(place)}{when}: {_wishes(group)}; delete what you did not mean.",
-                place,
-                0.95,
-                box,
-                numbers,
-                group[0].values,
-            )
-            if kit is not None:
-                for bound in find_separating_features(survey, group, kit)[:1]:
-                    yield Advice(
-                        AdviceKind.SEPARATING,
-                        f"Let me look at {bound}, too: it tells examples {join_names(map(str, numbers))} "
-                        "apart, which look the same to me now.",
-                        place,
-                        0.9,
-                        box,
-                        numbers,
-                    )
+            where = f" in {state.place}" if state.place else ""
+            sentence = f"Tell me which is right{where}{when}: {_describe_answers(group)}; delete what you did not mean."
+            yield Advice(AdviceKind.CONTRADICTION, sentence, state.place, 0.95, box, numbers, group[0].values)
+            separating = None if kit is None else find_separating_feature(analysis.lesson, group, kit)
+            if separating is not None:
+                sentence = (
+                    f"Let me look at {separating}, too: it tells examples {join_names(map(str, numbers))} apart, "
+                    "which look the same to me now."
+                )
+                yield Advice(AdviceKind.SEPARATING, sentence, state.place, 0.9, box, numbers)
 
 
-def advise_on_overruled_defaults(survey: LessonAnalysis) -> Iterator[Advice]:
+def _describe_answers(group: Sequence[Example]) -> str:
+    """Describe what examples say: "examples 3 and 47 say right and example 71 says left"."""
+    numbers: dict[str, list[str]] = {}
+    for example in group:
+        answer = f"keep {example.next}" if example.next == example.state else example.next
+        numbers.setdefault(answer, []).append(str(example.number))
+    return join_names(
+        f"example{'s' * (len(each) > 1)} {join_names(each)} {'say' if len(each) > 1 else 'says'} {answer}"
+        for answer, each in numbers.items()
+    )
+
+
+def advise_on_overruled_defaults(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on directives in the very situation of a default: the directive decides, at once."""
-    for state, learner in survey.learners.items():
-        for group in group_by_feature_vector(learner.examples).values():
-            defaults = [example for example in group if example.kind is ExampleKind.DEFAULT]
-            leaving = [
-                example
-                for example in group
-                if example.kind is ExampleKind.DIRECTIVE and example.next != example.state
+    for state in analysis.states.values():
+        for group in group_by_feature_vector(state.examples).values():
+            stays = [example for example in group if example.kind is ExampleKind.DEFAULT]
+            leaves = [
+                each for each in group if each.kind is ExampleKind.DIRECTIVE and each.next != each.state
             ]
-            if not defaults or not leaving:
+            if not stays or not leaves:
                 continue
-            box, when = survey.describe_example(state, group[0])
-            first, stays = leaving[0], defaults[0]
-            yield Advice(
-                AdviceKind.DISAGREEMENT,
-                f"Is it right that I leave {state} for {first.next} at once{when}? Example {first.number} says so, and "
-                f"example {stays.number}, recorded in the same situation, says stay; if not, let me look at something "
-                "that tells them apart.",
-                state,
-                0.75,
-                box,
-                (first.number, stays.number),
-                first.values,
+            box, when = state.describe_example(group[0])
+            first, default = leaves[0], stays[0].number
+            sentence = (
+                f"Is it right that I leave {state.name} for {first.next} at once{when}? Example {first.number} says "
+                f"so, and example {default}, recorded in the same situation, says stay; if not, let me look at "
+                "something that tells them apart."
             )
+            numbers = first.number, default
+            yield Advice(AdviceKind.DISAGREEMENT, sentence, state.name, 0.75, box, numbers, first.values)
 
 
-def find_separating_features(
-    survey: LessonAnalysis, group: Sequence[Example], kit: Kit
-) -> list[BoundFeature]:
-    """Find features of the kit that the lesson does not use and that separate these examples, the clearest first."""
-    lesson = survey.lesson
+def find_separating_feature(lesson: Lesson, group: Sequence[Example], kit: Kit) -> BoundFeature | None:
+    """Find the feature of the kit, not in the lesson, that separates these examples most clearly; None if none does."""
     steady = frozenset(
         feature.reading or ""
         for feature in kit.features.values()
         if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
     )
-    found = []
-    for order, bound in enumerate(_others(survey, kit)):
-        automaton = replace(lesson.automaton, features=(bound,))
-        asked = replace(lesson, automaton=automaton, examples=())
+    best, most = None, 0.0
+    for bound in _list_other_features(lesson, kit):
+        other = replace(lesson, automaton=replace(lesson.automaton, features=(bound,)), examples=())
         try:
-            values = [
-                compute_example_values(example, asked, lesson.record, steady=steady)[0] for example in group
-            ]
+            values = [compute_example_values(each, other, lesson.record, steady=steady)[0] for each in group]
         except (UnderstudyError, KeyError):  # it was not recorded then
             continue
-        clear = _clearness(bound, values, [example.next for example in group])
-        if clear > 0:
-            found.append((-clear, order, bound))
-    return [bound for _, _, bound in sorted(found, key=lambda each: each[:2])]
+        clear = _measure_separation(bound, values, [example.next for example in group])
+        if clear > most:
+            best, most = bound, clear
+    return best
 
 
-def _others(survey: LessonAnalysis, kit: Kit) -> Iterator[BoundFeature]:
+def _list_other_features(lesson: Lesson, kit: Kit) -> Iterator[BoundFeature]:
     """Yield the kit's features that the lesson does not use, with its parameters or, if it has none, with targets."""
-    automaton = survey.lesson.automaton
-    names = automaton.parameters or tuple(kit.targets)
+    names = lesson.automaton.parameters or tuple(kit.targets)
     for feature in kit.features.values():
         for chosen in product(names, repeat=len(feature.parameters)):
             bound = BoundFeature(feature, Binding(dict(zip(feature.parameters, chosen, strict=True))))
-            if bound not in automaton.features:
+            if bound not in lesson.automaton.features:
                 yield bound
 
 
-def _clearness(bound: BoundFeature, values: Sequence[float], wishes: Sequence[str]) -> float:
-    """Return how clearly values separate wishes, from 0 (not at all) to 1."""
+def _measure_separation(bound: BoundFeature, values: Sequence[float], answers: Sequence[str]) -> float:
+    """Measure how clearly values separate answers, from 0 (not at all) to 1."""
     if isinstance(bound.kind, Categorical) or any(value != value for value in values):
-        said: dict[str, set[str]] = {}
-        for value, wish in zip(values, wishes, strict=True):
-            said.setdefault("absent" if value != value else f"{value}", set()).add(wish)
-        return 1.0 if len(said) > 1 and all(len(wished) == 1 for wished in said.values()) else 0.0
-    pairs = sorted(zip(values, wishes, strict=True))
-    parted = [(two[0] - one[0]) for one, two in pairwise(pairs) if one[1] != two[1]]
+        by_value: dict[str, set[str]] = {}
+        for value, answer in zip(values, answers, strict=True):
+            by_value.setdefault("absent" if value != value else f"{value}", set()).add(answer)
+        return float(len(by_value) > 1 and all(len(each) == 1 for each in by_value.values()))
+    pairs = sorted(zip(values, answers, strict=True))
+    gaps = [(two[0] - one[0]) for one, two in pairwise(pairs) if one[1] != two[1]]
     spread = pairs[-1][0] - pairs[0][0]
-    if spread <= 1e-9 * max(1.0, abs(pairs[-1][0])) or len(parted) != len(set(wishes)) - 1:
+    if spread <= 1e-9 * max(1.0, abs(pairs[-1][0])) or len(gaps) != len(set(answers)) - 1:
         return 0.0
-    return 0.99 * float(np.min(parted)) / spread
+    return 0.99 * float(np.min(gaps)) / spread
 
 
-def _wishes(group: Sequence[Example]) -> str:
-    """Format what examples say: "examples 3 and 47 say right and example 71 says left"."""
-    by_wish: dict[str, list[str]] = {}
-    for example in group:
-        by_wish.setdefault(_wish(example), []).append(str(example.number))
-    return join_names(
-        f"example {numbers[0]} says {wish}"
-        if len(numbers) == 1
-        else f"examples {join_names(numbers)} say {wish}"
-        for wish, numbers in by_wish.items()
-    )
-
-
-def _wish(example: Example) -> str:
-    return f"keep {example.next}" if example.next == example.state else example.next
-
-
-def _in(place: str) -> str:
-    return f" in {place}" if place else ""
-
-
-MOST = 3
-"""So many at once: who is asked about more stops reading."""
-
-
-def advise_on_mislabels(survey: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
+def advise_on_mislabels(analysis: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
     """Advise on directives and confirmations that others contradict, the oddest first (see `learning.mislabels`).
 
-    A press that would be decided as shown without it, too, is rare but not a slip. `meant` has the presses that the
-    demonstrator has confirmed, with the doubt at that time.
+    A press that would be decided as shown by a tree learned without it is rare but not a slip; other classifiers would
+    take too long. `meant` has the presses that the demonstrator has confirmed, with the doubt at that time.
     """
-    if survey.is_scant:
+    if analysis.is_scant:
         return
-    for suspect in find_mislabels(survey.lesson, meant=meant, most=MOST):
+    for suspect in find_mislabels(analysis.lesson, meant=meant, most=MOST_SLIPS):
         example = suspect.example
-        taught = example.state if example.state in survey.learners else next(iter(survey.learners))
-        if _foretold(survey, taught, example):
+        state = analysis.states.get(example.state) or next(iter(analysis.states.values()))
+        rows = tuple(row for row, each in enumerate(state.examples) if each is example)
+        if rows and isinstance(state.transition, Tree) and state.predict_without(rows).all():
             continue
-        box, when = survey.describe_example(taught, example)
-        place = survey.place(example.state)
-        yield Advice(
-            AdviceKind.SLIP,
-            f"Did you mean this{f' in state {place}' if place else ''}{when}? {suspect.reason}",
-            place,
-            0.15 + 0.6 * min(1.0, suspect.doubt),
-            box,
-            list_press_examples(survey.lesson, example.number),
-            example.values,
-            suspect.doubt,
-        )
+        box, when = state.describe_example(example)
+        place = "" if analysis.lesson.automaton.stateless else example.state
+        sentence = f"Did you mean this{f' in state {place}' if place else ''}{when}? {suspect.reason}"
+        weight = 0.15 + 0.6 * min(1.0, suspect.doubt)
+        numbers = list_press_examples(analysis.lesson, example.number)
+        yield Advice(AdviceKind.SLIP, sentence, place, weight, box, numbers, example.values, suspect.doubt)
 
 
-def _foretold(survey: LessonAnalysis, state: str, example: Example) -> bool:
-    """Return whether a tree learned without a press decides as it says; other classifiers would take too long."""
-    learner = survey.learners[state]
-    if not isinstance(survey.transition(state), Tree):
-        return False
-    row = learner.examples.index(example)
-    return bool(
-        learner.decide_all(learner.fit_without(row), [example.values])[0] == learner.shown.outcomes[row]
-    )
-
-
-NEARBY = 0.15
-"""So near, another example says the same: well within what is far from one."""
-MOST_FURTHER = 24
-"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
-MOST_ADVICE = 2
-"""So many of one state."""
-
-
-def advise_on_isolated_presses(survey: LessonAnalysis) -> Iterator[Advice]:
+def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise, for each state, on presses without similar ones that are decided differently once they are left out.
 
     Those that affect most situations come first. Classifiers other than trees would take too long.
     """
-    if survey.is_scant:
+    if analysis.is_scant:
         return
-    vectors, left = survey.situations.tolist(), MOST_FURTHER
-    for state, learner in survey.learners.items():
-        if not isinstance(survey.transition(state), Tree):
+    left = MOST_FURTHER
+    for state in analysis.states.values():
+        if not isinstance(state.transition, Tree):
             continue
-        now = learner.decide_all(survey.transition(state), vectors)
-        known = {trial.rows[0]: trial.transition for trial in survey.trials[state] if len(trial.rows) == 1}
+        now = state.decide(state.transition, analysis.situations)
         found = []
-        for row in _without_fellows(survey, state):
-            example, outcome = learner.examples[row], learner.shown.outcomes[row]
-            if row not in known:
-                if not left:
-                    break
+        for row in _list_unsupported_presses(state):
+            if (state, (row,)) not in analysis.trials:
                 left -= 1
-            without = known.get(row) or learner.fit_without(row)
-            if learner.decide_all(without, [example.values])[0] != outcome:
-                changed = (now == outcome) & (learner.decide_all(without, vectors) != now)
+                if left < 0:
+                    break
+            if not state.predict_without((row,)).all():
+                then = state.decide(state.fit_without((row,)), analysis.situations)
+                changed = (now == state.shown.outcomes[row]) & (then != now)
                 found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
-        told: set[str] = set()
+        advised: set[str] = set()
         for share, row, changed in sorted(found, key=lambda each: each[:2]):
-            example = learner.examples[row]
-            if example.next not in told and len(told) < MOST_ADVICE:
-                told.add(example.next)
-                yield _make_isolated_press_advice(survey, state, example, changed, -share)
+            example = state.examples[row]
+            if example.next not in advised and len(advised) < MOST_ADVICE:
+                advised.add(example.next)
+                yield _make_isolated_press_advice(analysis, state, example, changed, -share)
 
 
-def _without_fellows(survey: LessonAnalysis, state: str) -> list[int]:
-    """Return the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
-    learner = survey.learners[state]
-    rows = np.flatnonzero([example.is_shown for example in learner.examples])
-    values, outcomes = learner.shown.values[rows], learner.shown.outcomes[rows]
-    near = survey.make_distances(state).compute(values[:, None], values[None]) < NEARBY
+def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
+    """List the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
+    rows = np.flatnonzero([example.is_shown for example in state.examples])
+    values, outcomes = state.shown.values[rows], state.shown.outcomes[rows]
+    near = state.distances.compute(values[:, None], values[None]) < NEARBY
     near &= outcomes[:, None] == outcomes[None]
     alone: list[int] = rows[near.sum(axis=1) == 1].tolist()  # itself
     return alone
 
 
-def _is_alone(survey: LessonAnalysis, state: str, example: Example) -> bool:
-    """Return whether no other press leads from the state to the same next state."""
-    said = [each for each in survey.learners[state].examples if each.is_shown and each.next == example.next]
-    return len(said) == 1
-
-
 def _make_isolated_press_advice(
-    survey: LessonAnalysis, state: str, example: Example, changed: NDArray[np.bool_], share: float
+    analysis: LessonAnalysis, state: StateAnalysis, example: Example, changed: NDArray[np.bool_], share: float
 ) -> Advice:
-    cells = _cells(survey, example, changed)
-    said = survey.describe_situation(state, cells)
-    place = survey.place(state)
+    cells: dict[
+        int, frozenset[int]
+    ] = {}  # of the example and of the situations that depend on it, unless these are all
+    for feature, own in find_cells_around(state.words, example.values).items():
+        column = analysis.cells[:, feature]
+        here = own | set(column[changed].tolist())
+        if not here >= {*state.words[feature].cells, *column.tolist()}:
+            cells[feature] = here
+    said = state.describe(cells)
     when = f" when {said}" if said else ""
     if example.next == example.state:
         what = f"to keep {example.state}{when}"
     else:
-        what = f"to go from {example.state} to {example.next}{when}" if place else f"{example.next}{when}"
+        what = (
+            f"to go from {example.state} to {example.next}{when}" if state.place else f"{example.next}{when}"
+        )
+    alone = sum(each.is_shown and each.next == example.next for each in state.examples) == 1
     return Advice(
         AdviceKind.SINGLE,
         f"Only example {example.number} tells me {what}: show me once more, or delete it.",
-        place,
-        (0.5 if _is_alone(survey, state, example) else 0.25) + 0.2 * min(1.0, share / 0.5),
-        make_situation_box(survey.words, cells),
+        state.place,
+        (0.5 if alone else 0.25) + 0.2 * min(1.0, share / 0.5),
+        make_situation_box(state.words, cells),
         (example.number,),
         example.values,
     )
-
-
-def _cells(survey: LessonAnalysis, example: Example, changed: NDArray[np.bool_]) -> Cells:
-    """Return the cells of an example and of the situations that depend on it, unless these are all cells."""
-    own = find_cells(survey.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-    cells = {}
-    for feature, word in enumerate(survey.words):
-        here = {int(own[feature]), *survey.cells[changed, feature].tolist()}
-        if not here >= {*word.cells, *survey.cells[:, feature].tolist()}:
-            cells[feature] = frozenset(here)
-    return cells

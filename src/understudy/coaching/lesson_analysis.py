@@ -1,10 +1,14 @@
-"""The analysis of a lesson: all that the different kinds of advice need, computed once."""
+"""The analysis of a lesson: all that advice and doubts about decisions need, computed once.
+
+Of each state these are its examples, the distances between situations, and what would be decided without some examples.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,38 +32,49 @@ from understudy.learning.fit import make_fitter
 from understudy.learning.sklearn_adapter import ClassifierTransition
 from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
 from understudy.model.automaton import Transition
+from understudy.model.features import FlagFeature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
-from understudy.model.tree import STAY, TestKind, Tree, make_leaf
-from understudy.model.tree_regions import Box
+from understudy.model.tree import STAY, Tree, make_leaf
+from understudy.model.tree_regions import Box, find_tested_features
 
-UNASKED = 0.25
-"""What a feature counts that a state's tree does not ask about: the lesson chose it, so it may matter all the same."""
+UNTESTED = 0.25
+"""The weight of a feature that a state's tree does not test: the lesson has it, so it may matter all the same."""
 FAR = 0.35
 """From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
+ENOUGH = 3
+"""The least number of directives and confirmations with which anything is said about what is missing."""
+MOST_TRIALS, MOST_SLOW_TRIALS = 64, 8
+"""The largest numbers of trials in a lesson, each without an example, for trees and for classifiers of scikit-learn.
+
+In larger lessons each trial leaves out several examples at once.
+"""
+SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+"""Classifiers that take a second to fit: there are no trials of them."""
+DRAWS, SEED = 4, 1
+"""How often a random half of the examples is drawn, and the seed."""
 
 
 class FeatureDistances:
-    """Distances between feature vectors in one state.
-
-    Features that the state's transition function tests have weight 1, all others `UNASKED`.
+    """Distances between feature vectors: 0 for equal ones, 1 for the largest difference.
 
     Numbers differ by their share of the observed range, angles by their share of half a turn, labels and absence by 0
-    or 1.
+    or 1. Features that a state's tree tests have weight 1, all others `UNTESTED`; without a tree that tests any, all
+    have weight 1.
     """
 
     def __init__(self, words: Sequence[FeaturePhrases], transition: Transition | None) -> None:
-        self._weights = np.where(_asked(transition, len(words)), 1.0, UNASKED)
+        tested = find_tested_features([transition]) if isinstance(transition, Tree) else set()
+        columns = range(len(words))
+        self._weights = np.array([1.0 if not tested or each in tested else UNTESTED for each in columns])
         self._scale, self._turn = np.ones(len(words)), np.zeros(len(words))
-        self._labels = np.zeros(len(words), np.bool_)
+        self._labels = np.array([isinstance(word.bound.kind, Categorical) for word in words], np.bool_)
         for column, word in enumerate(words):
-            kind = word.bound.kind
-            if isinstance(kind, Categorical):
-                self._labels[column] = True
-            elif isinstance(kind, Toroidal):
-                self._turn[column], self._scale[column] = kind.period, kind.period / 2
-            elif word.high > word.low:
+            if isinstance(word.bound.kind, Toroidal):
+                self._turn[column] = word.bound.kind.period
+                self._scale[column] = word.bound.kind.period / 2
+            elif not self._labels[column] and word.high > word.low:
                 self._scale[column] = word.high - word.low
 
     def compute_by_feature(
@@ -82,117 +97,110 @@ class FeatureDistances:
         return found
 
 
-def _asked(transition: Transition | None, features: int) -> NDArray[np.bool_]:
-    """Return a mask [F] of the features that a transition function tests; all if it is no tree or has no test."""
-    if not isinstance(transition, Tree) or len(transition.nodes) == 1:
-        return np.ones(features, np.bool_)
-    asked = {node.feature for node in transition.nodes if node.test != TestKind.LEAF}
-    return np.isin(np.arange(features), list(asked))
+class StateAnalysis:
+    """The examples that teach one state, with its transition function and those learned without some examples.
 
-
-Chosen = NDArray[np.bool_]
-MOST_TRIALS = 64
-"""So many trials in a lesson at most: of a larger one, each trial leaves out several examples at once."""
-MOST_SLOW_TRIALS = 8
-"""The same for classifiers of scikit-learn, which take milliseconds each."""
-SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
-"""Those that take a second: there is no trial of them."""
-
-
-@dataclass(frozen=True)
-class StateFit:
-    """The examples that teach one state, and functions that learn from some of them.
-
-    `press_rows` are the rows of examples made by presses: only these are left out and tested.
+    `place` is the state that advice refers to: "" in a stateless automaton. `distances` weigh features by the state's
+    tree, `plain_distances` weigh all alike. `press_rows` are the rows of examples made by presses: only these are left
+    out and tested.
     """
 
-    state: str
-    shown: TrainingSet
-    fit: Callable[[TrainingSet], Transition]
+    def __init__(
+        self,
+        lesson: Lesson,
+        name: str,
+        examples: tuple[Example, ...],
+        transition: Transition,
+        words: Sequence[FeaturePhrases],
+    ) -> None:
+        self.name, self.examples, self.transition, self.words = name, examples, transition, words
+        self.place = "" if lesson.automaton.stateless else name
+        self.shown = make_training_set(lesson, examples, name)
+        self.distances, self.plain_distances = (
+            FeatureDistances(words, each) for each in (self.transition, None)
+        )
+        self.press_rows: list[int] = [row for row, each in enumerate(examples) if each.is_from_press]
+        self._fit = make_fitter(lesson)
+        self._without: dict[tuple[int, ...], Transition] = {}
 
-    @property
-    def examples(self) -> tuple[Example, ...]:
-        """The examples that teach the state."""
-        return self.shown.examples
+    def fit_without(self, rows: tuple[int, ...]) -> Transition:
+        """Learn the transition function without some rows, once.
 
-    @cached_property
-    def press_rows(self) -> NDArray[np.int64]:
-        """The numbers of the examples that a press of the teacher made."""
-        return np.flatnonzero([example.is_from_press for example in self.examples])
-
-    def fit_rows(self, kept: Chosen) -> Transition:
-        """Learn the transition function from the chosen rows [n].
-
-        It stays if none of them was made by a press, or if they are too few for the classifier.
+        It stays if no other example was made by a press, or if the others are too few for the classifier.
         """
-        shown = self.shown
-        if not kept[self.press_rows].any():
-            return Tree((make_leaf(STAY),))
-        values, outcomes, groups = shown.values[kept], shown.outcomes[kept], shown.groups[kept]
-        try:
-            return self.fit(
-                TrainingSet((), values, outcomes, groups, shown.current)
-            )  # arrays are all that is fitted to
-        except DefinitionError:
-            return Tree((make_leaf(STAY),))
+        if rows not in self._without:
+            shown, kept = self.shown, np.delete(np.arange(len(self.examples)), rows)
+            arrays = TrainingSet(
+                (), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current
+            )
+            self._without[rows] = Tree((make_leaf(STAY),))
+            if not set(self.press_rows) <= set(rows):
+                with suppress(DefinitionError):
+                    self._without[rows] = self._fit(arrays)
+        return self._without[rows]
 
-    def fit_without(self, *rows: int) -> Transition:
-        """Learn the transition function without these rows."""
-        kept = np.ones(len(self.examples), np.bool_)
-        kept[list(rows)] = False
-        return self.fit_rows(kept)
-
-    def decide_all(self, transition: Transition, vectors: Sequence[Sequence[float]]) -> NDArray[np.int64]:
-        """Return the index of the next state for each vector; its own where it stays (STAY if stateless)."""
+    def decide(self, transition: Transition, vectors: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the index of the next state for each vector [n, F]; its own where it stays (STAY if stateless)."""
         if isinstance(transition, ClassifierTransition):
-            found = transition.decide_at_once(np.array(vectors, np.float64).reshape(len(vectors), -1))
+            found = transition.decide_at_once(vectors)
         else:
-            found = np.array([transition.decide(vector) for vector in vectors], np.int64)
+            found = np.array([transition.decide(vector) for vector in vectors.tolist()], np.int64)
         return np.where(found == STAY, self.shown.current, found)
 
+    def predict_without(self, rows: tuple[int, ...]) -> NDArray[np.bool_]:
+        """Return which of some rows would be decided as shown without them."""
+        chosen = list(rows)
+        decided = self.decide(self.fit_without(rows), self.shown.values[chosen])
+        found: NDArray[np.bool_] = decided == self.shown.outcomes[chosen]
+        return found
 
-def make_state_fits(lesson: Lesson) -> Mapping[str, StateFit]:
-    """Collect the examples of each state that has any; a stateless lesson has one entry, under its first state."""
-    fit = make_fitter(lesson)
-    taught = group_examples_by_state(lesson)
-    names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
-    return {name: StateFit(name, make_training_set(lesson, taught[name], name), fit) for name in names}
+    def measure_contrast(
+        self, distances: NDArray[np.float64], outcome: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Measure how much nearer other examples are to situations than examples of an outcome, from 0 to 1.
+
+        `distances` [..., n] are those of the situations to all examples. The second result is the row of the nearest
+        other example. Where all examples have the outcome, or none has, nothing is nearer.
+        """
+        same = self.shown.outcomes == outcome
+        others = np.where(same, np.inf, distances)
+        nearest = others.argmin(axis=-1)
+        if same.all() or not same.any():
+            return np.zeros(distances.shape[:-1]), nearest
+        nearer = distances[..., same].min(axis=-1) - others.min(axis=-1)
+        return np.clip(nearer / (2 * FAR), 0.0, 1.0), nearest
+
+    @cached_property
+    def cells(self) -> NDArray[np.int64]:
+        """The situations of the examples [n, F] as people describe them."""
+        return find_cells(self.words, self.shown.values)
+
+    def describe(self, cells: Cells) -> str:
+        """Describe a situation in words, without what is usual in the state's examples."""
+        return describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
+
+    def describe_example(self, example: Example) -> tuple[Box, str]:
+        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
+        cells = {
+            feature: cell
+            for feature, cell in find_cells_around(self.words, example.values).items()
+            if self.words[feature].cells != tuple(cell)  # it tells nothing: all values that were seen are one
+        }
+        said = self.describe(cells)
+        return make_situation_box(self.words, cells), f" when {said}" if said else ""
 
 
-@dataclass(frozen=True, slots=True)
-class LeaveOneOutFit:
-    """A transition function learned without some rows."""
-
-    rows: tuple[int, ...]
-    transition: Transition
+def find_cells_around(words: Sequence[FeaturePhrases], values: Sequence[float]) -> dict[int, frozenset[int]]:
+    """Find the cell of each feature for one feature vector."""
+    cells = find_cells(words, np.array([values], np.float64).reshape(1, -1))[0]
+    return {feature: frozenset({cell}) for feature, cell in enumerate(cells.tolist())}
 
 
-def refit_without_examples(
-    lesson: Lesson, found: Mapping[str, StateFit], *, most: int | None = None
-) -> Mapping[str, list[LeaveOneOutFit]]:
-    """Learn again, by state, without each press-made example.
-
-    In large lessons several are left out at a time. Classifiers listed in SLOW are skipped.
-    """
-    if isinstance(lesson.options.learner, SklearnOptions) and lesson.options.learner.classifier in SLOW:
-        return {name: [] for name in found}
-    if most is None:
-        most = MOST_SLOW_TRIALS if isinstance(lesson.options.learner, SklearnOptions) else MOST_TRIALS
-    total = sum(len(learner.press_rows) for learner in found.values())
-    together = max(1, -(-total // most))
-    made = {}
-    for name, learner in found.items():
-        rows = learner.press_rows.tolist()
-        groups = -(-len(rows) // together)
-        made[name] = [
-            LeaveOneOutFit(tuple(left_out), learner.fit_without(*left_out))
-            for left_out in (rows[first::groups] for first in range(groups))
-        ]
-    return made
+Trial: TypeAlias = tuple[StateAnalysis, tuple[int, ...]]
+"""A state, and the rows that are left out and then decided."""
 
 
-@dataclass(frozen=True, slots=True)
-class Accuracy:
+class Accuracy(NamedTuple):
     """The number of press-made examples that were decided as shown without them."""
 
     right: int
@@ -204,133 +212,85 @@ class Accuracy:
         return self.right / self.of if self.of else 0.0
 
 
-def score_leave_one_out(
-    found: Mapping[str, StateFit], made: Mapping[str, Sequence[LeaveOneOutFit]]
-) -> Accuracy:
-    """Compute leave-one-out accuracy, pooled over all states with at least two press-made examples."""
-    right = of = 0
-    for name, learner in found.items():
-        if len(learner.press_rows) < 2:
-            continue
-        for trial in made[name]:
-            right_here, cases = _right(learner, trial)
-            right, of = right + right_here, of + cases
-    return Accuracy(right, of)
-
-
-HALVES = 4
-SEED = 1
-
-
-def score_half_of_examples(found: Mapping[str, StateFit], *, halves: int = HALVES) -> Accuracy:
-    """Compute the same accuracy when only a random half of the other examples is learned from, drawn several times."""
-    right = of = 0
-    draws = np.random.default_rng(SEED)
-    for learner in found.values():
-        rows = learner.press_rows
-        if len(rows) < 2:
-            continue
-        for _ in range(halves):
-            mixed = draws.permutation(rows)
-            middle = len(rows) // 2
-            for half in (mixed[:middle], mixed[middle:]):
-                trial = LeaveOneOutFit(tuple(half.tolist()), learner.fit_without(*half.tolist()))
-                right_here, cases = _right(learner, trial)
-                right, of = right + right_here, of + cases
-    return Accuracy(right, of)
-
-
-def _right(learner: StateFit, trial: LeaveOneOutFit) -> tuple[int, int]:
-    rows = list(trial.rows)
-    decided = learner.decide_all(trial.transition, learner.shown.values[rows].tolist())
-    return int((decided == learner.shown.outcomes[rows]).sum()), len(rows)
-
-
-ENOUGH = 3
-"""So many presses that said something are the least to say anything about what is missing."""
-
-
-@dataclass(frozen=True)
 class LessonAnalysis:
-    """A lesson, its transition functions, and by state its examples and what is learned without some of them.
+    """A lesson and its transition functions, with the analysis of each state that has examples.
 
-    `situations` [M, F] are feature vectors that the robot may meet; `cells` [M, F] are the same as people describe
-    them.
+    A stateless lesson has one entry in `states`, under its first state. `situations` [M, F] are feature vectors that
+    the robot may meet; None: they are sampled from the examples. Values of the automaton's own features are taken from
+    examples instead. `cells` [M, F] are the situations as people describe them.
     """
 
-    lesson: Lesson
-    transitions: Mapping[str, Transition]
-    words: tuple[FeaturePhrases, ...]
-    situations: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    learners: Mapping[str, StateFit]
-    trials: Mapping[str, Sequence[LeaveOneOutFit]]
-
-    @classmethod
-    def from_lesson(
-        cls,
+    def __init__(
+        self,
         lesson: Lesson,
         transitions: Mapping[str, Transition],
         situations: NDArray[np.float64] | None = None,
-    ) -> LessonAnalysis:
-        """Analyze a lesson; `situations` [M, F] are feature vectors that the robot may meet (None: they are sampled).
-
-        Values of the automaton's own features are taken from examples instead.
-        """
-        seen = stack_example_vectors(lesson)
-        if situations is None:
-            words = make_feature_phrases(lesson.automaton.features, seen)
-            situations = sample_similar_situations(lesson, seen)
-        else:
-            situations = fill_own_features(lesson, situations, seen)
-            words = make_feature_phrases(lesson.automaton.features, np.concatenate([seen, situations]))
-        found = make_state_fits(lesson)
-        return cls(
-            lesson,
-            transitions,
-            words,
-            situations,
-            find_cells(words, situations),
-            found,
-            refit_without_examples(lesson, found),
-        )
-
-    @property
-    def demonstration_count(self) -> int:
-        """The number of directives and confirmations."""
-        return sum(example.is_shown for learner in self.learners.values() for example in learner.examples)
-
-    @property
-    def is_scant(self) -> bool:
-        """Whether there are too few examples to say what is missing."""
-        return self.demonstration_count < ENOUGH
-
-    def transition(self, state: str) -> Transition:
-        """Get the transition function of a state of `make_state_fits`."""
-        return self.transitions[state]
-
-    def make_distances(self, state: str) -> FeatureDistances:
-        """Make the distances between situations in a state."""
-        return FeatureDistances(self.words, self.transitions.get(state))
-
-    def describe_situation(self, state: str, cells: Cells) -> str:
-        """Describe a situation of a state in words, without what is usual in its examples."""
-        rows = self.learners[state].shown.values
-        return describe_situation(
-            self.words, cells, find_usual_cells(find_cells(self.words, rows), self.words)
-        )
-
-    def describe_example(self, state: str, example: Example) -> tuple[Box, str]:
-        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
-        row = find_cells(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-        cells = {
-            feature: frozenset({int(cell)})
-            for feature, cell in enumerate(row)
-            if self.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
+    ) -> None:
+        self.lesson = lesson
+        self._seen = seen = stack_example_vectors(lesson)
+        if situations is not None:
+            self.situations = fill_own_features(lesson, situations, seen)
+            seen = np.concatenate([seen, self.situations])
+        self.words = make_feature_phrases(lesson.automaton.features, seen)
+        taught = group_examples_by_state(lesson)
+        names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
+        self.states = {
+            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words) for name in names
         }
-        said = self.describe_situation(state, cells)
-        return make_situation_box(self.words, cells), f" when {said}" if said else ""
+        shown = sum(each.is_shown for state in self.states.values() for each in state.examples)
+        self.demonstration_count = shown
+        self.is_scant = shown < ENOUGH
 
-    def place(self, state: str) -> str:
-        """Return the state that advice refers to: the state itself, or "" in a stateless automaton."""
-        return "" if self.lesson.automaton.stateless else state
+    @cached_property
+    def situations(self) -> NDArray[np.float64]:
+        """Feature vectors [M, F] that the robot may meet."""
+        return sample_similar_situations(self.lesson, self._seen)
+
+    @cached_property
+    def cells(self) -> NDArray[np.int64]:
+        """The situations [M, F] as people describe them."""
+        return find_cells(self.words, self.situations)
+
+    def find_possible_situations(self, state: StateAnalysis) -> NDArray[np.bool_]:
+        """Return which situations can occur in a state: each flag as some example has it there."""
+        found = np.ones(len(self.situations), np.bool_)
+        for column, bound in enumerate(self.lesson.automaton.features):
+            if isinstance(bound.feature, FlagFeature) and not self.lesson.automaton.stateless:
+                found &= np.isin(self.situations[:, column], state.shown.values[:, column])
+        return found
+
+    @cached_property
+    def trials(self) -> list[Trial]:
+        """The press-made examples to leave out: one at a time, or several in large lessons."""
+        learner, states = self.lesson.options.learner, self.states.values()
+        is_tree = not isinstance(learner, SklearnOptions)
+        if isinstance(learner, SklearnOptions) and learner.classifier in SLOW:
+            return []
+        total = sum(len(state.press_rows) for state in states)
+        together = max(1, -(-total // (MOST_TRIALS if is_tree else MOST_SLOW_TRIALS)))
+        found = []
+        for state in states:
+            count = -(-len(state.press_rows) // together)
+            found += [(state, tuple(state.press_rows[first::count])) for first in range(count)]
+        return found
+
+    def score_leave_one_out(self) -> Accuracy:
+        """Compute leave-one-out accuracy, pooled over all states with at least two press-made examples."""
+        return _score(self.trials)
+
+    def score_half_of_examples(self) -> Accuracy:
+        """Compute the same accuracy when a random half of the other examples is learned from, drawn several times."""
+        draws = 1 if isinstance(self.lesson.options.learner, SklearnOptions) else DRAWS
+        generator = np.random.default_rng(SEED)
+        found = []
+        for state in self.states.values():
+            rows, middle = np.array(state.press_rows), len(state.press_rows) // 2
+            for _ in range(draws if len(rows) > 1 else 0):
+                mixed = generator.permutation(rows).tolist()
+                found += [(state, tuple(mixed[:middle])), (state, tuple(mixed[middle:]))]
+        return _score(found)
+
+
+def _score(trials: Iterable[Trial]) -> Accuracy:
+    found = [state.predict_without(rows) for state, rows in trials if len(state.press_rows) > 1]
+    return Accuracy(sum(int(right.sum()) for right in found), sum(map(len, found)))

@@ -12,7 +12,7 @@ and for every classifier.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
@@ -21,26 +21,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning.leave_one_out import (
-    LeaveOneOut,
-    Square,
-    compute_pairwise_distances,
-    fit_leave_one_out,
-)
-from understudy.learning.training_set import (
-    group_by_feature_vector,
-    make_training_set,
-    select_teaching_examples,
-)
+from understudy.learning.leave_one_out import LeaveOneOut, fit_leave_one_out, format_example_numbers
+from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
-TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
-"""The noise variances expected of corrections, other directives and confirmations, and defaults.
+ENOUGH = 6
+"""The least number of other examples with which any is doubted."""
+ODD = 0.25
+"""The least doubt with which a press is suspected by default.
 
-Corrections are most reliable, because demonstrators who correct have just seen what is wrong.
+It finds most slips, and as many presses that were intended.
 """
-WITNESSES = 3
-"""The largest number of examples that a reason names."""
+DOUBTED = 0.5
+"""The least doubt with which an example is suspected to have caused a mistake."""
+NEAR = 0.1
+"""The least similarity to the correction, of 1, with which an example can have caused the mistake."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,45 +45,6 @@ class SuspectExample:
     example: Example
     reason: str
     doubt: float
-
-
-def estimate_noise_variance(example: Example) -> float:
-    """Return the noise variance expected of an example: lowest for corrections, highest for defaults."""
-    if example.correction and example.is_shown:
-        return TRUST_CORRECTION
-    return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
-
-
-def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOneOut) -> str:
-    """Describe which examples contradict an example: the most similar ones with another next state.
-
-    `place` is the index of the example in `pool`. Examples that were left out of `seen` are not named.
-    """
-    others = seen.here[seen.outcomes[seen.here] != seen.outcomes[place]]
-    most = others[np.argsort(-seen.like[place, others], kind="stable")]
-    outcome = pool[most[0]].next
-    witnesses = [pool[other] for other in most if pool[other].next == outcome][:WITNESSES]
-    ones = "is" if len(witnesses) == 1 else "are"
-    example = pool[place]
-    return (
-        f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
-        f"which {ones} most like it, {'says' if len(witnesses) == 1 else 'say'} {outcome}."
-    )
-
-
-def format_example_numbers(examples: Sequence[Example]) -> str:
-    """Format the numbers of examples, such as "example 3" or "examples 3, 5 and 9"."""
-    *most, last = [str(number) for number in sorted(example.number for example in examples)]
-    return f"examples {', '.join(most)} and {last}" if most else f"example {last}"
-
-
-ODD = 0.25
-"""The least doubt with which a press is suspected by default.
-
-It finds most slips, and as many presses that were intended.
-"""
-ENOUGH = 6
-"""The least number of other examples with which a press is doubted."""
 
 
 def find_mislabels(
@@ -131,21 +87,41 @@ def find_mislabels(
     Gaussian process with leave-one-out prediction: Rasmussen and Williams, Gaussian Processes for Machine Learning
     (2006), equation 5.12 and section 6.5. The rule for suspects is our own.
     """
-    looks = [_LeaveOneOutView(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
-    doubted = {each.number: each for each in select_teaching_examples(lesson) if each.is_shown}
+    names = lesson.automaton.state_names
+    pools = [
+        _select_evidence(lesson, name) for name in ("", *(names[:1] if lesson.automaton.stateless else names))
+    ]
+    fits = [fit_leave_one_out(lesson, pool) for pool in pools if len(pool) > ENOUGH]
+    left = {example.number: example for example in pools[0]}
     found: list[SuspectExample] = []
     while most is None or len(found) < most:
-        seen = [look.score_mislabels() for look in looks]
-        doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
+        doubts = dict.fromkeys(left, 0.0)
+        scores = [fit.score_mislabels() for fit in fits]
+        for fit, score in zip(fits, scores, strict=True):
+            for example, doubt in zip(fit.examples, score.tolist(), strict=True):
+                if example.number in left:
+                    doubts[example.number] += doubt / 2
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
         if not odd:
             break
         number = max(odd, key=lambda each: (doubts[each], -each))
-        reason = next(said for look in looks if (said := look.describe_counterevidence(number)))
-        found.append(SuspectExample(doubted.pop(number), reason, round(doubts[number], 3)))
-        for look in looks:
-            look.exclude(number)
+        suspect, reason = left.pop(number), ""
+        for place, fit in enumerate(fits):
+            if suspect in fit.examples:
+                row = fit.examples.index(suspect)
+                if not reason and scores[place][row] > 0:
+                    reason = fit.describe_counterevidence(row)
+                fits[place] = fit.exclude(row)
+        found.append(SuspectExample(suspect, reason, round(doubts[number], 3)))
     return tuple(found)
+
+
+def _select_evidence(lesson: Lesson, state: str) -> list[Example]:
+    """Return the press-made examples of a state; in a stateless lesson, or for "", what was shown in all states."""
+    taught = select_teaching_examples(lesson)
+    if lesson.automaton.stateless or not state:
+        return [example for example in taught if example.is_shown]
+    return [example for example in taught if example.is_from_press and example.state == state]
 
 
 def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
@@ -160,61 +136,6 @@ def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
         and (each.number, each.moment, each.state) == (number + 1, example.moment, example.next)
     ]
     return number, *defaults
-
-
-def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
-    """Yield the examples to compare: those of all states, then those of each state with its defaults.
-
-    Stateless lessons do not distinguish states; the second list is then the first one again.
-    """
-    taught = select_teaching_examples(lesson)
-    yield [example for example in taught if example.is_shown]
-    for state in lesson.automaton.state_names:
-        if lesson.automaton.stateless:
-            yield [example for example in taught if example.is_shown]
-            return
-        yield [example for example in taught if example.is_from_press and example.state == state]
-
-
-class _LeaveOneOutView:
-    """A set of examples, each predicted from the others."""
-
-    def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
-        self._pool = sorted(pool, key=lambda example: example.number)
-        self._places = {example.number: place for place, example in enumerate(self._pool)}
-        shown = make_training_set(lesson, tuple(self._pool), self._pool[0].state)
-        names, outcomes = np.unique(shown.outcomes, return_inverse=True)
-        self._choices = len(names)
-        unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
-        self._seen = fit_leave_one_out(
-            unlike, outcomes, np.array([estimate_noise_variance(each) for each in self._pool])
-        )
-
-    def score_mislabels(self) -> Mapping[int, float]:
-        """Compute the doubt about each example by number; empty if all examples have one outcome."""
-        if self._choices == 1:
-            return {}
-        doubt = self._seen.score_mislabels(self._choices)
-        return {number: float(doubt[place]) for number, place in self._places.items()}
-
-    def describe_counterevidence(self, number: int) -> str:
-        """Describe which examples contradict an example; an empty text if none does."""
-        place = self._places.get(number)
-        if place is None or self._seen.score_mislabels(self._choices)[place] <= 0:
-            return ""
-        return describe_counterevidence(self._pool, place, self._seen)
-
-    def exclude(self, number: int) -> None:
-        """Leave an example out from now on."""
-        place = self._places.pop(number, None)
-        if place is not None:
-            self._seen = self._seen.exclude(place)
-
-
-DOUBTED = 0.5
-"""The least doubt with which an example is suspected."""
-NEAR = 0.1
-"""The least similarity to the correction, of 1, with which an example can have caused the mistake."""
 
 
 class MistakeCause(StrEnum):
@@ -279,117 +200,79 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
     DefinitionError
         If the lesson has no such example, or does not learn from it.
     """
-    pool = _pool(lesson, correction)
-    rivals = _rivals(pool, correction)
-    if rivals:
-        reason = (
-            f"Correction {correction.number} contradicts {format_example_numbers(rivals)}: both are kept."
-        )
-        return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
-    if len(pool) - 1 < ENOUGH:
-        count = f"{len(pool) - 1} other example{'s' * (len(pool) != 2)}"
-        reason = f"With {count} beside correction {correction.number} it is too early to doubt any."
-        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
-    shown = make_training_set(lesson, pool, correction.state)
-    _, outcomes = np.unique(shown.outcomes, return_inverse=True)
-    unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
-    seen = fit_leave_one_out(
-        unlike, outcomes, np.array([estimate_noise_variance(example) for example in pool])
-    )
-    return _judged(pool, pool.index(correction), unlike, seen)
-
-
-def _pool(lesson: Lesson, correction: Example) -> tuple[Example, ...]:
-    """List by number the press-made examples of the correction's state; refuse a correction that is not used.
-
-    In a stateless lesson they are the directives and confirmations of all states.
-    """
-    stateless = lesson.automaton.stateless
-    found = [
-        example
-        for example in select_teaching_examples(lesson)
-        if (example.is_shown if stateless else example.is_from_press and example.state == correction.state)
-    ]
-    if correction not in found:
+    pool = _select_evidence(lesson, correction.state)
+    if correction not in pool:
         raise DefinitionError(
             what=f"example {correction.number} of lesson {lesson.name!r}",
             problem="it cannot be diagnosed, since it teaches nothing there",
             remedy="give a directive or confirmation of the lesson that is not in quarantine",
         )
-    return tuple(sorted(found, key=lambda example: example.number))
-
-
-def _rivals(pool: Sequence[Example], correction: Example) -> list[Example]:
-    """List other corrections with the same feature vector that show another next state."""
+    said, others = f"correction {correction.number}", len(pool) - 1
     alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
-    return [
-        example
-        for example in alike
-        if example.correction and example.is_shown and example.next != correction.next
-    ]
-
-
-def _judged(pool: Sequence[Example], place: int, unlike: Square, seen: LeaveOneOut) -> CorrectionDiagnosis:
-    correction, outcomes = pool[place], seen.outcomes
-    reach = seen.like[place] > NEAR
-    against = (outcomes != outcomes[place]) & reach
-    itself = float(seen.score_mislabels(int(outcomes.max()) + 1)[place])
-    suspects = _suspects(pool, against, unlike, seen)
-    said = f"correction {correction.number}"
+    rivals = [each for each in alike if each.correction and each.is_shown and each.next != correction.next]
+    if rivals:
+        reason = (
+            f"Correction {correction.number} contradicts {format_example_numbers(rivals)}: both are kept."
+        )
+        return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
+    if others < ENOUGH:
+        count = f"{others} other example{'s' * (others != 1)}"
+        reason = f"With {count} beside {said} it is too early to doubt any."
+        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
+    fit = fit_leave_one_out(lesson, pool)
+    place = fit.examples.index(correction)
+    near = fit.like[place] > NEAR
+    against = near & (fit.outcomes != fit.outcomes[place])
+    suspects, verdict = _find_causes(fit, against), MistakeCause.FEW
     if suspects:
+        verdict = MistakeCause.BAD
         bad = format_example_numbers([suspect.example for suspect in suspects])
         reason = f"The decision at {said} was wrong because of {bad}."
-        return CorrectionDiagnosis(correction, MistakeCause.BAD, reason, suspects)
-    if itself >= DOUBTED:
+    elif fit.score_mislabels()[place] >= DOUBTED:
+        verdict = MistakeCause.UNSURE
         reason = (
             f"Examples like {said} agree on something else, so either it is wrong or a boundary is close by."
         )
-        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
-    if against.any():
+    elif against.any():
         reason = f"There were too few examples around {said}, and none of them is clearly bad."
-    elif reach.sum() > 1:  # itself
+    elif near.sum() > 1:  # itself
         reason = f"Examples like {said} agree with it: the boundary was in the wrong place."
     else:
         reason = f"There were no examples like {said}: it adds what was missing."
-    return CorrectionDiagnosis(correction, MistakeCause.FEW, reason)
+    return CorrectionDiagnosis(correction, verdict, reason, suspects)
 
 
-def _suspects(
-    pool: Sequence[Example], against: NDArray[np.bool_], unlike: Square, seen: LeaveOneOut
-) -> tuple[SuspectExample, ...]:
-    """List the suspected examples, the most doubtful first.
+def _find_causes(fit: LeaveOneOut, against: NDArray[np.bool_]) -> tuple[SuspectExample, ...]:
+    """Find the bad ones among the examples `against` [n] a correction, the most doubtful first.
 
     Each is left out before the others are examined again, since one bad example may hide another.
     """
     found: list[tuple[int, float]] = []
-    candidates = against & [not example.correction for example in pool]
-    choices = int(seen.outcomes.max()) + 1
+    candidates = against & [not example.correction for example in fit.examples]
     while candidates.any():
-        doubt = np.where(candidates, seen.score_mislabels(choices), -np.inf)
+        doubt = np.where(candidates, fit.score_mislabels(), -np.inf)
         place = int(doubt.argmax())
         if doubt[place] < DOUBTED:
             break
         candidates[place] = False
-        if _alone(place, seen) and not _surrounded(place, unlike, seen):
+        if _may_begin_region(place, fit):
             continue
-        found.append((place, float(doubt[place])))
-        seen = seen.exclude(place)
+        found.append((place, min(float(doubt[place]), 1.0)))
+        fit = fit.exclude(place)
     return tuple(
-        SuspectExample(pool[place], describe_counterevidence(pool, place, seen), round(min(doubt, 1.0), 3))
+        SuspectExample(fit.examples[place], fit.describe_counterevidence(place), round(doubt, 3))
         for place, doubt in found
     )
 
 
-def _alone(place: int, seen: LeaveOneOut) -> bool:
-    return int((seen.outcomes[seen.here] == seen.outcomes[place]).sum()) == 1
+def _may_begin_region(place: int, fit: LeaveOneOut) -> bool:
+    """Return whether an example is the only one of its outcome, and at the edge of the others.
 
-
-def _surrounded(place: int, unlike: Square, seen: LeaveOneOut) -> bool:
-    """Return whether an example has others on both sides: two of them at more than a right angle as seen from it.
-
-    The only example of an outcome is not suspected at the edge of the others, where it may begin a region of
-    its own.
+    It is not at their edge if two of them are at more than a right angle as seen from it.
     """
-    near = seen.here[(seen.like[place, seen.here] > NEAR) & (seen.here != place)]
-    apart = unlike[np.ix_(near, near)]
-    return bool((apart > unlike[place, near][:, None] + unlike[place, near][None, :]).any())
+    if (fit.outcomes[fit.here] == fit.outcomes[place]).sum() > 1:
+        return False
+    near = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
+    apart = fit.unlike[np.ix_(near, near)]
+    to_each = fit.unlike[place, near]
+    return not (apart > to_each[:, None] + to_each[None, :]).any()
