@@ -107,9 +107,8 @@ def advise_on_overruled_defaults(analysis: LessonAnalysis) -> Iterator[Advice]:
     for state in analysis.states.values():
         for group in group_by_feature_vector(state.examples).values():
             stays = [example for example in group if example.kind is ExampleKind.DEFAULT]
-            leaves = [
-                each for each in group if each.kind is ExampleKind.DIRECTIVE and each.next != each.state
-            ]
+            directives = [example for example in group if example.kind is ExampleKind.DIRECTIVE]
+            leaves = [example for example in directives if example.next != example.state]
             if not stays or not leaves:
                 continue
             box, when = state.describe_example(group[0])
@@ -174,8 +173,6 @@ def advise_on_mislabels(analysis: LessonAnalysis, meant: Mapping[int, float]) ->
     A press that would be decided as shown by a tree learned without it is rare but not a slip; other classifiers would
     take too long. `meant` has the presses that the demonstrator has confirmed, with the doubt at that time.
     """
-    if analysis.is_scant:
-        return
     for suspect in find_mislabels(analysis.lesson, meant=meant, most=MOST_SLIPS):
         example = suspect.example
         state = analysis.states.get(example.state) or next(iter(analysis.states.values()))
@@ -195,8 +192,6 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
 
     Those that affect most situations come first. Classifiers other than trees would take too long.
     """
-    if analysis.is_scant:
-        return
     left = MOST_FURTHER
     for state in analysis.states.values():
         if not isinstance(state.transition, Tree):
@@ -222,7 +217,7 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
 
 def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
     """List the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
-    rows = np.flatnonzero([example.is_shown for example in state.examples])
+    rows = np.array(state.shown_rows, np.int64)
     values, outcomes = state.shown.values[rows], state.shown.outcomes[rows]
     near = state.distances.compute(values[:, None], values[None]) < NEARBY
     near &= outcomes[:, None] == outcomes[None]
@@ -233,26 +228,23 @@ def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
 def _make_isolated_press_advice(
     analysis: LessonAnalysis, state: StateAnalysis, example: Example, changed: NDArray[np.bool_], share: float
 ) -> Advice:
-    cells: dict[
-        int, frozenset[int]
-    ] = {}  # of the example and of the situations that depend on it, unless these are all
-    for feature, own in find_cells_around(state.words, example.values).items():
+    cells = find_cells_around(state.words, example.values)
+    for feature, word in enumerate(
+        state.words
+    ):  # those of the situations that depend on it, unless these are all
         column = analysis.cells[:, feature]
-        here = own | set(column[changed].tolist())
-        if not here >= {*state.words[feature].cells, *column.tolist()}:
+        here = cells.pop(feature) | set(column[changed].tolist())
+        if not here >= {*word.cells, *column.tolist()}:
             cells[feature] = here
     said = state.describe(cells)
     when = f" when {said}" if said else ""
+    what = f"to go from {example.state} to {example.next}" if state.place else example.next
     if example.next == example.state:
-        what = f"to keep {example.state}{when}"
-    else:
-        what = (
-            f"to go from {example.state} to {example.next}{when}" if state.place else f"{example.next}{when}"
-        )
-    alone = sum(each.is_shown and each.next == example.next for each in state.examples) == 1
+        what = f"to keep {example.state}"
+    alone = [state.examples[row].next for row in state.shown_rows].count(example.next) == 1
     return Advice(
         AdviceKind.SINGLE,
-        f"Only example {example.number} tells me {what}: show me once more, or delete it.",
+        f"Only example {example.number} tells me {what}{when}: show me once more, or delete it.",
         state.place,
         (0.5 if alone else 0.25) + 0.2 * min(1.0, share / 0.5),
         make_situation_box(state.words, cells),

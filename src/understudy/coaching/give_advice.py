@@ -23,12 +23,18 @@ from understudy.coaching.advice import (
     advise_on_mislabels,
     advise_on_overruled_defaults,
 )
-from understudy.coaching.lesson_analysis import FAR, LessonAnalysis, StateAnalysis, find_cells_around
+from understudy.coaching.lesson_analysis import (
+    FAR,
+    LessonAnalysis,
+    StateAnalysis,
+    find_cells_around,
+    predict_left_out,
+)
 from understudy.coaching.situation_text import make_situation_box, match_cells
 from understudy.errors import join_names
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Kit
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_regions import Box, ValueSet, find_tested_features, list_leaf_boxes
@@ -64,69 +70,56 @@ def give_advice(
     that the demonstrator has confirmed, by number, with the `doubt` at that time.
     """
     analysis = LessonAnalysis(lesson, transitions, situations)
-    slips = list(advise_on_mislabels(analysis, meant))
-    doubted = {number for each in slips for number in each.examples}
     found = [
         *advise_on_contradictions(analysis, kit),
         *advise_on_overruled_defaults(analysis),
-        *advise_on_states_never_left(analysis),
-        *advise_on_states_never_entered(analysis),
-        *advise_on_coverage_gaps(analysis),
-        *advise_on_stretched_leaves(analysis),
-        *slips,
-        *(each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted),
-        *advise_on_accuracy(analysis),
-        *advise_on_unused_features(analysis),
+        *advise_on_missing_switches(analysis),
     ]
     if analysis.is_scant:
         found = [replace(each, weight=min(each.weight, UNSURE)) for each in found]
-        presses, held = analysis.demonstration_count, any(example.quarantined for example in lesson.examples)
-        said = (
-            "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
-        )
-        so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
-        sentence = f"{said}{so_far}: show me more, and then I can tell you what is missing."
-        found.insert(0, Advice(AdviceKind.FEW, sentence, "", UNSURE))
+        found.insert(0, _advise_on_few_presses(analysis))
+    else:
+        slips = list(advise_on_mislabels(analysis, meant))
+        doubted = {number for each in slips for number in each.examples}
+        found += advise_on_coverage_gaps(analysis)
+        found += advise_on_stretched_leaves(analysis)
+        found += slips
+        found += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
+        found += advise_on_accuracy(analysis)
+        found += advise_on_unused_features(analysis)
     return tuple(sorted(found, key=lambda each: -each.weight))
 
 
-def advise_on_states_never_left(analysis: LessonAnalysis) -> Iterator[Advice]:
-    """Advise on states, other than flag states, that no example leaves; the start state is the most urgent."""
+def _advise_on_few_presses(analysis: LessonAnalysis) -> Advice:
+    presses, held = analysis.demonstration_count, any(each.quarantined for each in analysis.lesson.examples)
+    said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
+    so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
+    sentence = f"{said}{so_far}: show me more, and then I can tell you what is missing."
+    return Advice(AdviceKind.FEW, sentence, "", UNSURE)
+
+
+def advise_on_missing_switches(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise on states, other than flag states, that no example leaves, and on states that no example leads to."""
     automaton, examples = analysis.lesson.automaton, select_teaching_examples(analysis.lesson)
-    if automaton.stateless:
-        return
     left = {example.state for example in examples if example.next != example.state}
-    entered = {example.next for example in examples}
-    for index, state in enumerate(automaton.states):
-        if state.flag is not None or state.name in left or (index and state.name not in entered):
-            continue
-        if index == 0:
-            sentence = f"Show me what to do first: nothing leads from {state.name} to any other state."
-        else:
-            sentence = f"Show me when to leave {state.name}: so far I stay in it for good."
-        yield Advice(AdviceKind.NEVER_LEFT, sentence, state.name, 0.9 if index == 0 else 0.6)
-
-
-def advise_on_states_never_entered(analysis: LessonAnalysis) -> Iterator[Advice]:
-    """Advise on states that no example leads to."""
-    automaton = analysis.lesson.automaton
-    entered = {example.next for example in select_teaching_examples(analysis.lesson)}
-    for state in automaton.states[1:]:
+    entered = {automaton.states[0].name, *(example.next for example in examples)}
+    for index, state in enumerate(() if automaton.stateless else automaton.states):
+        if state.flag is None and state.name in entered - left:
+            sentence, weight = f"Show me when to leave {state.name}: so far I stay in it for good.", 0.6
+            if index == 0:
+                sentence = f"Show me what to do first: nothing leads from {state.name} to any other state."
+                weight = 0.9
+            yield Advice(AdviceKind.NEVER_LEFT, sentence, state.name, weight)
+    for state in automaton.states:
         if state.name not in entered:
-            what = f"say {state.flag}" if state.flag is not None else f"go to {state.name}"
-            yield Advice(
-                AdviceKind.NEVER_ENTERED,
-                f"Show me when to {what}, or leave it out: nothing you showed leads there.",
-                state.name,
-                0.55 if state.flag is None else 0.8,
-            )
+            what, weight = (f"go to {state.name}", 0.55) if state.flag is None else (f"say {state.flag}", 0.8)
+            sentence = f"Show me when to {what}, or leave it out: nothing you showed leads there."
+            yield Advice(AdviceKind.NEVER_ENTERED, sentence, state.name, weight)
 
 
 def advise_on_coverage_gaps(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on situations without examples, state by state, those farthest from all examples first."""
-    if analysis.is_scant or not len(analysis.situations):
-        return
-    for state in analysis.states.values():
+    for state in analysis.states.values() if len(analysis.situations) else ():
         rows = state.shown.values
         nearest = state.distances.compute(analysis.situations[:, None], rows[None]).min(axis=1)
         is_open = (nearest >= FAR) & analysis.find_possible_situations(state)
@@ -160,11 +153,10 @@ def _find_widest_gap(state: StateAnalysis, here: NDArray[np.float64]) -> dict[in
 
     The feature that differs least from the nearest example goes first. None if an example has the same cells.
     """
-    rows = state.shown.values
     cells = find_cells_around(state.words, here.tolist())
     if not cells or match_cells(cells, state.cells).any():
         return None
-    apart = state.distances.compute_by_feature(rows, here)
+    apart = state.distances.compute_by_feature(state.shown.values, here)
     nearest = apart[state.distances.combine(apart).argmin()]
     for feature in np.argsort(nearest, kind="stable").tolist():
         wider = {other: allowed for other, allowed in cells.items() if other != feature}
@@ -175,8 +167,6 @@ def _find_widest_gap(state: StateAnalysis, here: NDArray[np.float64]) -> dict[in
 
 def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise, for each state, on leaves that leave it where other examples are much nearer than their own."""
-    if analysis.is_scant or not len(analysis.situations):
-        return
     kinds = [bound.kind for bound in analysis.lesson.automaton.features]
     for state in analysis.states.values():
         situations = analysis.situations[analysis.find_possible_situations(state)][:MOST_SITUATIONS]
@@ -189,10 +179,25 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
                 distances = state.plain_distances.compute(rows[:, None], state.shown.values[None])
                 amounts, others = state.measure_contrast(distances, outcome)
                 worst = int(amounts.argmax())
-                found.append((float(amounts[worst]), rows[worst], box, outcome, int(others[worst])))
-        for amount, row, box, outcome, other in sorted(found, key=lambda each: -each[0])[:MOST_ADVICE]:
-            if amount >= LEAST_CONTRAST:
-                yield _make_stretched_leaf_advice(analysis, state, amount, row, box, outcome, other)
+                if amounts[worst] >= LEAST_CONTRAST:
+                    following = analysis.lesson.automaton.state_names[outcome]
+                    doubt = float(amounts[worst]), rows[worst].tolist(), state.examples[others[worst]]
+                    found.append(_make_stretched_leaf_advice(state, box, following, *doubt))
+        yield from sorted(found, key=lambda each: -each.weight)[:MOST_ADVICE]
+
+
+def _make_stretched_leaf_advice(
+    state: StateAnalysis, box: Box, following: str, amount: float, at: list[float], nearest: Example
+) -> Advice:
+    cells = find_cells_around(state.words, at)
+    around = make_situation_box(state.words, cells)
+    region = tuple(mine & leaf for mine, leaf in zip(around, box, strict=True))
+    start = f"go from {state.place} to {following}" if state.place else f"do {following}"
+    answer = "stay" if nearest.next == nearest.state else nearest.next
+    said = f"Is it right that I {start} when {state.describe(cells)}?"
+    sentence = f"{said} The nearest example, {nearest.number}, says {answer}."
+    weight = 0.3 + 0.35 * amount
+    return Advice(AdviceKind.STRETCHED, sentence, state.place, weight, region, (nearest.number,), tuple(at))
 
 
 def _move_into_box(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -213,43 +218,18 @@ def _choose_value(region: ValueSet) -> float:
     return low if high - low == 1.0 and low == int(low) else (low + high) / 2
 
 
-def _make_stretched_leaf_advice(
-    analysis: LessonAnalysis,
-    state: StateAnalysis,
-    amount: float,
-    row: NDArray[np.float64],
-    box: Box,
-    outcome: int,
-    other: int,
-) -> Advice:
-    cells = find_cells_around(state.words, row.tolist())
-    region = tuple(
-        mine & leaf for mine, leaf in zip(make_situation_box(state.words, cells), box, strict=True)
-    )
-    following = analysis.lesson.automaton.state_names[outcome]
-    start = f"go from {state.place} to {following}" if state.place else f"do {following}"
-    nearest = state.examples[other]
-    answer = "stay" if nearest.next == nearest.state else nearest.next
-    said = f"Is it right that I {start} when {state.describe(cells)}?"
-    sentence = f"{said} The nearest example, {nearest.number}, says {answer}."
-    weight, at = 0.3 + 0.35 * amount, tuple(row.tolist())
-    return Advice(AdviceKind.STRETCHED, sentence, state.place, weight, region, (nearest.number,), at)
-
-
 def advise_on_accuracy(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Report the leave-one-out accuracy in one sentence; nothing if there are too few examples."""
-    if analysis.is_scant:
+    whole = predict_left_out(analysis.trials)
+    if len(whole) < LEAST_CASES:
         return
-    whole = analysis.score_leave_one_out()
-    if whole.of < LEAST_CASES:
-        return
-    half = analysis.score_half_of_examples()
-    error = sqrt(max(whole.share * (1 - whole.share), 0.01) / whole.of)
-    said = f"leave each example out in turn and I get {whole.right} of {whole.of} right"
-    if whole.share >= GOOD:
+    share, half = whole.mean(), predict_left_out(analysis.draw_halves()).mean()
+    error = sqrt(max(share * (1 - share), 0.01) / len(whole))
+    said = f"leave each example out in turn and I get {whole.sum()} of {len(whole)} right"
+    if share >= GOOD:
         sentence, weight = f"I have seen enough of what you showed: {said}.", 0.05
-    elif whole.share - half.share > error:
-        sentence = f"More examples are likely to help: {said}, and with half of the others {half.share:.0%}."
+    elif share - half > error:
+        sentence = f"More examples are likely to help: {said}, and with half of the others {half:.0%}."
         weight = 0.35
     else:
         sentence = (
@@ -263,7 +243,7 @@ def advise_on_unused_features(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on features that no tree tests."""
     functions = [state.transition for state in analysis.states.values()]
     trees = [function for function in functions if isinstance(function, Tree)]
-    if analysis.is_scant or not trees or len(trees) < len(functions):
+    if not trees or len(trees) < len(functions):
         return
     used = find_tested_features(trees)
     names = [

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,12 @@ from understudy.coaching.situation_text import (
 from understudy.errors import DefinitionError
 from understudy.learning.fit import make_fitter
 from understudy.learning.sklearn_adapter import ClassifierTransition
-from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
+from understudy.learning.training_set import (
+    TrainingSet,
+    group_by_feature_vector,
+    group_examples_by_state,
+    make_training_set,
+)
 from understudy.model.automaton import Transition
 from understudy.model.features import FlagFeature
 from understudy.model.kinds import Categorical, Toroidal
@@ -52,6 +57,8 @@ In larger lessons each trial leaves out several examples at once.
 """
 SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 """Classifiers that take a second to fit: there are no trials of them."""
+MOST_FITS = 40
+"""So many transition functions at most, each without one example, are asked about one decision."""
 DRAWS, SEED = 4, 1
 """How often a random half of the examples is drawn, and the seed."""
 
@@ -101,8 +108,8 @@ class StateAnalysis:
     """The examples that teach one state, with its transition function and those learned without some examples.
 
     `place` is the state that advice refers to: "" in a stateless automaton. `distances` weigh features by the state's
-    tree, `plain_distances` weigh all alike. `press_rows` are the rows of examples made by presses: only these are left
-    out and tested.
+    tree, `plain_distances` weigh all alike. `press_rows` are the rows of examples made by presses, which are left out
+    and predicted; `shown_rows` are those of directives and confirmations.
     """
 
     def __init__(
@@ -117,9 +124,11 @@ class StateAnalysis:
         self.place = "" if lesson.automaton.stateless else name
         self.shown = make_training_set(lesson, examples, name)
         self.distances, self.plain_distances = (
-            FeatureDistances(words, each) for each in (self.transition, None)
+            FeatureDistances(words, transition),
+            FeatureDistances(words, None),
         )
-        self.press_rows: list[int] = [row for row, each in enumerate(examples) if each.is_from_press]
+        self.press_rows = [row for row, example in enumerate(examples) if example.is_from_press]
+        self.shown_rows = [row for row, example in enumerate(examples) if example.is_shown]
         self._fit = make_fitter(lesson)
         self._without: dict[tuple[int, ...], Transition] = {}
 
@@ -138,6 +147,12 @@ class StateAnalysis:
                 with suppress(DefinitionError):
                     self._without[rows] = self._fit(arrays)
         return self._without[rows]
+
+    @cached_property
+    def fits_without_one(self) -> list[tuple[int, Transition]]:
+        """The trees learned without one directive or confirmation, with its row; of many, evenly chosen ones."""
+        rows = self.shown_rows if isinstance(self.transition, Tree) else []
+        return [(row, self.fit_without((row,))) for row in rows[:: -(-len(rows) // MOST_FITS) or 1]]
 
     def decide(self, transition: Transition, vectors: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the index of the next state for each vector [n, F]; its own where it stays (STAY if stateless)."""
@@ -165,10 +180,29 @@ class StateAnalysis:
         same = self.shown.outcomes == outcome
         others = np.where(same, np.inf, distances)
         nearest = others.argmin(axis=-1)
-        if same.all() or not same.any():
+        if np.count_nonzero(same) in (0, len(same)):
             return np.zeros(distances.shape[:-1]), nearest
         nearer = distances[..., same].min(axis=-1) - others.min(axis=-1)
-        return np.clip(nearer / (2 * FAR), 0.0, 1.0), nearest
+        return np.minimum(np.maximum(nearer / (2 * FAR), 0.0), 1.0), nearest
+
+    @cached_property
+    def split_leaves(self) -> Mapping[int, tuple[float, tuple[int, ...]]]:
+        """The leaves whose examples disagree: the share of those outvoted, and the numbers of all in the leaf.
+
+        A default counts only if its situation has no other example.
+        """
+        leaves: dict[int, list[Example]] = {}
+        pressed = group_by_feature_vector([self.examples[row] for row in self.press_rows]).values()
+        for group in pressed if isinstance(self.transition, Tree) else ():
+            leaf = self.transition.path(group[0].values)[1]
+            leaves.setdefault(leaf, []).extend([each for each in group if each.is_shown] or group)
+        found = {}
+        for leaf, examples in leaves.items():
+            outcomes = [example.next for example in examples]
+            outvoted = 1.0 - max(map(outcomes.count, outcomes)) / len(outcomes)
+            if outvoted:
+                found[leaf] = outvoted, tuple(example.number for example in examples)
+        return found
 
     @cached_property
     def cells(self) -> NDArray[np.int64]:
@@ -198,18 +232,6 @@ def find_cells_around(words: Sequence[FeaturePhrases], values: Sequence[float]) 
 
 Trial: TypeAlias = tuple[StateAnalysis, tuple[int, ...]]
 """A state, and the rows that are left out and then decided."""
-
-
-class Accuracy(NamedTuple):
-    """The number of press-made examples that were decided as shown without them."""
-
-    right: int
-    of: int
-
-    @property
-    def share(self) -> float:
-        """The share of correct decisions; 0 if there were none."""
-        return self.right / self.of if self.of else 0.0
 
 
 class LessonAnalysis:
@@ -274,23 +296,20 @@ class LessonAnalysis:
             found += [(state, tuple(state.press_rows[first::count])) for first in range(count)]
         return found
 
-    def score_leave_one_out(self) -> Accuracy:
-        """Compute leave-one-out accuracy, pooled over all states with at least two press-made examples."""
-        return _score(self.trials)
-
-    def score_half_of_examples(self) -> Accuracy:
-        """Compute the same accuracy when a random half of the other examples is learned from, drawn several times."""
+    def draw_halves(self) -> list[Trial]:
+        """Draw random halves of the press-made examples of each state to leave out."""
         draws = 1 if isinstance(self.lesson.options.learner, SklearnOptions) else DRAWS
         generator = np.random.default_rng(SEED)
         found = []
         for state in self.states.values():
-            rows, middle = np.array(state.press_rows), len(state.press_rows) // 2
-            for _ in range(draws if len(rows) > 1 else 0):
-                mixed = generator.permutation(rows).tolist()
-                found += [(state, tuple(mixed[:middle])), (state, tuple(mixed[middle:]))]
-        return _score(found)
+            middle = len(state.press_rows) // 2
+            for _ in range(draws if middle else 0):
+                mixed = tuple(generator.permutation(state.press_rows).tolist())
+                found += [(state, mixed[:middle]), (state, mixed[middle:])]
+        return found
 
 
-def _score(trials: Iterable[Trial]) -> Accuracy:
+def predict_left_out(trials: Iterable[Trial]) -> NDArray[np.bool_]:
+    """Return which examples are decided as shown without them, of states with at least two press-made examples."""
     found = [state.predict_without(rows) for state, rows in trials if len(state.press_rows) > 1]
-    return Accuracy(sum(int(right.sum()) for right in found), sum(map(len, found)))
+    return np.concatenate([np.zeros(0, np.bool_), *found])

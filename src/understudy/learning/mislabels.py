@@ -1,13 +1,8 @@
 """Examples that others contradict: presses that are probably slips, and those behind a mistake that was corrected.
 
-For slips, each press is compared twice: with the examples of its own state, and with all directives and confirmations
-of all states, because a wrong button is mostly wrong in other states too. Both predict it from the other examples, see
-`fit_leave_one_out`.
-
-The diagnosis of a correction says whether bad examples misled the robot and which, or whether there were too few.
-It follows the idea of Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013), and is our
-own (docs/correcting.md). It uses examples only, not what was learned from them, so the diagnosis is the same for trees
-and for every classifier.
+Both are found from examples only, never from what was learned from them, so they are the same for trees and for every
+classifier. The rules are our own, on top of `fit_leave_one_out`. The diagnosis of corrections follows the idea of
+Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013); see docs/correcting.md.
 """
 
 from __future__ import annotations
@@ -56,9 +51,9 @@ def find_mislabels(
 ) -> tuple[SuspectExample, ...]:
     """Find directives and confirmations, corrections included, that were probably given by mistake.
 
-    The doubt about an example is about -1 to 1: how strongly the other examples predict another next state,
-    averaged over the examples of its state and those of all states. Each suspect is left out before the others
-    are examined again, since one slip may hide another.
+    The doubt about an example is about -1 to 1: how strongly the other examples predict another next state, averaged
+    over the examples of its state and what was shown in all states, because a wrong button is mostly wrong in other
+    states too. Each suspect is left out before the others are examined again, since one slip may hide another.
 
     Parameters
     ----------
@@ -81,16 +76,9 @@ def find_mislabels(
     ------
     DefinitionError
         If an example does not fit the automaton's features.
-
-    Notes
-    -----
-    Gaussian process with leave-one-out prediction: Rasmussen and Williams, Gaussian Processes for Machine Learning
-    (2006), equation 5.12 and section 6.5. The rule for suspects is our own.
     """
-    names = lesson.automaton.state_names
-    pools = [
-        _select_evidence(lesson, name) for name in ("", *(names[:1] if lesson.automaton.stateless else names))
-    ]
+    names = lesson.automaton.state_names[: 1 if lesson.automaton.stateless else None]
+    pools = [_select_evidence(lesson, name) for name in ("", *names)]
     fits = [fit_leave_one_out(lesson, pool) for pool in pools if len(pool) > ENOUGH]
     left = {example.number: example for example in pools[0]}
     found: list[SuspectExample] = []
@@ -211,9 +199,7 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
     alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
     rivals = [each for each in alike if each.correction and each.is_shown and each.next != correction.next]
     if rivals:
-        reason = (
-            f"Correction {correction.number} contradicts {format_example_numbers(rivals)}: both are kept."
-        )
+        reason = f"{said.capitalize()} contradicts {format_example_numbers(rivals)}: both are kept."
         return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
     if others < ENOUGH:
         count = f"{others} other example{'s' * (others != 1)}"
