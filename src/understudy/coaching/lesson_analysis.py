@@ -180,7 +180,7 @@ class StateAnalysis:
         same = self.shown.outcomes == outcome
         others = np.where(same, np.inf, distances)
         nearest = others.argmin(axis=-1)
-        if np.count_nonzero(same) in (0, len(same)):
+        if not same.any():
             return np.zeros(distances.shape[:-1]), nearest
         nearer = distances[..., same].min(axis=-1) - others.min(axis=-1)
         return np.minimum(np.maximum(nearer / (2 * FAR), 0.0), 1.0), nearest

@@ -82,3 +82,11 @@ def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
     (asked,) = slips_of(pooled)
     assert asked.state == ""
     assert asked.sentence.startswith("Did you mean this when A is ")
+
+
+def test_a_press_recorded_in_a_flag_state_may_be_a_slip_too() -> None:
+    """No tree leaves that state, so none is asked whether it would have decided so."""
+    lesson = goto((*FAR, *NEAR, ("done", "done", "confirmation", 3.4, 105)))
+    (asked,) = slips_of(lesson)
+    assert (asked.state, asked.examples) == ("done", (8,))
+    assert asked.sentence.startswith("Did you mean this in state done when A is ")
