@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.export.export_automaton import ExportResult as ExportResult
     from understudy.export.export_automaton import export_automaton as export_automaton
-    from understudy.learning.correction_diagnosis import CorrectionDiagnosis as CorrectionDiagnosis
-    from understudy.learning.correction_diagnosis import diagnose_correction as diagnose_correction
     from understudy.learning.explain import Explanation as Explanation
     from understudy.learning.explain import explain as explain
     from understudy.learning.fit import learn as learn
     from understudy.learning.fit import learn_automaton as learn_automaton
+    from understudy.learning.mislabels import CorrectionDiagnosis as CorrectionDiagnosis
+    from understudy.learning.mislabels import diagnose_correction as diagnose_correction
     from understudy.learning.mislabels import find_mislabels as find_mislabels
     from understudy.model.automaton import START as START
     from understudy.model.automaton import Automaton as Automaton
@@ -134,8 +134,8 @@ _MODULES = {
     "UnderstudyError": "errors",
     "ExportResult": "export.export_automaton",
     "export_automaton": "export.export_automaton",
-    "CorrectionDiagnosis": "learning.correction_diagnosis",
-    "diagnose_correction": "learning.correction_diagnosis",
+    "CorrectionDiagnosis": "learning.mislabels",
+    "diagnose_correction": "learning.mislabels",
     "Explanation": "learning.explain",
     "explain": "learning.explain",
     "learn": "learning.fit",

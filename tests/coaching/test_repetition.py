@@ -7,7 +7,7 @@ from math import nan, tau
 import numpy as np
 import pytest
 
-from understudy.coaching.distances import FeatureDistances
+from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.repetition import find_repetition
 from understudy.coaching.situation_text import make_feature_phrases
 from understudy.model.features import BoundFeature, Feature

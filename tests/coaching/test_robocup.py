@@ -9,12 +9,8 @@ import pytest
 from tests.learning.lessons import robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
-from understudy.coaching.cross_validation import (
-    make_state_fits,
-    refit_without_examples,
-    score_leave_one_out,
-)
 from understudy.coaching.give_advice import give_advice
+from understudy.coaching.lesson_analysis import LessonAnalysis, predict_left_out
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, State
 from understudy.model.features import BoundFeature, Feature
@@ -77,8 +73,7 @@ def test_both_states_whose_directive_and_default_disagree_are_reported_and_no_co
 def test_leave_one_out_accuracy_is_within_two_and_a_half_points_of_scikit_learns_tree() -> None:
     right = cases = 0
     for _, lesson in lessons():
-        taught = make_state_fits(lesson)
-        score = score_leave_one_out(taught, refit_without_examples(lesson, taught))
-        right, cases = right + score.right, cases + score.of
+        score = predict_left_out(LessonAnalysis(lesson, learn(lesson)).trials)
+        right, cases = right + int(score.sum()), cases + len(score)
     assert cases == 334
     assert right / cases >= SKLEARN - 0.025

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
+from understudy.learning.mislabels import CorrectionDiagnosis, diagnose_correction
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
 from understudy_lab.study import StudyFindings

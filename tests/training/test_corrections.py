@@ -9,7 +9,7 @@ import pytest
 from tests.bodies import Scripted, kit
 from tests.training.lessons import play, session
 
-from understudy.learning.correction_diagnosis import MistakeCause
+from understudy.learning.mislabels import MistakeCause
 from understudy.model.binding import Binding
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Example, ExampleKind

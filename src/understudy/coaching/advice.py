@@ -1,11 +1,38 @@
-"""Advice: a single suggestion about a lesson."""
+"""Advice on a lesson, and the advice on single examples: contradictions, likely slips, and presses that stand alone."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import pairwise, product
 
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.coaching.lesson_analysis import LessonAnalysis, StateAnalysis, find_cells_around
+from understudy.coaching.situation_text import make_situation_box
+from understudy.errors import UnderstudyError, join_names
+from understudy.learning.mislabels import find_mislabels, list_press_examples
+from understudy.learning.report import find_contradictions
+from understudy.learning.training_set import group_by_feature_vector
+from understudy.model.binding import Binding
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Categorical
+from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.library import Kit
+from understudy.model.tree import Tree
 from understudy.model.tree_regions import Box
+from understudy.training.feature_values import compute_example_values
+
+MOST_SLIPS = 3
+"""So many likely slips at once: a person who is asked about more stops reading."""
+MOST_ADVICE = 2
+"""So many pieces of one kind of advice on one state."""
+NEARBY = 0.15
+"""So near, another example says the same: well within what is far from one."""
+MOST_FURTHER = 24
+"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
 
 
 class AdviceKind(StrEnum):
@@ -43,3 +70,184 @@ class Advice:
     examples: tuple[int, ...] = ()
     at: tuple[float, ...] | None = None
     doubt: float = 0.0
+
+
+def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
+    """Advise on directives and confirmations of equal situations that disagree, with a feature that separates them."""
+    for state in analysis.states.values():
+        for group in find_contradictions(analysis.lesson, state.name):
+            box, when = state.describe_example(group[0])
+            numbers = tuple(example.number for example in group)
+            where = f" in {state.place}" if state.place else ""
+            sentence = f"Tell me which is right{where}{when}: {_describe_answers(group)}; delete what you did not mean."
+            yield Advice(AdviceKind.CONTRADICTION, sentence, state.place, 0.95, box, numbers, group[0].values)
+            separating = None if kit is None else find_separating_feature(analysis.lesson, group, kit)
+            if separating is not None:
+                sentence = (
+                    f"Let me look at {separating}, too: it tells examples {join_names(map(str, numbers))} apart, "
+                    "which look the same to me now."
+                )
+                yield Advice(AdviceKind.SEPARATING, sentence, state.place, 0.9, box, numbers)
+
+
+def _describe_answers(group: Sequence[Example]) -> str:
+    """Describe what examples say: "examples 3 and 47 say right and example 71 says left"."""
+    numbers: dict[str, list[str]] = {}
+    for example in group:
+        answer = f"keep {example.next}" if example.next == example.state else example.next
+        numbers.setdefault(answer, []).append(str(example.number))
+    return join_names(
+        f"example{'s' * (len(each) > 1)} {join_names(each)} {'say' if len(each) > 1 else 'says'} {answer}"
+        for answer, each in numbers.items()
+    )
+
+
+def advise_on_overruled_defaults(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise on directives in the very situation of a default: the directive decides, at once."""
+    for state in analysis.states.values():
+        for group in group_by_feature_vector(state.examples).values():
+            stays = [example for example in group if example.kind is ExampleKind.DEFAULT]
+            directives = [example for example in group if example.kind is ExampleKind.DIRECTIVE]
+            leaves = [example for example in directives if example.next != example.state]
+            if not stays or not leaves:
+                continue
+            box, when = state.describe_example(group[0])
+            first, default = leaves[0], stays[0].number
+            sentence = (
+                f"Is it right that I leave {state.name} for {first.next} at once{when}? Example {first.number} says "
+                f"so, and example {default}, recorded in the same situation, says stay; if not, let me look at "
+                "something that tells them apart."
+            )
+            numbers = first.number, default
+            yield Advice(AdviceKind.DISAGREEMENT, sentence, state.name, 0.75, box, numbers, first.values)
+
+
+def find_separating_feature(lesson: Lesson, group: Sequence[Example], kit: Kit) -> BoundFeature | None:
+    """Find the feature of the kit, not in the lesson, that separates these examples most clearly; None if none does."""
+    steady = frozenset(
+        feature.reading or ""
+        for feature in kit.features.values()
+        if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
+    )
+    best, most = None, 0.0
+    for bound in _list_other_features(lesson, kit):
+        other = replace(lesson, automaton=replace(lesson.automaton, features=(bound,)), examples=())
+        try:
+            values = [compute_example_values(each, other, lesson.record, steady=steady)[0] for each in group]
+        except (UnderstudyError, KeyError):  # it was not recorded then
+            continue
+        clear = _measure_separation(bound, values, [example.next for example in group])
+        if clear > most:
+            best, most = bound, clear
+    return best
+
+
+def _list_other_features(lesson: Lesson, kit: Kit) -> Iterator[BoundFeature]:
+    """Yield the kit's features that the lesson does not use, with its parameters or, if it has none, with targets."""
+    names = lesson.automaton.parameters or tuple(kit.targets)
+    for feature in kit.features.values():
+        for chosen in product(names, repeat=len(feature.parameters)):
+            bound = BoundFeature(feature, Binding(dict(zip(feature.parameters, chosen, strict=True))))
+            if bound not in lesson.automaton.features:
+                yield bound
+
+
+def _measure_separation(bound: BoundFeature, values: Sequence[float], answers: Sequence[str]) -> float:
+    """Measure how clearly values separate answers, from 0 (not at all) to 1."""
+    if isinstance(bound.kind, Categorical) or any(value != value for value in values):
+        by_value: dict[str, set[str]] = {}
+        for value, answer in zip(values, answers, strict=True):
+            by_value.setdefault("absent" if value != value else f"{value}", set()).add(answer)
+        return float(len(by_value) > 1 and all(len(each) == 1 for each in by_value.values()))
+    pairs = sorted(zip(values, answers, strict=True))
+    gaps = [(two[0] - one[0]) for one, two in pairwise(pairs) if one[1] != two[1]]
+    spread = pairs[-1][0] - pairs[0][0]
+    if spread <= 1e-9 * max(1.0, abs(pairs[-1][0])) or len(gaps) != len(set(answers)) - 1:
+        return 0.0
+    return 0.99 * float(np.min(gaps)) / spread
+
+
+def advise_on_mislabels(analysis: LessonAnalysis, meant: Mapping[int, float]) -> Iterator[Advice]:
+    """Advise on directives and confirmations that others contradict, the oddest first (see `learning.mislabels`).
+
+    A press that would be decided as shown by a tree learned without it is rare but not a slip; other classifiers would
+    take too long. `meant` has the presses that the demonstrator has confirmed, with the doubt at that time.
+    """
+    for suspect in find_mislabels(analysis.lesson, meant=meant, most=MOST_SLIPS):
+        example = suspect.example
+        state = analysis.states.get(example.state) or next(iter(analysis.states.values()))
+        rows = tuple(row for row, each in enumerate(state.examples) if each is example)
+        if rows and isinstance(state.transition, Tree) and state.predict_without(rows).all():
+            continue
+        box, when = state.describe_example(example)
+        place = "" if analysis.lesson.automaton.stateless else example.state
+        sentence = f"Did you mean this{f' in state {place}' if place else ''}{when}? {suspect.reason}"
+        weight = 0.15 + 0.6 * min(1.0, suspect.doubt)
+        numbers = list_press_examples(analysis.lesson, example.number)
+        yield Advice(AdviceKind.SLIP, sentence, place, weight, box, numbers, example.values, suspect.doubt)
+
+
+def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise, for each state, on presses without similar ones that are decided differently once they are left out.
+
+    Those that affect most situations come first. Classifiers other than trees would take too long.
+    """
+    left = MOST_FURTHER
+    for state in analysis.states.values():
+        if not isinstance(state.transition, Tree):
+            continue
+        now = state.decide(state.transition, analysis.situations)
+        found = []
+        for row in _list_unsupported_presses(state):
+            if (state, (row,)) not in analysis.trials:
+                left -= 1
+                if left < 0:
+                    break
+            if not state.predict_without((row,)).all():
+                then = state.decide(state.fit_without((row,)), analysis.situations)
+                changed = (now == state.shown.outcomes[row]) & (then != now)
+                found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
+        advised: set[str] = set()
+        for share, row, changed in sorted(found, key=lambda each: each[:2]):
+            example = state.examples[row]
+            if example.next not in advised and len(advised) < MOST_ADVICE:
+                advised.add(example.next)
+                yield _make_isolated_press_advice(analysis, state, example, changed, -share)
+
+
+def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
+    """List the rows of presses that no other nearby press agrees with; otherwise only the exact boundary is open."""
+    rows = np.array(state.shown_rows, np.int64)
+    values, outcomes = state.shown.values[rows], state.shown.outcomes[rows]
+    near = state.distances.compute(values[:, None], values[None]) < NEARBY
+    near &= outcomes[:, None] == outcomes[None]
+    alone: list[int] = rows[near.sum(axis=1) == 1].tolist()  # itself
+    return alone
+
+
+def _make_isolated_press_advice(
+    analysis: LessonAnalysis, state: StateAnalysis, example: Example, changed: NDArray[np.bool_], share: float
+) -> Advice:
+    cells = find_cells_around(state.words, example.values)
+    for feature, word in enumerate(
+        state.words
+    ):  # those of the situations that depend on it, unless these are all
+        column = analysis.cells[:, feature]
+        here = cells.pop(feature) | set(column[changed].tolist())
+        if not here >= {*word.cells, *column.tolist()}:
+            cells[feature] = here
+    said = state.describe(cells)
+    when = f" when {said}" if said else ""
+    what = f"to go from {example.state} to {example.next}" if state.place else example.next
+    if example.next == example.state:
+        what = f"to keep {example.state}"
+    alone = [state.examples[row].next for row in state.shown_rows].count(example.next) == 1
+    return Advice(
+        AdviceKind.SINGLE,
+        f"Only example {example.number} tells me {what}{when}: show me once more, or delete it.",
+        state.place,
+        (0.5 if alone else 0.25) + 0.2 * min(1.0, share / 0.5),
+        make_situation_box(state.words, cells),
+        (example.number,),
+        example.values,
+    )

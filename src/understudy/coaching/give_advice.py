@@ -8,72 +8,49 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import sqrt
+from math import isinf, sqrt
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.conflicts import (
+from understudy.coaching.advice import (
+    MOST_ADVICE,
+    Advice,
+    AdviceKind,
     advise_on_contradictions,
+    advise_on_isolated_presses,
     advise_on_mislabels,
     advise_on_overruled_defaults,
 )
-from understudy.coaching.coverage import (
-    advise_on_coverage_gaps,
-    advise_on_states_never_entered,
-    advise_on_states_never_left,
-    advise_on_unused_features,
+from understudy.coaching.lesson_analysis import (
+    FAR,
+    LessonAnalysis,
+    StateAnalysis,
+    find_cells_around,
+    predict_left_out,
 )
-from understudy.coaching.cross_validation import (
-    HALVES,
-    Accuracy,
-    score_half_of_examples,
-    score_leave_one_out,
-)
-from understudy.coaching.fragile_boundaries import advise_on_isolated_presses, advise_on_stretched_leaves
-from understudy.coaching.lesson_analysis import LessonAnalysis
+from understudy.coaching.situation_text import make_situation_box, match_cells
+from understudy.errors import join_names
+from understudy.learning.training_set import select_teaching_examples
 from understudy.model.automaton import Transition
-from understudy.model.learner_options import SklearnOptions
-from understudy.model.lesson import Lesson
+from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Kit
+from understudy.model.tree import STAY, Tree
+from understudy.model.tree_regions import Box, ValueSet, find_tested_features, list_leaf_boxes
 
+BEGINNING = 0.7
+"""What a gap in the start state counts beside others: it is passed once, and what follows can make up for it."""
+LEAST_SHARE = 0.02
+"""A situation rarer than this is not worth a person's time."""
+LEAST_CONTRAST = 0.5
+"""From so much nearer on, other examples make a leaf questionable."""
+MOST_SITUATIONS = 48
+"""So many situations are moved into each leaf."""
 LEAST_CASES = 8
-"""With fewer cases such a share says nothing."""
+"""With fewer cases the share of those decided as shown says nothing."""
 GOOD = 0.95
-
-
-def advise_on_accuracy(survey: LessonAnalysis) -> Iterator[Advice]:
-    """Report the leave-one-out accuracy in one sentence; nothing if there are too few examples."""
-    whole = score_leave_one_out(survey.learners, survey.trials)
-    if survey.is_scant or whole.of < LEAST_CASES:
-        return
-    slow = isinstance(survey.lesson.options.learner, SklearnOptions)
-    half = score_half_of_examples(survey.learners, halves=1 if slow else HALVES)
-    told = f"leave each example out in turn and I get {whole.right} of {whole.of} right"
-    if whole.share >= GOOD:
-        yield _advice(f"I have seen enough of what you showed: {told}.", 0.05)
-    elif has_accuracy_grown(whole, half):
-        sentence = f"More examples are likely to help: {told}, and with half of the others {half.share:.0%}."
-        yield _advice(sentence, 0.35)
-    else:
-        sentence = (
-            f"More of the same may not help: {told}, and no fewer with half of the others; look at features."
-        )
-        yield _advice(sentence, 0.3)
-
-
-def has_accuracy_grown(whole: Accuracy, half: Accuracy) -> bool:
-    """Return whether accuracy grew from half of the examples to all by more than its standard error."""
-    error = sqrt(max(whole.share * (1 - whole.share), 0.01) / max(1, whole.of))
-    return whole.share - half.share > error
-
-
-def _advice(sentence: str, weight: float) -> Advice:
-    return Advice(AdviceKind.OUTLOOK, sentence, "", weight)
-
-
+"""With this share of cases decided as shown, a lesson has enough examples."""
 UNSURE = 0.3
 """No advice on a lesson of hardly any examples weighs more."""
 
@@ -92,31 +69,187 @@ def give_advice(
     robot may meet (see `sample_posed_situations`); None: they are sampled from the examples. `meant` has the presses
     that the demonstrator has confirmed, by number, with the `doubt` at that time.
     """
-    survey = LessonAnalysis.from_lesson(lesson, transitions, situations)
-    odd = list(advise_on_mislabels(survey, meant))
-    doubted = {number for each in odd for number in each.examples}
+    analysis = LessonAnalysis(lesson, transitions, situations)
     found = [
-        *advise_on_contradictions(survey, kit),
-        *advise_on_overruled_defaults(survey),
-        *advise_on_states_never_left(survey),
-        *advise_on_states_never_entered(survey),
-        *advise_on_coverage_gaps(survey),
-        *advise_on_stretched_leaves(survey),
-        *odd,
-        *(each for each in advise_on_isolated_presses(survey) if each.examples[0] not in doubted),
-        *advise_on_accuracy(survey),
-        *advise_on_unused_features(survey),
+        *advise_on_contradictions(analysis, kit),
+        *advise_on_overruled_defaults(analysis),
+        *advise_on_missing_switches(analysis),
     ]
-    if survey.is_scant:
+    if analysis.is_scant:
         found = [replace(each, weight=min(each.weight, UNSURE)) for each in found]
-        found.insert(0, _few(survey))
+        found.insert(0, _advise_on_few_presses(analysis))
+    else:
+        slips = list(advise_on_mislabels(analysis, meant))
+        doubted = {number for each in slips for number in each.examples}
+        found += advise_on_coverage_gaps(analysis)
+        found += advise_on_stretched_leaves(analysis)
+        found += slips
+        found += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
+        found += advise_on_accuracy(analysis)
+        found += advise_on_unused_features(analysis)
     return tuple(sorted(found, key=lambda each: -each.weight))
 
 
-def _few(survey: LessonAnalysis) -> Advice:
-    presses, held = survey.demonstration_count, any(example.quarantined for example in survey.lesson.examples)
+def _advise_on_few_presses(analysis: LessonAnalysis) -> Advice:
+    presses, held = analysis.demonstration_count, any(each.quarantined for each in analysis.lesson.examples)
     said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
     so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
-    return Advice(
-        AdviceKind.FEW, f"{said}{so_far}: show me more, and then I can tell you what is missing.", "", UNSURE
-    )
+    sentence = f"{said}{so_far}: show me more, and then I can tell you what is missing."
+    return Advice(AdviceKind.FEW, sentence, "", UNSURE)
+
+
+def advise_on_missing_switches(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise on states, other than flag states, that no example leaves, and on states that no example leads to."""
+    automaton, examples = analysis.lesson.automaton, select_teaching_examples(analysis.lesson)
+    left = {example.state for example in examples if example.next != example.state}
+    entered = {automaton.states[0].name, *(example.next for example in examples)}
+    for index, state in enumerate(() if automaton.stateless else automaton.states):
+        if state.flag is None and state.name in entered - left:
+            sentence, weight = f"Show me when to leave {state.name}: so far I stay in it for good.", 0.6
+            if index == 0:
+                sentence = f"Show me what to do first: nothing leads from {state.name} to any other state."
+                weight = 0.9
+            yield Advice(AdviceKind.NEVER_LEFT, sentence, state.name, weight)
+    for state in automaton.states:
+        if state.name not in entered:
+            what, weight = (f"go to {state.name}", 0.55) if state.flag is None else (f"say {state.flag}", 0.8)
+            sentence = f"Show me when to {what}, or leave it out: nothing you showed leads there."
+            yield Advice(AdviceKind.NEVER_ENTERED, sentence, state.name, weight)
+
+
+def advise_on_coverage_gaps(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise on situations without examples, state by state, those farthest from all examples first."""
+    for state in analysis.states.values() if len(analysis.situations) else ():
+        rows = state.shown.values
+        nearest = state.distances.compute(analysis.situations[:, None], rows[None]).min(axis=1)
+        is_open = (nearest >= FAR) & analysis.find_possible_situations(state)
+        for _ in range(MOST_ADVICE):
+            if not is_open.any():
+                break
+            farthest = int(np.argmax(np.where(is_open, nearest, -1.0)))
+            is_open[farthest] = False
+            widest = _find_widest_gap(state, analysis.situations[farthest])
+            if widest is None:
+                continue
+            there = match_cells(widest, analysis.cells)
+            is_open &= ~there
+            share = float(there.mean())
+            if share < LEAST_SHARE:
+                continue
+            once = BEGINNING if state.place == analysis.lesson.automaton.states[0].name else 1.0
+            where = f" in state {state.place}" if state.place else ""
+            yield Advice(
+                AdviceKind.GAP,
+                f"Show me what to do{where} when {state.describe(widest)}: I was never shown that.",
+                state.place,
+                0.3 + 0.35 * once * float(nearest[farthest]) * min(1.0, share / 0.25),
+                make_situation_box(analysis.words, widest),
+                at=tuple(analysis.situations[farthest].tolist()),
+            )
+
+
+def _find_widest_gap(state: StateAnalysis, here: NDArray[np.float64]) -> dict[int, frozenset[int]] | None:
+    """Find the cells around a situation, without the features that are not needed to exclude all examples.
+
+    The feature that differs least from the nearest example goes first. None if an example has the same cells.
+    """
+    cells = find_cells_around(state.words, here.tolist())
+    if not cells or match_cells(cells, state.cells).any():
+        return None
+    apart = state.distances.compute_by_feature(state.shown.values, here)
+    nearest = apart[state.distances.combine(apart).argmin()]
+    for feature in np.argsort(nearest, kind="stable").tolist():
+        wider = {other: allowed for other, allowed in cells.items() if other != feature}
+        if wider and not match_cells(wider, state.cells).any():
+            cells = wider
+    return cells
+
+
+def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise, for each state, on leaves that leave it where other examples are much nearer than their own."""
+    kinds = [bound.kind for bound in analysis.lesson.automaton.features]
+    for state in analysis.states.values():
+        situations = analysis.situations[analysis.find_possible_situations(state)][:MOST_SITUATIONS]
+        if not isinstance(state.transition, Tree) or not len(situations):
+            continue
+        found = []
+        for outcome, box in list_leaf_boxes(state.transition, kinds):
+            if outcome not in (STAY, state.shown.current):
+                rows = _move_into_box(box, situations)
+                distances = state.plain_distances.compute(rows[:, None], state.shown.values[None])
+                amounts, others = state.measure_contrast(distances, outcome)
+                worst = int(amounts.argmax())
+                if amounts[worst] >= LEAST_CONTRAST:
+                    following = analysis.lesson.automaton.state_names[outcome]
+                    doubt = float(amounts[worst]), rows[worst].tolist(), state.examples[others[worst]]
+                    found.append(_make_stretched_leaf_advice(state, box, following, *doubt))
+        yield from sorted(found, key=lambda each: -each.weight)[:MOST_ADVICE]
+
+
+def _make_stretched_leaf_advice(
+    state: StateAnalysis, box: Box, following: str, amount: float, at: list[float], nearest: Example
+) -> Advice:
+    cells = find_cells_around(state.words, at)
+    around = make_situation_box(state.words, cells)
+    region = tuple(mine & leaf for mine, leaf in zip(around, box, strict=True))
+    start = f"go from {state.place} to {following}" if state.place else f"do {following}"
+    answer = "stay" if nearest.next == nearest.state else nearest.next
+    said = f"Is it right that I {start} when {state.describe(cells)}?"
+    sentence = f"{said} The nearest example, {nearest.number}, says {answer}."
+    weight = 0.3 + 0.35 * amount
+    return Advice(AdviceKind.STRETCHED, sentence, state.place, weight, region, (nearest.number,), tuple(at))
+
+
+def _move_into_box(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return situations with every value outside a box moved to its edge."""
+    rows = situations.copy()
+    for column, region in enumerate(box):
+        outside = [value not in region for value in rows[:, column].tolist()]
+        rows[outside, column] = _choose_value(region)
+    return rows
+
+
+def _choose_value(region: ValueSet) -> float:
+    if not region.parts:
+        return np.nan
+    low, high = region.parts[0]
+    if isinf(low) or isinf(high):
+        return high - 1e-6 * max(1.0, abs(high)) if isinf(low) and not isinf(high) else low
+    return low if high - low == 1.0 and low == int(low) else (low + high) / 2
+
+
+def advise_on_accuracy(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Report the leave-one-out accuracy in one sentence; nothing if there are too few examples."""
+    whole = predict_left_out(analysis.trials)
+    if len(whole) < LEAST_CASES:
+        return
+    share, half = whole.mean(), predict_left_out(analysis.draw_halves()).mean()
+    error = sqrt(max(share * (1 - share), 0.01) / len(whole))
+    said = f"leave each example out in turn and I get {whole.sum()} of {len(whole)} right"
+    if share >= GOOD:
+        sentence, weight = f"I have seen enough of what you showed: {said}.", 0.05
+    elif share - half > error:
+        sentence = f"More examples are likely to help: {said}, and with half of the others {half:.0%}."
+        weight = 0.35
+    else:
+        sentence = (
+            f"More of the same may not help: {said}, and no fewer with half of the others; look at features."
+        )
+        weight = 0.3
+    yield Advice(AdviceKind.OUTLOOK, sentence, "", weight)
+
+
+def advise_on_unused_features(analysis: LessonAnalysis) -> Iterator[Advice]:
+    """Advise on features that no tree tests."""
+    functions = [state.transition for state in analysis.states.values()]
+    trees = [function for function in functions if isinstance(function, Tree)]
+    if not trees or len(trees) < len(functions):
+        return
+    used = find_tested_features(trees)
+    names = [
+        str(bound) for index, bound in enumerate(analysis.lesson.automaton.features) if index not in used
+    ]
+    if names:
+        they, decide = ("they matter", "they decide") if len(names) > 1 else ("it matters", "it decides")
+        sentence = f"Leave out {join_names(names)}, or show me where {they}: so far {decide} nothing."
+        yield Advice(AdviceKind.IDLE, sentence, "", 0.2)

@@ -1,20 +1,18 @@
-"""The analysis of a lesson: all that the different kinds of advice need, computed once."""
+"""The analysis of a lesson: all that advice and doubts about decisions need, computed once.
+
+Of each state these are its examples, the distances between situations, and what would be decided without some examples.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.cross_validation import (
-    LeaveOneOutFit,
-    StateFit,
-    make_state_fits,
-    refit_without_examples,
-)
-from understudy.coaching.distances import FeatureDistances
 from understudy.coaching.situation_sampling import (
     fill_own_features,
     sample_similar_situations,
@@ -29,95 +27,289 @@ from understudy.coaching.situation_text import (
     make_feature_phrases,
     make_situation_box,
 )
+from understudy.errors import DefinitionError
+from understudy.learning.fit import make_fitter
+from understudy.learning.sklearn_adapter import ClassifierTransition
+from understudy.learning.training_set import (
+    TrainingSet,
+    group_by_feature_vector,
+    group_examples_by_state,
+    make_training_set,
+)
 from understudy.model.automaton import Transition
+from understudy.model.features import FlagFeature
+from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
-from understudy.model.tree_regions import Box
+from understudy.model.tree import STAY, Tree, make_leaf
+from understudy.model.tree_regions import Box, find_tested_features
 
+UNTESTED = 0.25
+"""The weight of a feature that a state's tree does not test: the lesson has it, so it may matter all the same."""
+FAR = 0.35
+"""From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
 ENOUGH = 3
-"""So many presses that said something are the least to say anything about what is missing."""
+"""The least number of directives and confirmations with which anything is said about what is missing."""
+MOST_TRIALS, MOST_SLOW_TRIALS = 64, 8
+"""The largest numbers of trials in a lesson, each without an example, for trees and for classifiers of scikit-learn.
+
+In larger lessons each trial leaves out several examples at once.
+"""
+SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
+"""Classifiers that take a second to fit: there are no trials of them."""
+MOST_FITS = 40
+"""So many transition functions at most, each without one example, are asked about one decision."""
+DRAWS, SEED = 4, 1
+"""How often a random half of the examples is drawn, and the seed."""
 
 
-@dataclass(frozen=True)
-class LessonAnalysis:
-    """A lesson, its transition functions, and by state its examples and what is learned without some of them.
+class FeatureDistances:
+    """Distances between feature vectors: 0 for equal ones, 1 for the largest difference.
 
-    `situations` [M, F] are feature vectors that the robot may meet; `cells` [M, F] are the same as people describe
-    them.
+    Numbers differ by their share of the observed range, angles by their share of half a turn, labels and absence by 0
+    or 1. Features that a state's tree tests have weight 1, all others `UNTESTED`; without a tree that tests any, all
+    have weight 1.
     """
 
-    lesson: Lesson
-    transitions: Mapping[str, Transition]
-    words: tuple[FeaturePhrases, ...]
-    situations: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    learners: Mapping[str, StateFit]
-    trials: Mapping[str, Sequence[LeaveOneOutFit]]
+    def __init__(self, words: Sequence[FeaturePhrases], transition: Transition | None) -> None:
+        tested = find_tested_features([transition]) if isinstance(transition, Tree) else set()
+        columns = range(len(words))
+        self._weights = np.array([1.0 if not tested or each in tested else UNTESTED for each in columns])
+        self._scale, self._turn = np.ones(len(words)), np.zeros(len(words))
+        self._labels = np.array([isinstance(word.bound.kind, Categorical) for word in words], np.bool_)
+        for column, word in enumerate(words):
+            if isinstance(word.bound.kind, Toroidal):
+                self._turn[column] = word.bound.kind.period
+                self._scale[column] = word.bound.kind.period / 2
+            elif not self._labels[column] and word.high > word.low:
+                self._scale[column] = word.high - word.low
 
-    @classmethod
-    def from_lesson(
-        cls,
+    def compute_by_feature(
+        self, rows: NDArray[np.float64], values: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Compute distances, from 0 to 1, between vectors [..., F] and others, broadcast, for each feature."""
+        off = np.abs(rows - values)
+        off = np.where(off > self._turn / 2, np.abs(self._turn - off), off)  # of what has no period: itself
+        off = np.where(self._labels & (off > 0), 1.0, np.minimum(off / self._scale, 1.0))
+        missing = np.isnan(off)
+        return np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, off) if missing.any() else off
+
+    def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Compute distances between vectors [..., F] and others, broadcast, over all features; 1 is far."""
+        return self.combine(self.compute_by_feature(rows, values))
+
+    def combine(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Combine distances `apart` [..., F] of features into one."""
+        found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
+        return found
+
+
+class StateAnalysis:
+    """The examples that teach one state, with its transition function and those learned without some examples.
+
+    `place` is the state that advice refers to: "" in a stateless automaton. `distances` weigh features by the state's
+    tree, `plain_distances` weigh all alike. `press_rows` are the rows of examples made by presses, which are left out
+    and predicted; `shown_rows` are those of directives and confirmations.
+    """
+
+    def __init__(
+        self,
+        lesson: Lesson,
+        name: str,
+        examples: tuple[Example, ...],
+        transition: Transition,
+        words: Sequence[FeaturePhrases],
+    ) -> None:
+        self.name, self.examples, self.transition, self.words = name, examples, transition, words
+        self.place = "" if lesson.automaton.stateless else name
+        self.shown = make_training_set(lesson, examples, name)
+        self.distances, self.plain_distances = (
+            FeatureDistances(words, transition),
+            FeatureDistances(words, None),
+        )
+        self.press_rows = [row for row, example in enumerate(examples) if example.is_from_press]
+        self.shown_rows = [row for row, example in enumerate(examples) if example.is_shown]
+        self._fit = make_fitter(lesson)
+        self._without: dict[tuple[int, ...], Transition] = {}
+
+    def fit_without(self, rows: tuple[int, ...]) -> Transition:
+        """Learn the transition function without some rows, once.
+
+        It stays if no other example was made by a press, or if the others are too few for the classifier.
+        """
+        if rows not in self._without:
+            shown, kept = self.shown, np.delete(np.arange(len(self.examples)), rows)
+            arrays = TrainingSet(
+                (), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current
+            )
+            self._without[rows] = Tree((make_leaf(STAY),))
+            if not set(self.press_rows) <= set(rows):
+                with suppress(DefinitionError):
+                    self._without[rows] = self._fit(arrays)
+        return self._without[rows]
+
+    @cached_property
+    def fits_without_one(self) -> list[tuple[int, Transition]]:
+        """The trees learned without one directive or confirmation, with its row; of many, evenly chosen ones."""
+        rows = self.shown_rows if isinstance(self.transition, Tree) else []
+        return [(row, self.fit_without((row,))) for row in rows[:: -(-len(rows) // MOST_FITS) or 1]]
+
+    def decide(self, transition: Transition, vectors: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the index of the next state for each vector [n, F]; its own where it stays (STAY if stateless)."""
+        if isinstance(transition, ClassifierTransition):
+            found = transition.decide_at_once(vectors)
+        else:
+            found = np.array([transition.decide(vector) for vector in vectors.tolist()], np.int64)
+        return np.where(found == STAY, self.shown.current, found)
+
+    def predict_without(self, rows: tuple[int, ...]) -> NDArray[np.bool_]:
+        """Return which of some rows would be decided as shown without them."""
+        chosen = list(rows)
+        decided = self.decide(self.fit_without(rows), self.shown.values[chosen])
+        found: NDArray[np.bool_] = decided == self.shown.outcomes[chosen]
+        return found
+
+    def measure_contrast(
+        self, distances: NDArray[np.float64], outcome: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Measure how much nearer other examples are to situations than examples of an outcome, from 0 to 1.
+
+        `distances` [..., n] are those of the situations to all examples. The second result is the row of the nearest
+        other example. Where all examples have the outcome, or none has, nothing is nearer.
+        """
+        same = self.shown.outcomes == outcome
+        others = np.where(same, np.inf, distances)
+        nearest = others.argmin(axis=-1)
+        if not same.any():
+            return np.zeros(distances.shape[:-1]), nearest
+        nearer = distances[..., same].min(axis=-1) - others.min(axis=-1)
+        return np.minimum(np.maximum(nearer / (2 * FAR), 0.0), 1.0), nearest
+
+    @cached_property
+    def split_leaves(self) -> Mapping[int, tuple[float, tuple[int, ...]]]:
+        """The leaves whose examples disagree: the share of those outvoted, and the numbers of all in the leaf.
+
+        A default counts only if its situation has no other example.
+        """
+        leaves: dict[int, list[Example]] = {}
+        pressed = group_by_feature_vector([self.examples[row] for row in self.press_rows]).values()
+        for group in pressed if isinstance(self.transition, Tree) else ():
+            leaf = self.transition.path(group[0].values)[1]
+            leaves.setdefault(leaf, []).extend([each for each in group if each.is_shown] or group)
+        found = {}
+        for leaf, examples in leaves.items():
+            outcomes = [example.next for example in examples]
+            outvoted = 1.0 - max(map(outcomes.count, outcomes)) / len(outcomes)
+            if outvoted:
+                found[leaf] = outvoted, tuple(example.number for example in examples)
+        return found
+
+    @cached_property
+    def cells(self) -> NDArray[np.int64]:
+        """The situations of the examples [n, F] as people describe them."""
+        return find_cells(self.words, self.shown.values)
+
+    def describe(self, cells: Cells) -> str:
+        """Describe a situation in words, without what is usual in the state's examples."""
+        return describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
+
+    def describe_example(self, example: Example) -> tuple[Box, str]:
+        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
+        cells = {
+            feature: cell
+            for feature, cell in find_cells_around(self.words, example.values).items()
+            if self.words[feature].cells != tuple(cell)  # it tells nothing: all values that were seen are one
+        }
+        said = self.describe(cells)
+        return make_situation_box(self.words, cells), f" when {said}" if said else ""
+
+
+def find_cells_around(words: Sequence[FeaturePhrases], values: Sequence[float]) -> dict[int, frozenset[int]]:
+    """Find the cell of each feature for one feature vector."""
+    cells = find_cells(words, np.array([values], np.float64).reshape(1, -1))[0]
+    return {feature: frozenset({cell}) for feature, cell in enumerate(cells.tolist())}
+
+
+Trial: TypeAlias = tuple[StateAnalysis, tuple[int, ...]]
+"""A state, and the rows that are left out and then decided."""
+
+
+class LessonAnalysis:
+    """A lesson and its transition functions, with the analysis of each state that has examples.
+
+    A stateless lesson has one entry in `states`, under its first state. `situations` [M, F] are feature vectors that
+    the robot may meet; None: they are sampled from the examples. Values of the automaton's own features are taken from
+    examples instead. `cells` [M, F] are the situations as people describe them.
+    """
+
+    def __init__(
+        self,
         lesson: Lesson,
         transitions: Mapping[str, Transition],
         situations: NDArray[np.float64] | None = None,
-    ) -> LessonAnalysis:
-        """Analyze a lesson; `situations` [M, F] are feature vectors that the robot may meet (None: they are sampled).
-
-        Values of the automaton's own features are taken from examples instead.
-        """
-        seen = stack_example_vectors(lesson)
-        if situations is None:
-            words = make_feature_phrases(lesson.automaton.features, seen)
-            situations = sample_similar_situations(lesson, seen)
-        else:
-            situations = fill_own_features(lesson, situations, seen)
-            words = make_feature_phrases(lesson.automaton.features, np.concatenate([seen, situations]))
-        found = make_state_fits(lesson)
-        return cls(
-            lesson,
-            transitions,
-            words,
-            situations,
-            find_cells(words, situations),
-            found,
-            refit_without_examples(lesson, found),
-        )
-
-    @property
-    def demonstration_count(self) -> int:
-        """The number of directives and confirmations."""
-        return sum(example.is_shown for learner in self.learners.values() for example in learner.examples)
-
-    @property
-    def is_scant(self) -> bool:
-        """Whether there are too few examples to say what is missing."""
-        return self.demonstration_count < ENOUGH
-
-    def transition(self, state: str) -> Transition:
-        """Get the transition function of a state of `make_state_fits`."""
-        return self.transitions[state]
-
-    def make_distances(self, state: str) -> FeatureDistances:
-        """Make the distances between situations in a state."""
-        return FeatureDistances(self.words, self.transitions.get(state))
-
-    def describe_situation(self, state: str, cells: Cells) -> str:
-        """Describe a situation of a state in words, without what is usual in its examples."""
-        rows = self.learners[state].shown.values
-        return describe_situation(
-            self.words, cells, find_usual_cells(find_cells(self.words, rows), self.words)
-        )
-
-    def describe_example(self, state: str, example: Example) -> tuple[Box, str]:
-        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
-        row = find_cells(self.words, np.array([example.values], np.float64).reshape(1, -1))[0]
-        cells = {
-            feature: frozenset({int(cell)})
-            for feature, cell in enumerate(row)
-            if self.words[feature].cells != (cell,)  # it tells nothing: all values that were seen are one
+    ) -> None:
+        self.lesson = lesson
+        self._seen = seen = stack_example_vectors(lesson)
+        if situations is not None:
+            self.situations = fill_own_features(lesson, situations, seen)
+            seen = np.concatenate([seen, self.situations])
+        self.words = make_feature_phrases(lesson.automaton.features, seen)
+        taught = group_examples_by_state(lesson)
+        names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
+        self.states = {
+            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words) for name in names
         }
-        said = self.describe_situation(state, cells)
-        return make_situation_box(self.words, cells), f" when {said}" if said else ""
+        shown = sum(each.is_shown for state in self.states.values() for each in state.examples)
+        self.demonstration_count = shown
+        self.is_scant = shown < ENOUGH
 
-    def place(self, state: str) -> str:
-        """Return the state that advice refers to: the state itself, or "" in a stateless automaton."""
-        return "" if self.lesson.automaton.stateless else state
+    @cached_property
+    def situations(self) -> NDArray[np.float64]:
+        """Feature vectors [M, F] that the robot may meet."""
+        return sample_similar_situations(self.lesson, self._seen)
+
+    @cached_property
+    def cells(self) -> NDArray[np.int64]:
+        """The situations [M, F] as people describe them."""
+        return find_cells(self.words, self.situations)
+
+    def find_possible_situations(self, state: StateAnalysis) -> NDArray[np.bool_]:
+        """Return which situations can occur in a state: each flag as some example has it there."""
+        found = np.ones(len(self.situations), np.bool_)
+        for column, bound in enumerate(self.lesson.automaton.features):
+            if isinstance(bound.feature, FlagFeature) and not self.lesson.automaton.stateless:
+                found &= np.isin(self.situations[:, column], state.shown.values[:, column])
+        return found
+
+    @cached_property
+    def trials(self) -> list[Trial]:
+        """The press-made examples to leave out: one at a time, or several in large lessons."""
+        learner, states = self.lesson.options.learner, self.states.values()
+        is_tree = not isinstance(learner, SklearnOptions)
+        if isinstance(learner, SklearnOptions) and learner.classifier in SLOW:
+            return []
+        total = sum(len(state.press_rows) for state in states)
+        together = max(1, -(-total // (MOST_TRIALS if is_tree else MOST_SLOW_TRIALS)))
+        found = []
+        for state in states:
+            count = -(-len(state.press_rows) // together)
+            found += [(state, tuple(state.press_rows[first::count])) for first in range(count)]
+        return found
+
+    def draw_halves(self) -> list[Trial]:
+        """Draw random halves of the press-made examples of each state to leave out."""
+        draws = 1 if isinstance(self.lesson.options.learner, SklearnOptions) else DRAWS
+        generator = np.random.default_rng(SEED)
+        found = []
+        for state in self.states.values():
+            middle = len(state.press_rows) // 2
+            for _ in range(draws if middle else 0):
+                mixed = tuple(generator.permutation(state.press_rows).tolist())
+                found += [(state, mixed[:middle]), (state, mixed[middle:])]
+        return found
+
+
+def predict_left_out(trials: Iterable[Trial]) -> NDArray[np.bool_]:
+    """Return which examples are decided as shown without them, of states with at least two press-made examples."""
+    found = [state.predict_without(rows) for state, rows in trials if len(state.press_rows) > 1]
+    return np.concatenate([np.zeros(0, np.bool_), *found])

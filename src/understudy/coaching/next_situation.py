@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.distances import FeatureDistances
+from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.repetition import find_repetition
 from understudy.coaching.situation_sampling import stack_example_vectors

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.distances import FeatureDistances
+from understudy.coaching.lesson_analysis import FeatureDistances
 
 AWAY = 3.0
 """The distance, in largest steps between two moments, beyond which the robot has left a situation."""

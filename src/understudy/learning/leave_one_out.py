@@ -1,4 +1,4 @@
-"""Leave-one-out prediction of every example from all others, with the pairwise distances that this needs.
+"""Leave-one-out prediction: what all other examples say about each, with the distances that this needs.
 
 A Gaussian process fits 0 and 1 for each outcome (least-squares classification); one matrix inverse gives its
 prediction for every example from the others (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006,
@@ -8,14 +8,17 @@ equation 5.12 and section 6.5). Far from all other examples, all outcomes are pr
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import join_names
 from understudy.learning import _linalg_kernels
+from understudy.learning.training_set import make_training_set
 from understudy.model.kinds import Categorical, Column, Kind, Toroidal
+from understudy.model.lesson import Example, ExampleKind, Lesson
 
 Square = NDArray[np.float64]
 """A number for each pair of n examples [n, n]."""
@@ -68,66 +71,109 @@ def _axes(column: Column, kind: Kind) -> Iterator[Column]:
 
 SCALES = (0.2, 0.35, 0.6, 1.0)
 """The length scales to try, in units of the median distance between examples."""
+TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
+"""The noise variances expected of corrections, other directives and confirmations, and defaults.
+
+Corrections are most reliable, because demonstrators who correct have just seen what is wrong.
+"""
+WITNESSES = 3
+"""The largest number of examples that a reason names."""
 
 
 @dataclass(frozen=True)
 class LeaveOneOut:
     """A fit of examples from which each can be predicted by all others.
 
-    `like` [n, n] is the similarity of each two examples, 0 to 1. `outcomes` [n] is the index of each example's
-    outcome. `here` lists the examples not left out. `inverse` is that of their similarity matrix with noise
-    variances added to the diagonal.
+    `outcomes` [n] is the index of each example's outcome among those that occur. `unlike` [n, n] is the squared
+    distance of each two examples, `like` [n, n] their similarity, 0 to 1. `here` lists the examples not left out.
+    `inverse` is that of their similarity matrix with noise variances added to the diagonal.
     """
 
-    like: Square
+    examples: tuple[Example, ...]
     outcomes: NDArray[np.int64]
+    unlike: Square
+    like: Square
     inverse: Square
     here: NDArray[np.int64]
 
-    def score_mislabels(self, choices: int) -> Column:
+    def score_mislabels(self) -> Column:
         """Compute how strongly the others predict another outcome than each example's own [n], about -1 to 1.
 
-        0 means that the others predict nothing; -1 stands for examples left out. `choices` is the number of
-        outcomes.
+        0 means that the others predict nothing, or that there is one outcome; -1 stands for examples left out.
         """
-        own = _one_hot(self.outcomes[self.here], choices)
-        predicted = _predicted(self.inverse, own)
+        own = _one_hot(self.outcomes)[self.here]
         found = np.full(len(self.outcomes), -1.0)
-        against = np.where(own > 0, -np.inf, predicted).max(axis=1)
-        found[self.here] = against - predicted[own > 0]
+        if own.shape[1] == 1:
+            found[self.here] = 0.0
+        else:
+            predicted = _predicted(self.inverse, own)
+            against = np.where(own > 0, -np.inf, predicted).max(axis=1)
+            found[self.here] = against - predicted[own > 0]
         return found
 
-    def exclude(self, example: int) -> LeaveOneOut:
+    def exclude(self, place: int) -> LeaveOneOut:
         """Make the fit without one more example, given by its index among all; this is cheaper than a new fit."""
-        at = int(np.flatnonzero(self.here == example)[0])
+        at = int(np.flatnonzero(self.here == place)[0])
         rest = np.delete(np.arange(len(self.here)), at)
         column = self.inverse[rest, at]
         smaller = self.inverse[np.ix_(rest, rest)] - np.outer(column, column) / self.inverse[at, at]
-        return LeaveOneOut(self.like, self.outcomes, smaller, self.here[rest])
+        return replace(self, inverse=smaller, here=self.here[rest])
+
+    def describe_counterevidence(self, place: int) -> str:
+        """Describe which examples contradict an example, given by its index: the most similar with another outcome."""
+        others = self.here[self.outcomes[self.here] != self.outcomes[place]]
+        most = others[np.argsort(-self.like[place, others], kind="stable")]
+        outcome = self.examples[most[0]].next
+        witnesses = [self.examples[other] for other in most if self.examples[other].next == outcome][
+            :WITNESSES
+        ]
+        are, say = ("is", "says") if len(witnesses) == 1 else ("are", "say")
+        example = self.examples[place]
+        return (
+            f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
+            f"which {are} most like it, {say} {outcome}."
+        )
 
 
-def fit_leave_one_out(unlike: Square, outcomes: NDArray[np.int64], noise: Column) -> LeaveOneOut:
-    """Fit a Gaussian process, given squared distances [n, n], outcomes [n] and noise variances [n] of examples.
+def fit_leave_one_out(lesson: Lesson, examples: Sequence[Example]) -> LeaveOneOut:
+    """Fit a Gaussian process to some examples of a lesson, sorted by number.
 
     Of SCALES, the length scale with the highest leave-one-out likelihood is used (Rasmussen and Williams 2006,
     section 5.4.2); for each the signal variance is fitted too.
     """
-    choices = int(outcomes.max()) + 1
-    own = _one_hot(outcomes, choices)
+    pool = tuple(sorted(examples, key=lambda example: example.number))
+    shown = make_training_set(lesson, pool, pool[0].state)
+    outcomes = np.unique(shown.outcomes, return_inverse=True)[1]
+    noise = np.diag([estimate_noise_variance(example) for example in pool])
+    unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
     positive = unlike[unlike > 0]
     middle = float(np.median(positive)) if len(positive) else 1.0
-    best: tuple[float, Square, Square] | None = None
-    for scale in SCALES:
-        like = np.exp(-unlike / (2 * middle * scale * scale))
-        inverse = _linalg_kernels.invert_matrix(like + np.diag(noise))
-        variance = 1 / np.diag(inverse)
-        off = own - _predicted(inverse, own)
-        size = float((off * off / variance[:, None]).mean())
-        likelihood = -float(np.log(variance).mean()) - float(np.log(max(size, 1e-12)))
-        if best is None or likelihood > best[0]:
-            best = likelihood, like, inverse
-    _, like, inverse = best or (0.0, unlike, unlike)
-    return LeaveOneOut(like, outcomes, inverse, np.arange(len(outcomes)))
+    fits = (_fit(unlike / (2 * middle * scale * scale), _one_hot(outcomes), noise) for scale in SCALES)
+    _, like, inverse = max(fits, key=lambda fit: fit[0])
+    return LeaveOneOut(pool, outcomes, unlike, like, inverse, np.arange(len(pool)))
+
+
+def _fit(unlike: Square, own: NDArray[np.float64], noise: Square) -> tuple[float, Square, Square]:
+    """Return the leave-one-out likelihood of one length scale, the similarities, and the inverse of their matrix."""
+    like = np.exp(-unlike)
+    inverse = _linalg_kernels.invert_matrix(like + noise)
+    variance = 1 / np.diag(inverse)
+    off = own - _predicted(inverse, own)
+    size = float((off * off / variance[:, None]).mean())
+    return -float(np.log(variance).mean()) - float(np.log(max(size, 1e-12))), like, inverse
+
+
+def estimate_noise_variance(example: Example) -> float:
+    """Return the noise variance expected of an example: lowest for corrections, highest for defaults."""
+    if example.correction and example.is_shown:
+        return TRUST_CORRECTION
+    return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
+
+
+def format_example_numbers(examples: Sequence[Example]) -> str:
+    """Format the numbers of examples, such as "example 3" or "examples 3, 5 and 9"."""
+    numbers = sorted(example.number for example in examples)
+    return f"example{'s' * (len(numbers) > 1)} {join_names(map(str, numbers))}"
 
 
 def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -137,5 +183,5 @@ def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]
     return found
 
 
-def _one_hot(outcomes: NDArray[np.int64], choices: int) -> NDArray[np.float64]:
-    return np.eye(choices)[outcomes]
+def _one_hot(outcomes: NDArray[np.int64]) -> NDArray[np.float64]:
+    return np.eye(int(outcomes.max()) + 1)[outcomes]

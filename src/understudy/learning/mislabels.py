@@ -1,29 +1,36 @@
-"""Detection of presses that are probably mislabeled, because other examples contradict them.
+"""Examples that others contradict: presses that are probably slips, and those behind a mistake that was corrected.
 
-Each press is compared twice: with the examples of its own state, and with all directives and confirmations of all
-states, because a wrong button is mostly wrong in other states too. Both predict it from the other examples, see
-`fit_leave_one_out`.
+Both are found from examples only, never from what was learned from them, so they are the same for trees and for every
+classifier. The rules are our own, on top of `fit_leave_one_out`. The diagnosis of corrections follows the idea of
+Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013); see docs/correcting.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
-from understudy.learning.leave_one_out import LeaveOneOut, compute_pairwise_distances, fit_leave_one_out
-from understudy.learning.training_set import make_training_set, select_teaching_examples
+from understudy.errors import DefinitionError
+from understudy.learning.leave_one_out import LeaveOneOut, fit_leave_one_out, format_example_numbers
+from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
-TRUST_CORRECTION, TRUST_SAID, TRUST_DEFAULT = 0.02, 0.1, 0.2
-"""The noise variances expected of corrections, other directives and confirmations, and defaults.
+ENOUGH = 6
+"""The least number of other examples with which any is doubted."""
+ODD = 0.25
+"""The least doubt with which a press is suspected by default.
 
-Corrections are most reliable, because demonstrators who correct have just seen what is wrong.
+It finds most slips, and as many presses that were intended.
 """
-WITNESSES = 3
-"""The largest number of examples that a reason names."""
+DOUBTED = 0.5
+"""The least doubt with which an example is suspected to have caused a mistake."""
+NEAR = 0.1
+"""The least similarity to the correction, of 1, with which an example can have caused the mistake."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,45 +42,6 @@ class SuspectExample:
     doubt: float
 
 
-def estimate_noise_variance(example: Example) -> float:
-    """Return the noise variance expected of an example: lowest for corrections, highest for defaults."""
-    if example.correction and example.is_shown:
-        return TRUST_CORRECTION
-    return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
-
-
-def describe_counterevidence(pool: Sequence[Example], place: int, seen: LeaveOneOut) -> str:
-    """Describe which examples contradict an example: the most similar ones with another next state.
-
-    `place` is the index of the example in `pool`. Examples that were left out of `seen` are not named.
-    """
-    others = seen.here[seen.outcomes[seen.here] != seen.outcomes[place]]
-    most = others[np.argsort(-seen.like[place, others], kind="stable")]
-    outcome = pool[most[0]].next
-    witnesses = [pool[other] for other in most if pool[other].next == outcome][:WITNESSES]
-    ones = "is" if len(witnesses) == 1 else "are"
-    example = pool[place]
-    return (
-        f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
-        f"which {ones} most like it, {'says' if len(witnesses) == 1 else 'say'} {outcome}."
-    )
-
-
-def format_example_numbers(examples: Sequence[Example]) -> str:
-    """Format the numbers of examples, such as "example 3" or "examples 3, 5 and 9"."""
-    *most, last = [str(number) for number in sorted(example.number for example in examples)]
-    return f"examples {', '.join(most)} and {last}" if most else f"example {last}"
-
-
-ODD = 0.25
-"""The least doubt with which a press is suspected by default.
-
-It finds most slips, and as many presses that were intended.
-"""
-ENOUGH = 6
-"""The least number of other examples with which a press is doubted."""
-
-
 def find_mislabels(
     lesson: Lesson,
     *,
@@ -83,9 +51,9 @@ def find_mislabels(
 ) -> tuple[SuspectExample, ...]:
     """Find directives and confirmations, corrections included, that were probably given by mistake.
 
-    The doubt about an example is about -1 to 1: how strongly the other examples predict another next state,
-    averaged over the examples of its state and those of all states. Each suspect is left out before the others
-    are examined again, since one slip may hide another.
+    The doubt about an example is about -1 to 1: how strongly the other examples predict another next state, averaged
+    over the examples of its state and what was shown in all states, because a wrong button is mostly wrong in other
+    states too. Each suspect is left out before the others are examined again, since one slip may hide another.
 
     Parameters
     ----------
@@ -108,27 +76,40 @@ def find_mislabels(
     ------
     DefinitionError
         If an example does not fit the automaton's features.
-
-    Notes
-    -----
-    Gaussian process with leave-one-out prediction: Rasmussen and Williams, Gaussian Processes for Machine Learning
-    (2006), equation 5.12 and section 6.5. The rule for suspects is our own.
     """
-    looks = [_LeaveOneOutView(lesson, pool) for pool in _pools(lesson) if len(pool) > ENOUGH]
-    doubted = {each.number: each for each in select_teaching_examples(lesson) if each.is_shown}
+    names = lesson.automaton.state_names[: 1 if lesson.automaton.stateless else None]
+    pools = [_select_evidence(lesson, name) for name in ("", *names)]
+    fits = [fit_leave_one_out(lesson, pool) for pool in pools if len(pool) > ENOUGH]
+    left = {example.number: example for example in pools[0]}
     found: list[SuspectExample] = []
     while most is None or len(found) < most:
-        seen = [look.score_mislabels() for look in looks]
-        doubts = {number: sum(each.get(number, 0.0) for each in seen) / 2 for number in doubted}
+        doubts = dict.fromkeys(left, 0.0)
+        scores = [fit.score_mislabels() for fit in fits]
+        for fit, score in zip(fits, scores, strict=True):
+            for example, doubt in zip(fit.examples, score.tolist(), strict=True):
+                if example.number in left:
+                    doubts[example.number] += doubt / 2
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
         if not odd:
             break
         number = max(odd, key=lambda each: (doubts[each], -each))
-        reason = next(said for look in looks if (said := look.describe_counterevidence(number)))
-        found.append(SuspectExample(doubted.pop(number), reason, round(doubts[number], 3)))
-        for look in looks:
-            look.exclude(number)
+        suspect, reason = left.pop(number), ""
+        for place, fit in enumerate(fits):
+            if suspect in fit.examples:
+                row = fit.examples.index(suspect)
+                if not reason and scores[place][row] > 0:
+                    reason = fit.describe_counterevidence(row)
+                fits[place] = fit.exclude(row)
+        found.append(SuspectExample(suspect, reason, round(doubts[number], 3)))
     return tuple(found)
+
+
+def _select_evidence(lesson: Lesson, state: str) -> list[Example]:
+    """Return the press-made examples of a state; in a stateless lesson, or for "", what was shown in all states."""
+    taught = select_teaching_examples(lesson)
+    if lesson.automaton.stateless or not state:
+        return [example for example in taught if example.is_shown]
+    return [example for example in taught if example.is_from_press and example.state == state]
 
 
 def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
@@ -145,50 +126,139 @@ def list_press_examples(lesson: Lesson, number: int) -> tuple[int, ...]:
     return number, *defaults
 
 
-def _pools(lesson: Lesson) -> Iterator[Sequence[Example]]:
-    """Yield the examples to compare: those of all states, then those of each state with its defaults.
+class MistakeCause(StrEnum):
+    """The cause of a mistake of the robot."""
 
-    Stateless lessons do not distinguish states; the second list is then the first one again.
+    BAD = "bad examples"
+    FEW = "too few examples"
+    CONTRADICTION = "corrections that contradict each other"
+    UNSURE = "hard to say"
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionDiagnosis:
+    """The result of `diagnose_correction`.
+
+    Parameters
+    ----------
+    correction
+        The correction that was examined.
+    verdict
+        The cause of the robot's mistake.
+    reason
+        A sentence for people that explains the verdict.
+    suspects
+        The examples that probably caused the mistake, the most doubtful first; empty unless the verdict is BAD.
     """
-    taught = select_teaching_examples(lesson)
-    yield [example for example in taught if example.is_shown]
-    for state in lesson.automaton.state_names:
-        if lesson.automaton.stateless:
-            yield [example for example in taught if example.is_shown]
-            return
-        yield [example for example in taught if example.is_from_press and example.state == state]
+
+    correction: Example
+    verdict: MistakeCause
+    reason: str
+    suspects: tuple[SuspectExample, ...] = ()
+
+    @property
+    def reasons(self) -> dict[int, str]:
+        """The reason for each suspect by its number, as `Session.quarantine` takes it."""
+        return {suspect.example.number: suspect.reason for suspect in self.suspects}
+
+    def __str__(self) -> str:
+        return " ".join([self.reason, *(suspect.reason for suspect in self.suspects)])
 
 
-class _LeaveOneOutView:
-    """A set of examples, each predicted from the others."""
+def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
+    """Diagnose why the robot decided wrongly at the moment of a correction.
 
-    def __init__(self, lesson: Lesson, pool: Sequence[Example]) -> None:
-        self._pool = sorted(pool, key=lambda example: example.number)
-        self._places = {example.number: place for place, example in enumerate(self._pool)}
-        shown = make_training_set(lesson, tuple(self._pool), self._pool[0].state)
-        names, outcomes = np.unique(shown.outcomes, return_inverse=True)
-        self._choices = len(names)
-        unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
-        self._seen = fit_leave_one_out(
-            unlike, outcomes, np.array([estimate_noise_variance(each) for each in self._pool])
+    Press-made examples of the same state (of all states in stateless lessons) are suspected if they are similar to
+    the correction, show another next state, and are contradicted by other examples. Corrections are never suspected.
+
+    Parameters
+    ----------
+    lesson
+        The lesson, with the correction among its examples.
+    correction
+        The directive or confirmation by which the demonstrator corrected the robot.
+
+    Returns
+    -------
+    CorrectionDiagnosis
+        The cause of the mistake, and the suspected examples. The lesson stays unchanged.
+
+    Raises
+    ------
+    DefinitionError
+        If the lesson has no such example, or does not learn from it.
+    """
+    pool = _select_evidence(lesson, correction.state)
+    if correction not in pool:
+        raise DefinitionError(
+            what=f"example {correction.number} of lesson {lesson.name!r}",
+            problem="it cannot be diagnosed, since it teaches nothing there",
+            remedy="give a directive or confirmation of the lesson that is not in quarantine",
         )
+    said, others = f"correction {correction.number}", len(pool) - 1
+    alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
+    rivals = [each for each in alike if each.correction and each.is_shown and each.next != correction.next]
+    if rivals:
+        reason = f"{said.capitalize()} contradicts {format_example_numbers(rivals)}: both are kept."
+        return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
+    if others < ENOUGH:
+        count = f"{others} other example{'s' * (others != 1)}"
+        reason = f"With {count} beside {said} it is too early to doubt any."
+        return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
+    fit = fit_leave_one_out(lesson, pool)
+    place = fit.examples.index(correction)
+    near = fit.like[place] > NEAR
+    against = near & (fit.outcomes != fit.outcomes[place])
+    suspects, verdict = _find_causes(fit, against), MistakeCause.FEW
+    if suspects:
+        verdict = MistakeCause.BAD
+        bad = format_example_numbers([suspect.example for suspect in suspects])
+        reason = f"The decision at {said} was wrong because of {bad}."
+    elif fit.score_mislabels()[place] >= DOUBTED:
+        verdict = MistakeCause.UNSURE
+        reason = (
+            f"Examples like {said} agree on something else, so either it is wrong or a boundary is close by."
+        )
+    elif against.any():
+        reason = f"There were too few examples around {said}, and none of them is clearly bad."
+    elif near.sum() > 1:  # itself
+        reason = f"Examples like {said} agree with it: the boundary was in the wrong place."
+    else:
+        reason = f"There were no examples like {said}: it adds what was missing."
+    return CorrectionDiagnosis(correction, verdict, reason, suspects)
 
-    def score_mislabels(self) -> Mapping[int, float]:
-        """Compute the doubt about each example by number; empty if all examples have one outcome."""
-        if self._choices == 1:
-            return {}
-        doubt = self._seen.score_mislabels(self._choices)
-        return {number: float(doubt[place]) for number, place in self._places.items()}
 
-    def describe_counterevidence(self, number: int) -> str:
-        """Describe which examples contradict an example; an empty text if none does."""
-        place = self._places.get(number)
-        if place is None or self._seen.score_mislabels(self._choices)[place] <= 0:
-            return ""
-        return describe_counterevidence(self._pool, place, self._seen)
+def _find_causes(fit: LeaveOneOut, against: NDArray[np.bool_]) -> tuple[SuspectExample, ...]:
+    """Find the bad ones among the examples `against` [n] a correction, the most doubtful first.
 
-    def exclude(self, number: int) -> None:
-        """Leave an example out from now on."""
-        place = self._places.pop(number, None)
-        if place is not None:
-            self._seen = self._seen.exclude(place)
+    Each is left out before the others are examined again, since one bad example may hide another.
+    """
+    found: list[tuple[int, float]] = []
+    candidates = against & [not example.correction for example in fit.examples]
+    while candidates.any():
+        doubt = np.where(candidates, fit.score_mislabels(), -np.inf)
+        place = int(doubt.argmax())
+        if doubt[place] < DOUBTED:
+            break
+        candidates[place] = False
+        if _may_begin_region(place, fit):
+            continue
+        found.append((place, min(float(doubt[place]), 1.0)))
+        fit = fit.exclude(place)
+    return tuple(
+        SuspectExample(fit.examples[place], fit.describe_counterevidence(place), round(doubt, 3))
+        for place, doubt in found
+    )
+
+
+def _may_begin_region(place: int, fit: LeaveOneOut) -> bool:
+    """Return whether an example is the only one of its outcome, and at the edge of the others.
+
+    It is not at their edge if two of them are at more than a right angle as seen from it.
+    """
+    if (fit.outcomes[fit.here] == fit.outcomes[place]).sum() > 1:
+        return False
+    near = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
+    apart = fit.unlike[np.ix_(near, near)]
+    to_each = fit.unlike[place, near]
+    return not (apart > to_each[:, None] + to_each[None, :]).any()

@@ -10,8 +10,8 @@ from typing import Self
 
 import numpy as np
 
-from understudy.learning.correction_diagnosis import CorrectionDiagnosis, diagnose_correction
 from understudy.learning.fit import learn_state
+from understudy.learning.mislabels import CorrectionDiagnosis, diagnose_correction
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey

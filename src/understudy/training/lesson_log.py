@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from msgspec import UNSET
 
-from understudy.learning.correction_diagnosis import CorrectionDiagnosis
+from understudy.learning.mislabels import CorrectionDiagnosis
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.runtime.interpreter import StackFrame, measure_elapsed

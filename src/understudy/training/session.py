@@ -16,7 +16,7 @@ from typing import Self
 from msgspec import UNSET
 
 from understudy.errors import SessionError, SettingError, UnknownName
-from understudy.learning.correction_diagnosis import CorrectionDiagnosis
+from understudy.learning.mislabels import CorrectionDiagnosis
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import Percept

@@ -19,10 +19,9 @@ from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
 from understudy.extras import format_install_command
 from understudy.learning.change_attribution import attribute_condition_changes
-from understudy.learning.correction_diagnosis import diagnose_correction
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn, learn_automaton
-from understudy.learning.mislabels import find_mislabels
+from understudy.learning.mislabels import diagnose_correction, find_mislabels
 from understudy.learning.pruning_suggestions import suggest_pruning
 from understudy.learning.tree_growth import compile_tree_kernels, grow_tree
 from understudy.model.automaton import START, Automaton, State

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from understudy.learning.correction_diagnosis import diagnose_correction
 from understudy.learning.fit import learn_state
+from understudy.learning.mislabels import diagnose_correction
 from understudy.learning.sklearn_adapter import ClassifierTransition, encode_features
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import START, Transition

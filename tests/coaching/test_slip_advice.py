@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 from tests.coaching.lessons import GOTO, Row, goto
 
-from understudy.coaching.advice import Advice, AdviceKind
-from understudy.coaching.conflicts import MOST
+from understudy.coaching.advice import MOST_SLIPS, Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
@@ -47,7 +46,7 @@ def test_what_the_others_would_have_foretold_is_rare_and_no_slip() -> None:
         draws = np.random.default_rng(seed)
         rows = [row_of(float(draws.uniform(0, 4)), float(draws.uniform(0, 360)), draws) for _ in range(24)]
         lesson = goto(tuple(rows))
-        odd = {suspect.example.number for suspect in find_mislabels(lesson, most=MOST)}
+        odd = {suspect.example.number for suspect in find_mislabels(lesson, most=MOST_SLIPS)}
         found = {each.examples[0] for each in slips_of(lesson)}
         for number in odd:
             others = replace(lesson, examples=tuple(e for e in lesson.examples if e.number != number))
@@ -83,3 +82,11 @@ def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
     (asked,) = slips_of(pooled)
     assert asked.state == ""
     assert asked.sentence.startswith("Did you mean this when A is ")
+
+
+def test_a_press_recorded_in_a_flag_state_may_be_a_slip_too() -> None:
+    """No tree leaves that state, so none is asked whether it would have decided so."""
+    lesson = goto((*FAR, *NEAR, ("done", "done", "confirmation", 3.4, 105)))
+    (asked,) = slips_of(lesson)
+    assert (asked.state, asked.examples) == ("done", (8,))
+    assert asked.sentence.startswith("Did you mean this in state done when A is ")
