@@ -10,11 +10,14 @@ import pytest
 from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
+from understudy.falsification.holding_test import HoldingTest
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.library import Library
+from understudy.properties.run_property import Verdict
 from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
-from understudy_lab.forage.teach import make_practice, worlds_of
+from understudy_lab.forage.teach import GOTO_BINDINGS, make_practice, worlds_of
 from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAway
 from understudy_lab.tasks.patrol_teacher import RUN_AWAY
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
@@ -142,3 +145,20 @@ def test_goto_is_taught_with_few_presses() -> None:
     assert teaching.accounts["goto"].presses <= 30
     found = evaluate(teaching.library, "goto", NAME, worlds_of(7)[:20], binding={"A": "station"})
     assert found.success >= 0.9
+
+
+def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
+    """Learned with the highest gain first, GoTo of this teacher says done far away, in one of five worlds."""
+    gain_first = LearnerOptions(watched=True, reaction_s=0.2, learner=TreeOptions(order="gain first"))
+    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, 7, options={"goto": gain_first})
+    teacher.teach(GOTO)
+    spoiled = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"}).raised
+    assert spoiled is not None
+    assert spoiled.elsewhere > 10
+    before = teacher.presses
+    result = teacher.go_on(GOTO, HoldingTest(make_practice(ROOM, 0).scenario, 5_000), GOTO_BINDINGS)
+    assert result.verdict is Verdict.HOLDS
+    assert 0 < teacher.presses - before < 20
+    mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"})
+    assert mended.raised is not None
+    assert mended.raised.elsewhere < 10

@@ -55,7 +55,7 @@ def test_what_agrees_is_nearer_than_anything_else_that_was_right(tmp_path: Path)
 
 
 NOTHING = {  # why -> next state, kind and value of each example
-    "two presses": ["done,directive,0.4", "done,directive,0.2", "left,directive,9"],
+    "one press": ["done,directive,0.4", "left,directive,9"],
     "none pressed": ["done,default,0.4", "done,default,0.2", "done,default,0.1", "left,directive,9"],
     "everywhere": ["done,directive,0", "done,directive,5", "done,directive,9", "left,directive,6"],
     "once absent": ["done,directive,0.4", "done,directive,0.2", "done,directive,", "left,directive,9"],

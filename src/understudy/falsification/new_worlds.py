@@ -31,6 +31,8 @@ from understudy.sim.world import World
 
 LONGEST_RUN_S = 120.0
 """The longest time that a behavior with a flag is given, s."""
+MOST_TIMED = 4
+"""In how many worlds it is found when a behavior without a flag went wrong, for which each is run again."""
 NEARER = 0.02
 """The share of the way to where a flag was shown by which a robot has to come nearer to make progress."""
 
@@ -68,7 +70,7 @@ class NewWorldsResult:
     seconds
         How long that took [K], s; NaN where it does not.
     mistakes
-        The worlds in which it does not, in order.
+        The worlds in which it does not, in order; without a flag, the first MOST_TIMED of them.
     """
 
     works: NDArray[np.bool_]
@@ -146,15 +148,13 @@ class NewWorlds:
         task = make_evaluation_task(library, behavior, self.scenario, binding=binding)
         world = World(self.scenario, self.seeds)
         part = run_many_ticks(world, task.program, library, binding, task.criteria, self.limits, progress)
-        failed = np.flatnonzero(~part.outcomes.finished).tolist()
-        ended = (
-            GoalMeasure(task)([Trial(self.scenario, self.seeds[row]) for row in failed]) if failed else None
-        )
-        why = "the goal of the world was not reached in time"
+        failed = np.flatnonzero(~part.outcomes.finished)[:MOST_TIMED].tolist()
+        measure = GoalMeasure(task, float(part.outcomes.limit_s.max()))
+        ended = [measure([Trial(self.scenario, self.seeds[row])]).progress_s[0] for row in failed]
+        why = "there is no more progress, and the goal of the world is not reached in time"
         mistakes = [
-            Mistake(self.seeds[row], binding, float(ended.progress_s[number]), why)
-            for number, row in enumerate(failed)
-            if ended is not None
+            Mistake(self.seeds[row], binding, float(wrong_s), why)
+            for row, wrong_s in zip(failed, ended, strict=True)
         ]
         return NewWorldsResult(part.outcomes.finished, part.outcomes.seconds, tuple(mistakes))
 

@@ -20,7 +20,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.tree_regions import ValueSet
 from understudy.model.tree_text import FeatureText
 
-FEWEST_PRESSES = 3
+FEWEST_PRESSES = 2
 """The least number of presses from which it is concluded what they had in common."""
 LARGEST_SHARE = 0.25
 """The largest share of a feature's values in a lesson that presses can cover and still have the feature in common."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +21,15 @@ def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") ->
         show_progress_table,
         summarize_teaching,
     )
-    from understudy_lab.forage.teach import teach
+    from understudy_lab.forage.teach import Continued, teach, teach_until_it_holds
 
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
+    continued: Mapping[str, Continued] = {}
     with show_progress_table(talk) as progress:
-        teaching = teach(seed, method={"paper": "plain"}.get(method, method), progress=progress)
+        if method == "live":
+            teaching, continued = teach_until_it_holds(seed, progress=progress)
+        else:
+            teaching = teach(seed, method={"paper": "plain"}.get(method, method), progress=progress)
     library = teaching.library
     print_lessons([library.taught[name] for name in teaching.accounts], talk)
     pictures = [
@@ -35,6 +40,15 @@ def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") ->
     result = {
         "method": method,
         **summarize_teaching(teaching.accounts),
+        "holds": {
+            name: {
+                "verdict": each.result.verdict.value,
+                "works": each.result.held,
+                "worlds": each.result.worlds,
+                "presses": each.presses,
+            }
+            for name, each in continued.items()
+        },
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,
         "relative_to_expert": round(evaluation.relative_to_expert, 4),
@@ -45,6 +59,19 @@ def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") ->
     }
     _print_forage(result, talk, out)
     return result
+
+
+def _tell(holds: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return in words whether each behavior holds, and how many presses that took."""
+    told = {}
+    for name, each in holds.items():
+        said = {
+            "holds": "in at least 95 % of worlds",
+            "fails": "does not hold: in less than 95 % of worlds",
+        }.get(each["verdict"], "does not hold yet")
+        more = f"{each['presses']} more press{'es' * (each['presses'] != 1)}"
+        told[name] = f"{said} ({each['works']} of {each['worlds']}), after {more}"
+    return told
 
 
 def _path(library: Library, folder: Path, seed: int) -> Path:
@@ -70,6 +97,10 @@ def _evaluate_forage(library: Library, seed: int, *, quiet: bool) -> tuple[Evalu
 def _print_forage(result: dict[str, Any], talk: Console, out: Path) -> None:
     from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
 
+    if result["holds"]:
+        print_numbers(
+            "Taught where it went wrong in new worlds, until it holds", _tell(result["holds"]), talk
+        )
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
         "in": f"{format_lasting(result['teaching_seconds'])} of watching the robot",

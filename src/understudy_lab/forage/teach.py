@@ -9,17 +9,22 @@ from typing import Any
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.measurement import Progress
+from understudy.falsification.holding_test import HoldingResult, HoldingTest
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, make_practice_worlds
 from understudy.sim.view import RunFrame
-from understudy_lab.tasks.forage_teacher import PLAIN, TOPICS, WATCHED
-from understudy_lab.teachers.live_teacher import LIVE, choose_teacher
+from understudy_lab.tasks.forage_teacher import FORAGE, GOTO, PLAIN, TOPICS, WATCHED
+from understudy_lab.teachers.live_teacher import LIVE, LiveTeacher, choose_teacher
 from understudy_lab.teachers.teacher import Progress as TeachingProgress
 from understudy_lab.teachers.teacher import TeachingResult, ignore_progress
 
+GOTO_BINDINGS = ({"A": "nearest_food"}, {"A": "station"})
+"""The targets that GoTo is taught with."""
+FIRST_TESTED = 2**42
+"""Worlds in which it is tested whether a behavior holds have seeds from here on: no robot is taught or judged there."""
 WORLDS = 100
 CORNER_WORLDS = 20
 
@@ -52,13 +57,43 @@ def make_practice(name: str, seed: int) -> Forage:
 
 
 def teach(
-    seed: int, *, method: str = "watched", progress: TeachingProgress = ignore_progress
+    seed: int,
+    *,
+    method: str = "watched",
+    options: Mapping[str, LearnerOptions] | None = None,
+    progress: TeachingProgress = ignore_progress,
 ) -> TeachingResult:
-    """Teach GoTo, Harvest, Deposit and Forage with one of `METHODS`; the same seed gives the same library."""
+    """Teach GoTo, Harvest, Deposit and Forage with one of `METHODS`; the same seed gives the same library.
+
+    `options` replace those of the method, by lesson.
+    """
     teacher = choose_teacher(method)
-    return teacher(
-        Library(FORAGE_KIT), make_practice, seed, options=METHODS[method], progress=progress
-    ).teach(*TOPICS)
+    options = METHODS[method] if options is None else options
+    return teacher(Library(FORAGE_KIT), make_practice, seed, options=options, progress=progress).teach(
+        *TOPICS
+    )
+
+
+@dataclass(frozen=True)
+class Continued:
+    """What going on with a behavior where it went wrong gave: the last test, and the number of presses that it took."""
+
+    result: HoldingResult
+    presses: int
+
+
+def teach_until_it_holds(
+    seed: int, *, progress: TeachingProgress = ignore_progress
+) -> tuple[TeachingResult, Mapping[str, Continued]]:
+    """Teach live, then go on with GoTo and with Forage where they go wrong in new worlds, until they hold."""
+    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, seed, options=METHODS[LIVE], progress=progress)
+    teacher.teach(*TOPICS)
+    scenario, continued = Forage([0]).scenario, dict[str, Continued]()
+    for number, (topic, bindings) in enumerate(((GOTO, GOTO_BINDINGS), (FORAGE, [{}]))):
+        before = teacher.presses
+        result = teacher.go_on(topic, HoldingTest(scenario, FIRST_TESTED + number * FIRST_TESTED), bindings)
+        continued[topic.name] = Continued(result, teacher.presses - before)
+    return TeachingResult(teacher.library, teacher.accounts), continued
 
 
 def judge(library: Library, seed: int, *, progress: Progress | None = None) -> Evaluation:

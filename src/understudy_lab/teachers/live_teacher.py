@@ -6,17 +6,26 @@ The teacher looks at one situation after the other. A lesson is finished when se
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
+from pathlib import Path
 
 import numpy as np
 
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
+from understudy.falsification.failing_world import FailingWorld, FailureFacts
+from understudy.falsification.falsify import AT_RANDOM
+from understudy.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.falsification.joint_worlds import Trial
+from understudy.falsification.new_worlds import Mistake
+from understudy.falsification.open_failure import find_failure_moment
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.properties.run_property import Verdict
+from understudy.sim.scenario.schema import Scenario
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, ReactionTime, SimulatedPerson, TryResult
@@ -36,6 +45,10 @@ FIDGETING_S = 4.0
 """A robot that switches `LessonPlan.fidgets` times in so many s is told what it should do there."""
 TAKES_BACK_S = 0.6
 """A demonstrator takes a switch back within so many s, or lets it pass."""
+MOST_LOOKS, MOST_IDLE = 4, 2
+"""In how many worlds a demonstrator looks for something to press, and how often in vain, before they give up."""
+MOST_PRESSES = 60
+"""The number of presses after which a demonstrator no longer goes on where a behavior goes wrong."""
 MOST_FAILED = 30
 """The number of situations that may need presses before a lesson is discarded."""
 
@@ -205,6 +218,74 @@ class LiveTeacher(ScriptedTeacher):
             if verdict is TryResult.LOST:
                 self._correct_below(session)
         return False
+
+    def go_on(
+        self,
+        topic: LessonPlan,
+        tested: HoldingTest,
+        bindings: Sequence[Mapping[str, str]],
+        *,
+        most_presses: int = MOST_PRESSES,
+    ) -> HoldingResult:
+        """Go on with a topic where it goes wrong in new worlds, until it works in the wanted share of them.
+
+        Parameters
+        ----------
+        topic
+            The topic, which was taught before.
+        tested
+            Tests whether it holds.
+        bindings
+            The targets that it is tested with.
+        most_presses
+            The number of presses after which it ends.
+
+        Returns
+        -------
+        HoldingResult
+            The last result.
+        """
+        began, idle = self.presses, 0
+        while True:
+            result = tested.test(self.library, topic.name, bindings)
+            holds = result.verdict is Verdict.HOLDS
+            ends = holds or idle >= MOST_IDLE or self.presses - began >= most_presses
+            if ends or not result.mistakes:
+                said = "learned" if holds else "does not hold yet"
+                self._progress(topic.name, said, self.accounts[topic.name])
+                return result
+            before = self.presses
+            for mistake in result.mistakes[:MOST_LOOKS]:
+                self._go_on_in(topic.name, tested.scenario, mistake)
+                if self.presses > before:
+                    break
+            idle = idle + 1 if self.presses == before else 0
+
+    @property
+    def presses(self) -> int:
+        """The number of presses of all lessons."""
+        return sum(account.presses for account in self.accounts.values())
+
+    def _go_on_in(self, behavior: str, scenario: Scenario, mistake: Mistake) -> None:
+        """Watch the automaton that ran at a mistake, from shortly before it on, and press where it is wrong."""
+        facts = FailureFacts(
+            behavior=behavior,
+            binding=dict(mistake.binding),
+            seed=mistake.seed,
+            limit_s=scenario.limit_s,
+            robustness=0.0,
+            wrong_s=mistake.wrong_s,
+            end_hash="",
+            found_by=AT_RANDOM,
+            steps=(),
+            why=(),
+        )
+        failing = FailingWorld(Path(), Trial(scenario, mistake.seed), facts)
+        moment = find_failure_moment(failing, self.library)
+        session = Session(moment.body, moment.library, moment.lesson, targets=moment.targets)
+        moment.restore_in(session)
+        self._expected[moment.name].begin_situation(None)
+        self._see(self._topics[moment.name], session, Situation("", moment.targets))
 
     def _list_situations(self, topic: LessonPlan) -> Iterator[Situation]:
         """Yield the situations of a lesson, then others in the same worlds without end."""

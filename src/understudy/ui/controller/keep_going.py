@@ -103,7 +103,9 @@ class LessonContinuation:
         mistake = result.mistakes[0]
         before_s = mistake.wrong_s - self._go_to(mistake)
         when = "from now on" if before_s < self._trainer.session.body.tick_s else f"in {before_s:.1f} s"
-        said = f"{name} works in {count}. Here, {when}: {mistake.why}. Press what it should do, and resume"
+        path = self._trainer.session_view.path
+        inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
+        said = f"{name} works in {count}. Here, {when}: {mistake.why}.{inner} Press what it should do, and resume"
         return StatusMessage(said)
 
     def _go_to(self, mistake: Mistake) -> float:
