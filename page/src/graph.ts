@@ -51,6 +51,17 @@ export function edgeId(edge: { from: string; to: string }): string {
   return `${edge.from} ${edge.to}`;
 }
 
+/** The id of the edge of a decision; null where none is drawn. Without a state, one of any. */
+export function edgeOf(
+  edges: readonly Way[],
+  decision: { state: string; next: string } | undefined,
+): string | null {
+  const found = edges.find(
+    ({ from, to }) => to === decision?.next && (decision.state === "" || from === decision.state),
+  );
+  return found === undefined ? null : edgeId(found);
+}
+
 /** An edge wherever it is drawn: the path of the state whose automaton it belongs to, then the edge. */
 function arcId(above: string, edge: Way): string {
   return above === "" ? edgeId(edge) : `${above}\n${edgeId(edge)}`;

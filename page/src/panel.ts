@@ -16,6 +16,8 @@ export class Panel {
   example: number | null = null;
   /** The automaton for which "why" was asked. */
   why: string | null = null;
+  /** Whether the tab Automaton shows what the last press or edit changed. */
+  showsChanges = false;
   /** The behavior of the library that was asked for, another object each time. */
   behavior: { name: string } | null = null;
   /** Examples pointed at: those behind an edge. */
@@ -46,6 +48,19 @@ export class Panel {
   /** Tell why, or no longer. */
   askWhy(automaton: string | null): void {
     this.why = automaton;
+    this.news.tell();
+  }
+
+  /** Show what changed, with the edge where there is one selected. */
+  showChanges(edge: string | null): void {
+    this.showsChanges = true;
+    this.edge = edge;
+    this.open("automaton");
+  }
+
+  hideChanges(): void {
+    this.showsChanges = false;
+    this.edge = null;
     this.news.tell();
   }
 

@@ -52,7 +52,8 @@ export type Request =
   /**
    * Save the automaton, or a copy of it if a name is given.
    *
-   * If something that worked no longer does, it is saved only with `anyway`.
+   * If something that worked no longer does, or something changed beyond what was pressed since it was last saved, it is
+   * saved only with `anyway`.
    */
   | { do: "save"; name?: NameField | null; anyway?: boolean }
   /** Preview the automaton with fewer splits; the best number of splits unless one is given. */
@@ -385,9 +386,11 @@ export type NameListField = readonly NameField[];
 /** A feature's value as the page shows it: 3.42 m, −31°, yes, or nothing. At most 150 letters. */
 export type ValueField = string;
 
-/** The regressions because of which the automaton was not saved. */
+/** Why the automaton was not saved: what worked and no longer does, and what it decides otherwise. */
 export interface NotSavedReply {
   worse: readonly string[];
+  /** What changed since it was last saved, apart from what presses since then say. */
+  changed: ChangeSummary | null;
 }
 
 /** The former versions of a behavior, the latest first. */
@@ -590,6 +593,14 @@ export interface Series extends Feature {
 
 export type PropertyKindName = "always" | "never" | "never longer" | "progress";
 
+/** What the automaton decides otherwise than before, apart from what presses say. */
+export interface ChangeSummary {
+  /** The most important changes in one line. */
+  line: string;
+  /** All of them, the most important first. */
+  changes: readonly TransitionChange[];
+}
+
 /** A former version of a behavior, and when it was saved. */
 export interface Version {
   number: number;
@@ -774,6 +785,8 @@ export interface Session extends Lesson {
   /** Whether examples are recorded from silence now. */
   watching: boolean;
   doubt: Doubt | null;
+  /** What the last press or edit changed beyond what it says; null if nothing. */
+  changed: ChangeSummary | null;
   /** The behavior of the robots not in training; null if they idle. */
   others: BehaviorCall | null;
   /** The names of the robots' activities, indexed by the numbers in frames. */
@@ -880,6 +893,25 @@ export interface Contradiction {
   state: string;
   choices: readonly DriverChoice[];
   trust: string | null;
+}
+
+/**
+ * A decision that changed: to go from `state`, which is empty in a stateless automaton, to `next`, or to stay.
+ *
+ * `said` is a sentence: "forward no longer goes to rotate_left". `was` and `now` are the former and the present
+ * conditions in words, one for each alternative. `share` is the share of the state's readings, from 0 to 1, for which
+ * it is decided otherwise. `looks` are the features at which it looks now and did not, and those at which it no longer
+ * looks; None unless these changed.
+ */
+export interface TransitionChange {
+  state: string;
+  next: string;
+  how: "features" | "gone" | "less" | "more" | "new" | "overruled";
+  said: string;
+  was: readonly string[];
+  now: readonly string[];
+  share: number;
+  looks: readonly [readonly string[], readonly string[]] | null;
 }
 
 /**

@@ -1,6 +1,6 @@
 /** Whether lessons still hold: what saving would break, and what a test of the library found. */
 
-import type { Answer, Request, Session, Tested } from "./protocol";
+import type { Answer, ChangeSummary, Request, Session, Tested } from "./protocol";
 
 export interface Asking {
   ask: (request: Request) => Promise<Answer>;
@@ -17,7 +17,7 @@ interface Of {
 }
 
 export class Trial {
-  private warned: { of: Of; worse: readonly string[] } | null = null;
+  private warned: { of: Of; worse: readonly string[]; changed: ChangeSummary | null } | null = null;
   private tests: { of: Of | null; found: Tested[] } | null = null;
   /** What is being tested now. */
   testing: string | null = null;
@@ -31,6 +31,11 @@ export class Trial {
     return this.warned !== null && this.isNow(this.warned.of) ? this.warned.worse : null;
   }
 
+  /** What the automaton decides otherwise than the saved one, apart from what presses say; null: nothing is known. */
+  get changed(): ChangeSummary | null {
+    return this.warned !== null && this.isNow(this.warned.of) ? this.warned.changed : null;
+  }
+
   /** What was tested; null where nothing was. */
   get found(): readonly Tested[] | null {
     return this.tests?.found ?? null;
@@ -41,14 +46,14 @@ export class Trial {
     return this.tests !== null && this.isNow(this.tests.of);
   }
 
-  /** Save what is trained, unless that would break something, which is shown then; whether it is saved. */
+  /** Save what is trained, unless something broke or changed unasked, which is shown then; whether it is saved. */
   async save(anyway = false): Promise<boolean> {
     const of = this.now();
     this.saving = true;
     this.studio.news.tell();
-    const { error, worse } = await this.studio.ask({ do: "save", name: null, anyway });
+    const { error, worse, changed = null } = await this.studio.ask({ do: "save", name: null, anyway });
     this.saving = false;
-    this.warned = of === null || worse === undefined ? null : { of, worse };
+    this.warned = of === null || worse === undefined ? null : { of, worse, changed };
     this.studio.news.tell();
     return error === undefined && worse === undefined;
   }

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { drawing, innerEdge } from "../src/graph";
+import { drawing, edgeOf, innerEdge } from "../src/graph";
 import type { State } from "../src/protocol";
 
 function state(name: string, more: Partial<State> = {}): State {
@@ -79,4 +79,15 @@ test("an edge of an automaton in an automaton is told from those outside by wher
   expect(innerEdge(states, nested, near)).toEqual({ edge, of: "goto" });
   expect(innerEdge(states, nested, deep)).toEqual({ edge, of: "goto" });
   expect(innerEdge(states, nested, "start forward")).toBeNull();
+});
+
+test("the edge of a decision is found where it is drawn", () => {
+  const edges = [
+    { from: "start", to: "forward", when: ["always"] },
+    { from: "forward", to: "done", when: ["always"] },
+  ];
+  expect(edgeOf(edges, { state: "forward", next: "done" })).toBe("forward done");
+  expect(edgeOf(edges, { state: "start", next: "done" })).toBeNull(); // it is gone
+  expect(edgeOf(edges, { state: "", next: "done" })).toBe("forward done"); // stateless: one of any
+  expect(edgeOf(edges, undefined)).toBeNull();
 });

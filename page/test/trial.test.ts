@@ -51,3 +51,19 @@ test("all lessons are tested once, the one in training first", async () => {
   desk.edition = 2;
   expect([trial.found?.length, trial.fresh]).toEqual([2, false]);
 });
+
+test("what changed unasked is shown before it is saved, and put away", async () => {
+  const changed = { line: "forward no longer raises done", changes: [] };
+  const { studio, desk } = asking((request) =>
+    request.do === "save" && request.anyway !== true ? { worse: [], changed } : { ok: true },
+  );
+  const trial = new Trial(studio);
+  expect(await trial.save()).toBe(false);
+  expect([trial.worse, trial.changed]).toEqual([[], changed]);
+  trial.leave();
+  expect([trial.worse, trial.changed]).toEqual([null, null]);
+  expect(await trial.save()).toBe(false);
+  desk.edition = 2;
+  expect(trial.changed).toBeNull(); // of another lesson
+  expect(await trial.save(true)).toBe(true);
+});

@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from understudy.model.behaviors import set_timer as set_timer
     from understudy.model.binding import Binding as Binding
     from understudy.model.binding import Target as Target
+    from understudy.model.change_summary import ChangeSummary as ChangeSummary
+    from understudy.model.change_summary import summarize_change as summarize_change
     from understudy.model.diff import AutomatonDiff as AutomatonDiff
     from understudy.model.diff import diff_automata as diff_automata
     from understudy.model.example_source import ExampleSource as ExampleSource
@@ -154,6 +156,8 @@ _MODULES = {
     "set_timer": "model.behaviors",
     "Binding": "model.binding",
     "Target": "model.binding",
+    "ChangeSummary": "model.change_summary",
+    "summarize_change": "model.change_summary",
     "AutomatonDiff": "model.diff",
     "diff_automata": "model.diff",
     "ExampleSource": "model.example_source",

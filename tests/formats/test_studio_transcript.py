@@ -56,12 +56,14 @@ def take_new(exchange: dict[str, Any]) -> None:
 
     These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
     can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, what a check finds,
-    failing worlds, the properties of the library's file, and the recordings that examples were made from.
+    failing worlds, the properties of the library's file, the recordings that examples were made from, what
+    changed, and the score in new worlds.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
     for answer in exchange["hear"]:
-        (answer.get("desk") or {}).pop("live", None)
+        for key in ("live", "changed", "score"):
+            (answer.get("desk") or {}).pop(key, None)
         for example in (answer.get("desk") or {}).get("examples") or ():
             example.pop("source", None)
         (answer.get("scene") or {}).pop("drawing", None)

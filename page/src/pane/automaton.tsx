@@ -1,6 +1,7 @@
 /** The tab Automaton: the graph, the rules in words, and why it does what it does. */
 
 import { useState } from "preact/hooks";
+import { ChangedCard } from "../changed";
 import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
@@ -33,6 +34,7 @@ export function AutomatonTab() {
           now {desk.path.map(plain).join(" › ")}
         </p>
       )}
+      <ChangedCard />
       <Why />
       <div class="rules-head">
         <h3>

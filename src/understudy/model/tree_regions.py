@@ -69,13 +69,15 @@ def make_full_value_set(kind: Kind) -> ValueSet:
     return ValueSet(((-inf, inf),), True)
 
 
-def list_leaf_boxes(tree: Tree, kinds: Sequence[Kind]) -> list[tuple[int, Box]]:
+def list_leaf_boxes(
+    tree: Tree, kinds: Sequence[Kind], *, known_absent: Sequence[bool] | None = None
+) -> list[tuple[int, Box]]:
     """List the outcome of each leaf of a tree with the box of feature vectors that reach it.
 
     The outcome is the index of a state, or STAY for vectors that no example had. Absence of a feature is left out of
-    all boxes if no example had it absent.
+    all boxes unless `known_absent` says that it occurs; if that is None, unless an example of the tree had it absent.
     """
-    knows = find_known_absent(tree, len(kinds))
+    knows = find_known_absent(tree, len(kinds)) if known_absent is None else known_absent
     found: list[tuple[int, Box]] = []
     whole = tuple(
         ValueSet(make_full_value_set(kind).parts, known) for kind, known in zip(kinds, knows, strict=True)

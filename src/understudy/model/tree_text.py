@@ -9,10 +9,10 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
-from itertools import combinations
 from math import ceil, degrees, floor, inf, isinf, nextafter
 from typing import TypeAlias
 
+from understudy.model.box_cover import cover_boxes
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, PathStep, Tree
@@ -20,7 +20,6 @@ from understudy.model.tree_regions import (
     Box,
     Interval,
     ValueSet,
-    contains_box,
     find_known_absent,
     list_leaf_boxes,
     make_full_value_set,
@@ -216,8 +215,16 @@ def describe_boxes(
     tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
 ) -> tuple[str, ...]:
     """Describe in words the condition of each box of a tree's regions."""
-    words = _words(tree, features, shown)
+    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, shown)
     return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
+
+
+def describe_box(
+    box: Box, features: Sequence[BoundFeature], known_absent: Sequence[bool], shown: Vectors = ()
+) -> str:
+    """Describe in words the condition of one box, of any trees; `known_absent` says what can be absent in them."""
+    ends = [[end for part in region.parts for end in part if not isinf(end)] for region in box]
+    return " and ".join(_statements(box, _words(ends, known_absent, features, shown))) or "always"
 
 
 def describe_exits(
@@ -249,7 +256,7 @@ def describe_path(
 ) -> tuple[str, ...]:
     """Describe the condition that one decision fulfilled, one statement for each feature that was tested."""
     steps = tuple(steps)
-    words = _words(tree, features, shown)
+    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, shown)
     box = make_path_box(tree, steps, [bound.kind for bound in features])
     asked = {tree.nodes[step.node].feature for step in steps}
     return tuple(words[feature].statement(box[feature]) for feature in sorted(asked))
@@ -263,8 +270,7 @@ def simplify_outcome_boxes(tree: Tree, features: Sequence[BoundFeature]) -> dict
         mine = [box for leads_to, box in leaves if leads_to == outcome]
         if len(leaves) <= MOST_LEAVES:
             others = [box for leads_to, box in leaves if leads_to != outcome]
-            whole = _whole(box for _, box in leaves)
-            mine = _joined(_without_covered([_widened(box, whole, others) for box in mine]))
+            mine = cover_boxes(mine, others)
         found[outcome] = mine
     return found
 
@@ -278,13 +284,16 @@ def list_cuts(tree: Tree, features: int) -> list[list[float]]:
     return cuts
 
 
-def _words(tree: Tree, features: Sequence[BoundFeature], shown: Vectors) -> list[FeatureText]:
-    cuts = list_cuts(tree, len(features))
-    knows = find_known_absent(tree, len(features))
+def _words(
+    cuts: Sequence[Sequence[float]],
+    known_absent: Sequence[bool],
+    features: Sequence[BoundFeature],
+    shown: Vectors,
+) -> list[FeatureText]:
     values = list(zip(*shown, strict=True)) or [()] * len(features)
     return [
         FeatureText(bound, own, known_absent=known, values=there)
-        for bound, own, known, there in zip(features, cuts, knows, values, strict=True)
+        for bound, own, known, there in zip(features, cuts, known_absent, values, strict=True)
     ]
 
 
@@ -292,65 +301,3 @@ def _statements(box: Box, words: Sequence[FeatureText]) -> list[str]:
     return [
         word.statement(region) for region, word in zip(box, words, strict=True) if not word.is_whole(region)
     ]
-
-
-def _whole(all_boxes: Iterable[Box]) -> Box:
-    first, *rest = all_boxes
-    whole = list(first)
-    for box in rest:
-        whole = [region | region2 for region, region2 in zip(whole, box, strict=True)]
-    return tuple(whole)
-
-
-def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
-    """Widen a box where this makes no difference: drop whole statements first, then ends of intervals."""
-    wide = list(box)
-    apart = [  # the features that keep each other box out
-        {feature for feature, region in enumerate(box) if not region.overlaps(other[feature])}
-        for other in others
-    ]
-
-    def widen(feature: int, region: ValueSet) -> None:
-        kept_out = [other for other, by in zip(others, apart, strict=True) if by == {feature}]
-        if any(region.overlaps(other[feature]) for other in kept_out):
-            return
-        wide[feature] = region
-        for other, by in zip(others, apart, strict=True):
-            if feature in by and region.overlaps(other[feature]):
-                by.remove(feature)
-
-    for feature in reversed(range(len(box))):
-        widen(feature, whole[feature])
-    for feature, full in enumerate(whole):
-        low, high = (full.parts[0][0], full.parts[-1][1]) if full.parts else (0.0, 0.0)
-        if len(wide[feature].parts) == 1:
-            ((start, stop),) = wide[feature].parts
-            widen(feature, ValueSet(((low, stop),), wide[feature].absent))
-            ((start, stop),) = wide[feature].parts
-            widen(feature, ValueSet(((start, high),), wide[feature].absent))
-    return tuple(wide)
-
-
-def _without_covered(found: Sequence[Box]) -> list[Box]:
-    kept: list[Box] = []
-    for box in found:
-        if not any(contains_box(other, box) for other in kept):
-            kept = [other for other in kept if not contains_box(box, other)] + [box]
-    return kept
-
-
-def _joined(found: list[Box]) -> list[Box]:
-    """Join boxes that differ in one feature only, where the union has at most two intervals."""
-    while True:
-        for first, second in combinations(found, 2):
-            apart = [feature for feature in range(len(first)) if first[feature] != second[feature]]
-            if len(apart) == 1:
-                union = first[apart[0]] | second[apart[0]]
-                if len(union.parts) <= 2:
-                    both = (*first[: apart[0]], union, *first[apart[0] + 1 :])
-                    found = _without_covered(
-                        [both if box is first else box for box in found if box is not second]
-                    )
-                    break
-        else:
-            return found

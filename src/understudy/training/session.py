@@ -163,7 +163,7 @@ class Session(EditableSession):
         self.trainee = self._new_trainee(self._log.lesson, past.mode)  # another one after each change
         self.trainee.restore(past.run, now=body.time_s)
         self.trainee.keep(past.waiting, past.raised)
-        self._run = self._new_run()
+        self._run, self._last_step = self._new_run(), None
 
     # What there is to see
 
@@ -305,9 +305,7 @@ class Session(EditableSession):
     def _write_down(self, outcome: TickResult, moment: Sample, before: TraineeState | None) -> None:
         binding = Binding(self._targets)
         if outcome.press is not None and before is not None:
-            self._log.record(outcome, outcome.press, binding, before=before, after=self._trainee_state())
-            if self.mode is Mode.LIVE:
-                self._relink(self._try_trainee(Mode.LIVE))
+            self._record_press(outcome, outcome.press, binding, before)
             return
         if outcome.raised:
             self.trainee.entry = self._log.log_flag(outcome)

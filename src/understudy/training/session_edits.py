@@ -8,7 +8,10 @@ from typing import Unpack
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.fit import learn_automaton
+from understudy.learning.lesson_change import LessonStep
 from understudy.model.automaton import Automaton
+from understudy.model.binding import Binding
+from understudy.model.change_summary import ChangeSummary
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import is_rewindable
@@ -28,7 +31,7 @@ from understudy.training.journal_replay import HistoryStep
 from understudy.training.lesson_design import check_parameter_targets
 from understudy.training.lesson_log import TraineeState
 from understudy.training.session_display import SessionDisplay
-from understudy.training.trainee import Mode, Press, Trainee, choose_teaching_mode
+from understudy.training.trainee import Mode, Press, TickResult, Trainee, choose_teaching_mode
 
 
 class EditableSession(SessionDisplay, ABC):
@@ -37,10 +40,38 @@ class EditableSession(SessionDisplay, ABC):
     library: Library
     _run: Run
     _targets: dict[str, str]
+    _last_step: LessonStep | None
 
     @abstractmethod
     def _new_run(self) -> Run:
         """Make the run of the trainee and of the other agents."""
+
+    @property
+    def last_change(self) -> ChangeSummary | None:
+        """What the automaton decides otherwise since the last press or edit, apart from what that itself says.
+
+        None if there is nothing to say, as after an undo, or after a press that recorded nothing or mended a slip.
+        Only decision trees are compared.
+        """
+        return None if self._last_step is None else self._last_step.summary
+
+    def _record_press(
+        self, outcome: TickResult, press: Press, binding: Binding, before: TraineeState
+    ) -> None:
+        """Record the examples of a press, and learn from them in live teaching."""
+        lesson, automaton = self._log.lesson, self.trainee.taught.automaton
+        self._last_step = None
+        self._log.record(outcome, press, binding, before=before, after=self._trainee_state())
+        live = self.trainee.mode is Mode.LIVE
+        if live:
+            self._relink(self._try_trainee(Mode.LIVE))
+        if outcome.shown:
+            self._last_step = LessonStep(
+                lesson,
+                self._log.lesson,
+                former=automaton if live else None,
+                learned=self.trainee.taught.automaton if live else None,
+            )
 
     def undo(self) -> str:
         """Undo a press that still waits for its tick, or else the last change of the lesson. The world stays as it is.
@@ -55,6 +86,7 @@ class EditableSession(SessionDisplay, ABC):
         SessionError
             If there is nothing to undo.
         """
+        self._last_step = None
         waiting = self.trainee.press
         if waiting is None:
             return self._went(self._log.lesson, *self._log.undo())
@@ -76,6 +108,7 @@ class EditableSession(SessionDisplay, ABC):
         SessionError
             If there is nothing to redo.
         """
+        self._last_step = None
         return self._went(self._log.lesson, *self._log.redo())
 
     def _went(self, former: Lesson, what: str, there: HistoryStep) -> str:
@@ -173,6 +206,7 @@ class EditableSession(SessionDisplay, ABC):
         here = self._trainee_state()
         if targets:
             self._turned()
+        self._last_step = LessonStep(self._log.lesson, lesson)
         self._log.step(what, lesson, before=here, after=here)
         mode = self.trainee.mode
         self._relink(trainee)

@@ -21,6 +21,7 @@ from understudy.extras import format_install_command
 from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn, learn_automaton
+from understudy.learning.lesson_change import summarize_lesson_change
 from understudy.learning.mislabels import diagnose_correction, find_mislabels
 from understudy.learning.pruning_suggestions import suggest_pruning
 from understudy.learning.tree_growth import compile_tree_kernels, grow_tree
@@ -221,6 +222,7 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
         "one doubt": lambda: doubts.estimate(first.state, first.values),
         "why": lambda: explain(lesson, first.state, first.values, transitions[first.state]),
         "what changed": lambda: (diff_automata(former, now), attribute_condition_changes(former, now)),
+        "what changed, in one line": lambda: summarize_lesson_change(former, now),
         "fewer questions": lambda: suggest_pruning(lesson),
         "moments replayed": lambda: replay_lesson(now, former),
     }

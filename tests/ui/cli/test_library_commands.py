@@ -243,3 +243,19 @@ def test_learn(tmp_path: Path) -> None:
         "conditions", "nodes", "depth", "contradictions", "disagreements", "fit_ms",
     }  # fmt: skip
     assert "done when distance" in run("learn", table, "--predict", rows).stdout
+
+
+def test_learn_says_what_it_decides_otherwise_than_the_version_that_it_replaces(tmp_path: Path) -> None:
+    table, folder = tmp_path / "lesson.csv", tmp_path / "library"
+    table.write_text(TABLE)
+    learning = ("learn", table, "-l", folder, "-n", "walk")
+    assert said(*learning)["changed"] == []  # there is none
+    assert "decides otherwise" not in run(*learning).stdout  # it is the same
+    table.write_text(TABLE.replace("0.4,yes", "0.4,no") + "forward,forward,confirmation,0.3,yes\n")
+    shown = run(*learning).stdout
+    assert "What it decides otherwise than the version before, beyond what new rows say:" in shown
+    assert "  in forward, done now looks at ready, no longer at distance\n" in shown
+    table.write_text(TABLE)
+    (change,) = said(*learning)["changed"]
+    assert change["said"] == "in forward, done now looks at distance, no longer at ready"
+    assert (change["was"], change["now"]) == (["ready is no"], ["distance is at most 0.4"])

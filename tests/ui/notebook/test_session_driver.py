@@ -20,6 +20,7 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.notebook.session_driver import SILENT_S, SessionDriver
+from understudy.ui.notebook.view_data import describe_panel
 
 
 def test_a_press_is_answered_at_once_and_recorded_at_the_next_tick() -> None:
@@ -301,3 +302,26 @@ def test_views_report_as_often_as_the_page_does() -> None:
     page = Path(__file__).parents[3] / "src/understudy/ui/notebook/static/session.js"
     assert "const REPORT_MS = 2000;" in page.read_text(encoding="utf-8")
     assert VIEW["action"] == "show"
+
+
+def test_what_a_change_says_beyond_itself_is_shown_until_it_is_undone(tmp_path: Path) -> None:
+    hand = Hand(goto(live=True), folder=tmp_path)
+    hand.press("forward")
+    hand.wait(3)
+    hand.press("rotate_left")
+    hand.wait(3)
+
+    def changed() -> str:
+        said: str = describe_panel(hand.driver.trainer, can_save=True)["changed"]
+        return said
+
+    assert changed() == ""
+    assert hand.ask(action="save") == f"Saved in {tmp_path / 'goto.json'}"
+    hand.session.delete(3)
+    assert changed() == "forward no longer goes to rotate_left"
+    hand.ask(action="undo")
+    assert changed() == ""
+    hand.ask(action="redo")
+    assert hand.ask(action="save").endswith(
+        ". Since it was last saved: forward no longer goes to rotate_left"
+    )

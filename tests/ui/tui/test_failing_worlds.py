@@ -51,7 +51,7 @@ async def test_one_is_opened_corrected_and_ticked_off(
         marks, head = await listed(hand)
         assert marks == {name: {"passes": "✓", "fails": "✗"}[state] for name, state in MENDED.items()}
         assert "3 of 4 pass now" in head
-        await hand.press("escape", "s")
+        await hand.press("escape", "s", "s")  # it changed more than was pressed
         assert not hand.trainer.has_unsaved_changes
         await hand.press("q")
     assert hand.app.return_value is not None
@@ -103,7 +103,7 @@ async def test_the_coordinator_of_a_team_is_opened_and_corrected(
         other = "home" if hand.trainer.session_view.state != "home" else "out"
         await hand.press(hand.trainer.keys.plain[other], "full_stop")
         assert hand.trainer.session_view.state == other
-        await hand.press("s")
+        await hand.press("s", "s")  # it changed more than was pressed
         assert not hand.trainer.has_unsaved_changes
         assert (library / "patrol" / "lead.json").exists()
         await hand.press("q")

@@ -22,6 +22,7 @@ from understudy.storage.library_folder import list_versions, open_library
 from understudy.training.trainee import Mode
 from understudy.ui.controller.training_plan import LessonChoices
 from understudy.ui.tui.app import SessionEnd
+from understudy.ui.tui.dialogs import QuestionDialog
 from understudy.ui.tui.main_screen import TeachingScreen
 
 Test = Callable[..., Coroutine[Any, Any, None]]
@@ -226,6 +227,33 @@ async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
     assert isinstance(ended, SessionEnd)
     assert not ended.saved
     assert not (tmp_path / "goto.json").exists()
+
+
+@run
+async def test_what_changed_is_said_and_asked_before_it_is_saved(tmp_path: Path) -> None:
+    live = replace(GOTO, live=True)
+    async with trainer(plan(tmp_path / "library", choices=live), size=(100, 30)) as hand:
+        await hand.press("1")
+        await hand.wait(0.3)
+        await hand.press("2")
+        await hand.wait(0.3)
+        await hand.press("s")
+        assert hand.said.startswith("Saved in")
+        assert "Changed:" not in hand.shown("said")
+        hand.trainer.delete(3)
+        hand.teaching.draw()
+        assert "± Changed: forward no longer goes to turn left  u undo" in hand.shown("said")
+        await hand.press("u")
+        assert "Changed:" not in hand.shown("said")
+        await hand.press("U")
+        hand.trainer.delete(1)
+        await hand.press("s")
+        assert isinstance(hand.app.screen, QuestionDialog)
+        await hand.press("escape")
+        assert hand.trainer.has_unsaved_changes
+        await hand.press("s", "s")
+        assert "Since it was last saved: start no longer goes to forward" in hand.said
+        assert not hand.trainer.has_unsaved_changes
 
 
 @run

@@ -214,3 +214,23 @@ def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
         ]
         for do, fields in changing:
             assert "not in control" in second.say(do, **fields)["error"]
+
+
+def test_what_changed_is_said_and_shown_before_it_is_saved(made: StudioServer, person: Page) -> None:
+    begin(person)
+    assert session_data(made)["changed"] is None
+    person.done("delete", number=3)  # it is never done
+    said = "forward no longer raises done"
+    changed = session_data(made)["changed"]
+    assert changed["line"] == said
+    (change,) = changed["changes"]
+    assert (change["state"], change["next"], change["said"]) == ("forward", "done", said)
+    assert (len(change["was"]), len(change["now"])) == (1, 0)
+    answer = person.done("save")
+    assert (answer["worse"], answer["changed"]["line"]) == ([], said)
+    assert made.host.status.text == f"goto is not saved yet: {said}"
+    person.done("undo")
+    assert session_data(made)["changed"] is None
+    person.done("redo")
+    assert "changed" not in person.done("save", anyway=True)
+    assert not session_data(made)["unsaved"]

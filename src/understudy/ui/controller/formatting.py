@@ -7,6 +7,7 @@ from math import degrees, inf, isnan, nan, radians
 from pathlib import Path
 
 from understudy.errors import KindError
+from understudy.model.change_summary import ChangeSummary
 from understudy.model.describe import ABSENT, around_zero, format_values, is_angle
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical
@@ -106,12 +107,17 @@ def format_targets(view: SessionView) -> str:
     return f"({inside})" if inside else ""
 
 
-def format_saved_message(path: Path, worse: tuple[str, ...], others: tuple[str, ...] = ()) -> str:
-    """Say that the automaton is saved, what no longer holds, and what others had saved meanwhile."""
+def format_saved_message(
+    path: Path,
+    worse: tuple[str, ...],
+    others: tuple[str, ...] = (),
+    changed: ChangeSummary | None = None,
+) -> str:
+    """Say that the automaton is saved, what no longer holds or else what changed, and what others saved meanwhile."""
     if others:
-        return "; ".join((format_saved_message(path, worse), *others))
+        return "; ".join((format_saved_message(path, worse, changed=changed), *others))
     if not worse:
-        return f"Saved in {path}"
+        return f"Saved in {path}" + ("" if changed is None else f". Since it was last saved: {changed}")
     more = (
         f"; and {len(worse) - MOST_SAID} more, which `understudy test` lists"
         if len(worse) > MOST_SAID

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Unpack
 
 from understudy.errors import SessionError
+from understudy.learning.lesson_change import ChangeSince
+from understudy.model.change_summary import ChangeSummary
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
@@ -93,6 +95,7 @@ class Trainer:
         self.drive_keys = bind_drive_keys(self.drivers)
         self._saved = saved
         self._compared: tuple[tuple[object, ...], bool] | None = None
+        self._since_saved = ChangeSince(saved)
         self.session_view = session.view()
         self._options = session.lesson.options
         self._redraw_keys()
@@ -149,6 +152,11 @@ class Trainer:
             unsaved = bool(session.examples) if saved is None else not is_same_lesson(saved, session.lesson)
             self._compared = key, unsaved
         return self._compared[1]
+
+    @property
+    def change_to_save(self) -> ChangeSummary | None:
+        """What the automaton decides otherwise than in the library, apart from what presses since then say."""
+        return self._since_saved.summarize(*self.explainer.learn_lesson())
 
     @property
     def can_watch(self) -> bool:
@@ -459,14 +467,15 @@ class Trainer:
         taught, library = self.session.make_trained_automaton(), self.session.library
         worse = find_regressions_since_saved(self.folder, library, taught)
         others = list_library_changes(self.folder, library, taught.automaton, self._saved)
+        changed = self.change_to_save
         path = self.save_unchecked(taught)
-        said = formatting.format_saved_message(path, worse, others)
+        said = formatting.format_saved_message(path, worse, others, changed)
         return StatusMessage(said, "error" if worse or others else "recorded")
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton to the library and keep its former version, without checking its outcomes."""
         path = save_automaton(self.folder, taught)
-        self._saved = taught.lesson
+        self._saved, self._since_saved = taught.lesson, ChangeSince(taught.lesson)
         return path
 
     def _changed(self, said: str) -> StatusMessage:

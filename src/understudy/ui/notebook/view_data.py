@@ -147,7 +147,7 @@ def describe_moment(trainer: Trainer, view: WorldView) -> PlainData:
 def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
     """Describe what the buttons and the status line show."""
     seen, question = trainer.session_view, trainer.coach.question
-    said = trainer.status
+    said, changed = trainer.status, trainer.session.last_change
     return {
         "title": f"{trainer.name}{formatting.format_targets(seen)}",
         "mode": seen.mode.value,
@@ -163,6 +163,7 @@ def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
         if question is None
         else {"sentence": question.sentence, "answers": list(question.answers), "state": question.state},
         "status": {"text": said.text, "tone": said.tone},
+        "changed": "" if changed is None else str(changed),
         "can_save": can_save,
         "unsaved": trainer.has_unsaved_changes,
     }

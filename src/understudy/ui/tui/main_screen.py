@@ -43,8 +43,7 @@ ACTIONS = {
     "t": "toggle_mode", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
     "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
     "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
-    "p": "cycle_targets", "s": "save", "M": "toggle_score",
-    "T": "keep_going",
+    "p": "cycle_targets", "M": "toggle_score", "T": "keep_going",
 }  # fmt: skip
 """From a key to what the trainer does."""
 
@@ -62,12 +61,13 @@ class TeachingScreen(Screen[str]):
     #readings { margin-top: 1; }
     #lower { height: 1fr; margin-top: 1; }
     .tight #readings, .tight #lower { margin-top: 0; }
-    #said { height: auto; min-height: 2; max-height: 4; }
+    #said { height: auto; min-height: 2; max-height: 6; }
     TeachingScreen.wide #said { min-height: 1; }
     #keys { height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         *(Binding(key, f"trainer('{action}')", show=False) for key, action in ACTIONS.items()),
+        Binding("s", "save", show=False),
         Binding("question_mark", "why", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
@@ -177,6 +177,19 @@ class TeachingScreen(Screen[str]):
         """Run an action of the trainer."""
         self._guarded(getattr(self.trainer, what))
         self.draw()
+
+    def action_save(self) -> None:
+        """Save the automaton; ask first if it decides otherwise than the saved one beyond what was pressed."""
+        changed = self.trainer.change_to_save
+        if changed is None:
+            self.action_trainer("save")
+            return
+        question = f"Since {self.trainer.name} was last saved: {changed}."
+        self.app.push_screen(QuestionDialog(question, {"s": "save", "escape": "not now"}), self._save)
+
+    def _save(self, way: str | None) -> None:
+        if way == "s":
+            self.action_trainer("save")
 
     def action_why(self) -> None:
         """Show or hide the explanation in place of the examples."""
@@ -298,7 +311,9 @@ class TeachingScreen(Screen[str]):
         if not self.trainer.has_unsaved_changes:
             self.dismiss("quit")
             return
-        question = f"{self.trainer.name} has unsaved changes."
+        changed = self.trainer.change_to_save
+        since = "" if changed is None else f" Since it was last saved: {changed}."
+        question = f"{self.trainer.name} has unsaved changes.{since}"
         ways = {"s": "save and quit", "x": "quit without saving", "escape": "continue teaching"}
         self.app.push_screen(QuestionDialog(question, ways), self._left)
 

@@ -20,6 +20,7 @@ MODES = {Mode.TRAINING: "bold reverse", Mode.TESTING: "bold reverse green", Mode
 CORRECTED, DRIVING = "bold reverse magenta", "bold reverse yellow"
 TONES = {"": "", "recorded": "green", "correction": "bold magenta", "error": "bold red"}
 MARKS = {"": "·", "recorded": "●", "correction": "◆", "error": "!"}
+CHANGED = "±"
 
 COMMANDS = (
     ("t", "try"), ("enter", "confirm"), ("u", "undo"), ("U", "redo"), ("space", "pause"),
@@ -175,13 +176,15 @@ def render_explanation(trainer: Trainer, width: int) -> Text:
 
 
 def render_status(trainer: Trainer) -> Text:
-    """Render the status and, below, the score in new worlds."""
-    tone, score = trainer.status.tone, trainer.score
-    status = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
-    if not (said := score.describe()):
-        return status
-    style = TONES["error"] if score.trend == "falling" else DIM
-    return Text.assemble(status, "\n", (f"   {format_names(said)}", style))
+    """Render the status, what the last press or edit changed beyond what it says, and the score in new worlds."""
+    tone, score, change = trainer.status.tone, trainer.score, trainer.session.last_change
+    text = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
+    if change is not None:
+        text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
+        text.append("  u", "bold").append(" undo", DIM)
+    if said := score.describe():
+        text.append(f"\n   {format_names(said)}", TONES["error"] if score.trend == "falling" else DIM)
+    return text
 
 
 def render_commands(trainer: Trainer, width: int) -> Text:

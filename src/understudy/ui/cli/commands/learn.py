@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from understudy.learning.csv_table import QueryRow
     from understudy.learning.report import Report
+    from understudy.model.change_summary import ChangeSummary
     from understudy.model.lesson import Lesson
     from understudy.model.library import Library, TrainedAutomaton
     from understudy.robots.recording.reader import RecordedPress
@@ -229,14 +230,16 @@ def learn_lesson(
     rows = None if predict is None else read_query_rows(predict, shown)
     result = learn_and_report(shown)
     automaton = replace(shown.automaton, transitions=result.transitions)
-    saved = None if library is None else _saved(library, TrainedAutomaton(automaton, shown))
+    saved = None if library is None else _save(library, TrainedAutomaton(automaton, shown))
     following = None if rows is None else predicted(result.transitions, automaton.state_names, rows)
     if not as_json:
         if drive is not None:
             print_drive_report(drive)
         if joint is not None:
             print_drivers_report(joint)
-        _show(result, rows, following, saved)
+        _show(result, rows, following)
+        if saved is not None:
+            _print_saved(*saved)
         return
     told: dict[str, object] = {"states": result.states, "predictions": following or []}
     if drive is not None:
@@ -244,7 +247,10 @@ def learn_lesson(
     if joint is not None:
         told |= {"drivers": joint.drivers, "contradictions": joint.contradictions, "trusted": joint.trusted}
         told["quarantined"] = joint.quarantined
-    print_json(told if saved is None else {**told, "saved": str(saved)})
+    if saved is not None:
+        path, changed = saved
+        told |= {"saved": str(path), "changed": () if changed is None else changed.changes}
+    print_json(told)
 
 
 def _is_drive(recording: Path, mapping: Path | None, behaviors: str | list[str] | None) -> bool:
@@ -296,8 +302,12 @@ def _only_table(context: typer.Context) -> None:
             )
 
 
-def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
-    """Save the automaton and return its path; refuse if automata of the folder would then contain themselves."""
+def _save(folder: Path, taught: TrainedAutomaton) -> tuple[Path, ChangeSummary | None]:
+    """Save the automaton; refuse if automata of the folder would then contain themselves.
+
+    Return its path, and what it decides otherwise than the version that it replaces, if that has the same states.
+    """
+    from understudy.learning.lesson_change import summarize_lesson_change
     from understudy.model.library import Kit, Library
     from understudy.storage.library_folder import open_each_automaton, save_automaton
 
@@ -307,12 +317,28 @@ def _saved(folder: Path, taught: TrainedAutomaton) -> Path:
         else Library(Kit.from_parts())
     )
     beside.with_automaton(taught)
-    return save_automaton(folder, taught)
+    former = beside.taught.get(taught.automaton.name)
+    changed = None
+    if former is not None and former.automaton.state_names == taught.automaton.state_names:
+        changed = summarize_lesson_change(former, taught)
+    return save_automaton(folder, taught), changed
 
 
-def _show(
-    result: Report, rows: tuple[QueryRow, ...] | None, following: list[str] | None, saved: Path | None
-) -> None:
+def _print_saved(path: Path, changed: ChangeSummary | None) -> None:
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from understudy.ui.cli.output import make_console
+
+    out = make_console()
+    out.print(f"Saved to [bold]{escape(str(path))}[/]", soft_wrap=True)
+    if changed is not None:
+        out.print("What it decides otherwise than the version before, beyond what new rows say:")
+        for each in changed.changes:
+            out.print(Padding(f"[yellow]{escape(each.said)}[/]", (0, 0, 0, 2), expand=False))
+
+
+def _show(result: Report, rows: tuple[QueryRow, ...] | None, following: list[str] | None) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
@@ -337,8 +363,6 @@ def _show(
                 str(index), escape(row.state), "[dim]stay[/]" if next_state == row.state else next_state
             )
         out.print(made)
-    if saved is not None:
-        out.print(f"Saved to [bold]{escape(str(saved))}[/]", soft_wrap=True)
 
 
 class LearnOptions(NamedTuple):

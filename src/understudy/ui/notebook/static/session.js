@@ -83,6 +83,7 @@ function makeParts(send) {
     canvas: make("canvas", { role: "img" }),
     where: make("figcaption"),
     status: make("p", { class: "status", role: "status" }),
+    changed: make("p", { class: "changed", role: "status" }),
     question: make("div", { class: "question", role: "group", "aria-label": "Question", hidden: "" }),
     states: make("div", { class: "states", role: "group", "aria-label": "States" }),
     readings: make("dl", { class: "readings", "aria-label": "Readings" }),
@@ -106,7 +107,7 @@ function makeParts(send) {
     modes, parts.pause, parts.restart, parts.world, parts.undo, parts.redo, parts.ask, parts.save,
   );
   const desk = make(
-    "div", { class: "desk" }, commands, parts.status, parts.question, parts.states, parts.readings,
+    "div", { class: "desk" }, commands, parts.status, parts.changed, parts.question, parts.states, parts.readings,
   );
   const automaton = make("div", { class: "automaton" }, parts.graph, parts.rules);
   parts.root = make(
@@ -142,6 +143,8 @@ function showPanel(parts, model) {
   parts.save.disabled = !panel.unsaved;
   parts.status.textContent = panel.status.text;
   parts.status.dataset.tone = panel.status.tone;
+  parts.changed.hidden = panel.changed === "";
+  parts.changed.textContent = panel.changed === "" ? "" : `Changed: ${panel.changed}`;
   for (const button of parts.states.children) {
     button.classList.toggle("waiting", button.dataset.state === panel.waiting);
   }

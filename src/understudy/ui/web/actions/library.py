@@ -32,28 +32,32 @@ from understudy.ui.web.messages.session import (
 )
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views import lesson_test, library
+from understudy.ui.web.views.session import ChangeSummaryData, describe_change
 
 
 class NotSavedReply(Data, frozen=True, kw_only=True):
-    """The regressions because of which the automaton was not saved."""
+    """Why the automaton was not saved: what worked and no longer does, and what it decides otherwise."""
 
     worse: list[str]
+    changed: ChangeSummaryData | None
+    """What changed since it was last saved, apart from what presses since then say."""
 
 
 def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSavedReply | StatusMessage:
     """Save the automaton in training, or a copy of it under another name.
 
-    If something that worked no longer does, return these regressions instead, unless `anyway` is set.
+    If something that worked no longer does, or it decides otherwise than the saved one beyond what was pressed since,
+    return that instead, unless `anyway` is set.
     """
     trainer, name = host.active_trainer, message.name
     if name is None or name == trainer.name:
         host.refresh_library()
         worse = () if message.anyway else lesson_test.find_unsaved_regressions(host)
-        if worse:
-            trainer.status = StatusMessage(
-                f"{trainer.name} is not saved yet: something that worked no longer does"
-            )
-            return NotSavedReply(worse=list(worse))
+        changed = None if message.anyway else trainer.change_to_save
+        if worse or changed is not None:
+            why = "something that worked no longer does" if worse else str(changed)
+            trainer.status = StatusMessage(f"{trainer.name} is not saved yet: {why}")
+            return NotSavedReply(worse=list(worse), changed=describe_change(changed))
         trainer.save_unchecked(trainer.session.make_trained_automaton())
         said = StatusMessage(f"{trainer.name} is saved", "recorded")
     else:

@@ -77,7 +77,8 @@ class RerunFailures(Message, frozen=True, kw_only=True, tag="rerun_failures"):
 class SaveAutomaton(Message, frozen=True, kw_only=True, tag="save"):
     """Save the automaton, or a copy of it if a name is given.
 
-    If something that worked no longer does, it is saved only with `anyway`.
+    If something that worked no longer does, or something changed beyond what was pressed since it was last saved, it is
+    saved only with `anyway`.
     """
 
     name: NameField | None = None

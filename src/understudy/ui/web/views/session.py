@@ -14,6 +14,7 @@ from understudy.falsification.lesson_score import Trend
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
+from understudy.model.change_summary import ChangeSummary, TransitionChange
 from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
 from understudy.model.learner_options import TreeOptions
 from understudy.model.lesson import Example, Lesson
@@ -177,6 +178,15 @@ class DoubtData(Data, frozen=True, kw_only=True):
     suspects: list[SuspectData]
 
 
+class ChangeSummaryData(Data, frozen=True, kw_only=True):
+    """What the automaton decides otherwise than before, apart from what presses say."""
+
+    line: str
+    """The most important changes in one line."""
+    changes: tuple[TransitionChange, ...]
+    """All of them, the most important first."""
+
+
 class BehaviorCallData(Data, frozen=True, kw_only=True):
     """A behavior and the targets of its parameters."""
 
@@ -286,6 +296,8 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     watching: bool
     """Whether examples are recorded from silence now."""
     doubt: DoubtData | None
+    changed: ChangeSummaryData | None
+    """What the last press or edit changed beyond what it says; null if nothing."""
     others: BehaviorCallData | None
     """The behavior of the robots not in training; null if they idle."""
     doing: list[str]
@@ -331,6 +343,7 @@ class SessionViewBuilder:
             taught=view.examples,
             watching=trainer.session.is_watching,
             doubt=_doubt(trainer),
+            changed=describe_change(trainer.session.last_change),
             others=others,
             doing=doing,
             asking=asking,
@@ -369,6 +382,11 @@ class SessionViewBuilder:
         keys = self._trainer.keys
         key, arrow = keys.plain.get(state.name, ""), keys.arrows.get(state.name)
         return StateData(key=key, arrow=arrow, **state_fields(state, self._trainer.session.library))
+
+
+def describe_change(found: ChangeSummary | None) -> ChangeSummaryData | None:
+    """Return what an automaton decides otherwise than before as the page shows it."""
+    return None if found is None else ChangeSummaryData(line=str(found), changes=found.changes)
 
 
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
