@@ -163,6 +163,12 @@ class Forager(Teacher):
         save = self.page.get_by_role("button", name="Save", exact=True)
         if save.is_enabled():
             self.click("Save")
+        anyway = self.page.get_by_role("button", name="Save anyway")
+        expect(
+            anyway.or_(self.page.get_by_role("button", name="Save", exact=True, disabled=True))
+        ).to_be_visible()
+        if anyway.is_visible():  # it says what changed beside what was pressed
+            anyway.click()
         expect(save).to_be_disabled()
 
     def world(self, seed: int, target: str | None = None) -> None:

@@ -62,16 +62,16 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation",
-    "changes", "choose", "confirm", "define", "delete", "delete_property", "discard", "drive", "duplicate",
-    "edit", "evaluate", "go_back", "go_to_mark", "hand_over", "here", "label", "learn", "leave_failure",
-    "let_drive", "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation", "open", "open_failure",
+    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes",
+    "choose", "confirm", "define", "delete", "delete_property", "discard", "drive", "duplicate", "edit", "evaluate",
+    "go_back", "go_to_mark", "hand_over", "here", "keep_going", "label", "learn", "leave_failure", "let_drive",
+    "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation", "open", "open_failure",
     "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place", "press", "promise",
     "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object",
-    "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
-    "save_property", "save_world", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by",
-    "stand_for", "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn",
-    "undo", "use_reaction", "versions", "visit", "watch", "why", "withdraw",
+    "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_property",
+    "save_world", "score", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by", "stand_for",
+    "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn", "undo",
+    "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
@@ -99,7 +99,7 @@ COMMANDS = {
     "team push": "TEAM --library --json",
     "": "--version --debug",
     "advise": "NAME --library -l --world -w --kit --bind -b --most --json",
-    "check": "[LIBRARY] [NAME]... --world -w --kit --fail-on --all --json",
+    "check": "[LIBRARY] [NAME]... --world -w --worlds --kit --fail-on --all --json",
     "bench": "--json",
     "bench crowding": "--json",
     "bench environments": "--json",
