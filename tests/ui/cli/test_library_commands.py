@@ -240,7 +240,7 @@ def test_learn(tmp_path: Path) -> None:
     told = said("learn", table, "--predict", rows)
     assert told["predictions"] == ["done", "forward"]
     assert set(told["states"]["forward"]) == {
-        "conditions", "nodes", "depth", "contradictions", "disagreements", "fit_ms",
+        "conditions", "nodes", "depth", "contradictions", "disagreements", "watched", "overruled", "fit_ms",
     }  # fmt: skip
     assert "done when distance" in run("learn", table, "--predict", rows).stdout
 
