@@ -8,8 +8,6 @@ from shutil import copytree
 import pytest
 from tests.ui.web.test_failing_worlds import make_failures
 
-from understudy.ui.controller import score_keeper
-
 
 @pytest.fixture(scope="session")
 def kept_failures(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -17,12 +15,6 @@ def kept_failures(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("failing_worlds")
     make_failures(folder)
     return folder
-
-
-@pytest.fixture(autouse=True)
-def without_scores(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Begin no runs in new worlds after each press: they take processors from what is tested."""
-    monkeypatch.setattr(score_keeper, "begin_in_thread", lambda work: None)
 
 
 @pytest.fixture
