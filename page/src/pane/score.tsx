@@ -12,7 +12,7 @@ export function ScoreLine() {
   const fell = trend === "falling";
   return (
     <section class={className("score", fell && "fell")} aria-label="In new worlds">
-      <p role={fell ? "alert" : "status"} aria-busy={running}>
+      <p role={fell ? "alert" : undefined} aria-live="polite" aria-busy={running}>
         {MARKS[trend]} {plain(text)}
       </p>
       {fell && desk.undoable !== null && (
@@ -25,15 +25,17 @@ export function ScoreLine() {
           Undo
         </button>
       )}
-      <button
-        type="button"
-        class="small"
-        disabled={!studio.directs}
-        title="Test it in new worlds, and go to where it goes wrong, until it holds"
-        onClick={() => void studio.ask({ do: "keep_going" })}
-      >
-        Keep going
-      </button>
+      {!text.startsWith("not measured") && (
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.directs}
+          title="Test it in new worlds, and go to where it goes wrong, until it holds"
+          onClick={() => void studio.ask({ do: "keep_going" })}
+        >
+          Keep going
+        </button>
+      )}
       <button
         type="button"
         class="link"
