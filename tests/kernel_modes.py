@@ -23,6 +23,7 @@ from tests.sim.random_scenarios import random_commands, random_pulling_world, ra
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.tree_growth import grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.tree import Tree
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.sim.scenario.files import load_scenario
@@ -109,7 +110,17 @@ def _grow(number: int) -> bytes:
         )
         for shown, flags in ((outcomes, ()), (outcomes, (1,)), (apart, (3,)))
     ]
-    return repr(trees).encode()
+    return repr([*trees, _limit_decisions(random)]).encode()
+
+
+def _limit_decisions(random: Random) -> Tree:
+    """Grow a tree in which watched stays limit what was pressed, on either side, with equal values at the limits."""
+    pressed = [(0.0, 5.0, 0, 0), (2.0, 5.0, 1, 1), (3.0, 5.0, 1, 1), (2.5, nan, 1, 1), (2.0, 9.0, 2, 1)]
+    stays = [(random.choice((1.6, 2.0, 3.0, 4.0)), random.choice((4.0, 5.0, 6.0)), 0, 2) for _ in range(40)]
+    x, y, outcomes, groups = (np.array(column) for column in zip(*pressed, *stays, strict=True))
+    kinds = [Continuous(), Continuous()]
+    values = np.stack([x, y], axis=1).astype(np.float64)
+    return grow_tree(values, outcomes, groups, kinds, states=4, current=0, silence=True)
 
 
 def _state(world: World) -> bytes:
