@@ -92,7 +92,7 @@ class RaisedReader:
 
     @property
     def at_end(self) -> Callable[[NDArray[np.bool_]], None] | None:
-        """What reads the values in the worlds [B] that have just ended; None if nothing is read."""
+        """The function that reads the values in the worlds [B] that have just ended; None if nothing is read."""
         return None if self.shown is None else self._read_ended
 
     def _read_ended(self, ended: NDArray[np.bool_]) -> None:

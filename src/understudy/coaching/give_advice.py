@@ -40,7 +40,7 @@ from understudy.model.tree import STAY, Tree
 from understudy.model.tree_regions import Box, ValueSet, find_tested_features, list_leaf_boxes
 
 BEGINNING = 0.7
-"""What a gap in the start state counts beside others: it is passed once, and what follows can make up for it."""
+"""The weight of a gap in the start state, relative to other states: a run passes it only once."""
 LEAST_SHARE = 0.02
 """A situation rarer than this is not worth a person's time."""
 LEAST_CONTRAST = 0.5

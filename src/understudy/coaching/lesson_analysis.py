@@ -60,7 +60,7 @@ SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 MOST_FITS = 40
 """So many transition functions at most, each without one example, are asked about one decision."""
 DRAWS, SEED = 4, 1
-"""How often a random half of the examples is drawn, and the seed."""
+"""The number of random halves of the examples that are drawn, and the seed of the draws."""
 
 
 class FeatureDistances:

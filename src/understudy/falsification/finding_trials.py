@@ -39,7 +39,7 @@ FIRST_SEED, LIMIT_S = 8_000_000, 300.0
 """The seed of the first world, and the longest run in one, s."""
 CYCLES = (FindingKind.CHATTER, FindingKind.CYCLE, FindingKind.REPEATED_ORDER)
 UNTRIED = (FindingKind.OUTLIER, FindingKind.NEVER_ENTERED, FindingKind.MISSING_BEHAVIOR)
-"""What is about examples, or about what never runs."""
+"""The kinds of findings that are not tried: those about examples, and those about states that never run."""
 
 
 def try_findings(
@@ -165,7 +165,7 @@ def _run_watched(run: BehaviorRun, watches: Sequence[_Watch]) -> None:
 
 
 class _Watch:
-    """What counts in how many worlds the agents of an engine meet what one finding describes."""
+    """A counter of the worlds in which the agents of an engine meet the condition of one finding."""
 
     def __init__(self, finding: Finding, engine: Engine, layer: AgentLayer | None, worlds: int) -> None:
         self.finding, self.engine, self.layer = finding, engine, layer
@@ -183,12 +183,12 @@ class _Watch:
 
     @property
     def is_possible(self) -> bool:
-        """Whether the behavior runs the automaton."""
+        """True if the behavior runs the automaton."""
         return bool(self._slots)
 
     @property
     def result(self) -> FindingTrial:
-        """How often it happened."""
+        """The number of worlds, and the share of ticks, in which the condition of the finding was met."""
         share = self._meetings / max(self._ticks, 1)
         return FindingTrial(len(self._happened), int(self._happened.sum()), share)
 
