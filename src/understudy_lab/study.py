@@ -110,6 +110,7 @@ QUESTIONS: Mapping[str, str] = MappingProxyType(
         "roles": "What is a team of different robots worth, and what does its coordinator contribute?",
         "networks": "Do robots with a computer each work together as well over a network that loses messages?",
         "swarm": "Can two hundred robots and three levels of coordinators be taught, and can ten thousand do the same?",
+        "wrong_feature": "How often is a switch learned on the wrong feature, and does the order of tests change it?",
         "unlearning": "Can bad examples be found from the corrections that they made necessary?",
         "slips": "How many corrections does unlearning save people who press wrong buttons and press late?",
         "transfer": "Do behaviors taught in the 2-D world work in simulated physics with rendered cameras?",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from math import tau
+
 import pytest
 from msgspec import structs
 from tests.bodies import Scripted
@@ -140,6 +143,14 @@ def test_a_robot_that_turns_for_ever_is_shown_where_it_was_told_to_leave_the_tur
     assert "come back to where I was" in found.sentence
     assert question.time_s > 4.0  # once around, at least
     queries = UncertaintyQueries(session)
-    queries.note_asked(question)
+    bearings = []
+    for _ in range(4):  # all around
+        again = find_next_situation(session, seeds=FRESH, queries=queries)
+        assert again is not None
+        assert again.question.doubt.because is DoubtReason.REPEATING
+        bearings.append(again.question.values[1])
+        queries.note_asked(again.question)
+    steps = [(sooner - later) % tau for sooner, later in pairwise(bearings)]
+    assert all(step == pytest.approx(tau / 4, abs=0.7) for step in steps)
     again = find_next_situation(session, seeds=FRESH, queries=queries)
     assert again is None or again.question.doubt.because is not DoubtReason.REPEATING

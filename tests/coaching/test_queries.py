@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from math import degrees
 
 from tests.coaching.lessons import GOTO, goto
 
@@ -13,6 +14,7 @@ from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
+from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
@@ -151,3 +153,77 @@ def test_it_asks_where_the_robot_switches_back_and_forth() -> None:
         session.tick()
     assert DoubtReason.FIDGETING in reasons
     assert reasons.count(DoubtReason.FIDGETING) <= 2  # once in each state, until the lesson changes
+
+
+def test_it_asks_over_a_whole_round_where_the_robot_turns_for_ever() -> None:
+    """A turn takes 5.2 s. It asks in the third one, and then a quarter of a turn farther each time, four times in all;
+    a lesson that changes is asked about again.
+    """
+    body = World(find_scenario("forage"), [5])
+    session = Session(body, Library(FORAGE_KIT), goto(()), targets={"A": "station"})
+    session.teach()
+    session.direct("left")
+    session.tick()
+    asking, found = UncertaintyQueries(session, unsure=1.0), []
+    for tick in range(900):
+        question = asking.find_question()
+        if question is not None and question.doubt.because is DoubtReason.REPEATING:
+            found.append(question)
+        if tick == 600:
+            session.confirm()
+        session.tick()
+    first, again = (
+        [question for question in found if before <= question.time_s < before + 60.0]
+        for before in (0.0, 60.1)
+    )
+    assert len(first) == 4
+    assert again
+    assert found[0].sentence.startswith("I have been in left for ")
+    assert found[0].sentence.endswith(
+        ", and come back to where I was. Where in this round should I do something else?"
+    )
+    bearings = [round(degrees(question.values[1])) for question in first]
+    steps = [(sooner - later) % 360 for sooner, later in pairwise(bearings)]
+    assert all(abs(step - 90) <= 20 for step in steps)
+
+
+def test_a_mark_that_the_robot_repeats_itself_stays_until_the_lesson_changes() -> None:
+    body = World(find_scenario("forage"), [5])
+    session = Session(body, Library(FORAGE_KIT), goto(()), targets={"A": "station"})
+    session.teach()
+    session.direct("left")
+    session.tick()
+    asking = UncertaintyQueries(session, QueryPolicy.MARK, unsure=1.0)
+    for _ in range(200):
+        asking.find_question()
+        session.tick()
+    mark = asking.marked[-1]
+    assert mark.doubt.because is DoubtReason.REPEATING
+    assert asking.is_still_uncertain(mark)
+    session.direct("forward")
+    session.tick()
+    assert not asking.is_still_uncertain(mark)
+
+
+def test_before_a_flag_it_asks_from_less_doubt_on_than_before_other_switches() -> None:
+    """Only one example says done, at 0.3 m ahead; 0.4 m away and well aside, the lesson would say it, too."""
+    lesson, found = goto((*GOTO, ("forward", "forward", "confirmation", 2.0, 0))), {}
+    for unsure in (None, 0.7):
+        body = World(find_scenario("forage"), [5])
+        session = Session(body, Library(FORAGE_KIT), lesson, targets={"A": "station"})
+        session.teach()
+        session.direct("forward")
+        session.tick()
+        station = find_target_place(body, "station", 0)
+        assert station is not None
+        asked = []
+        for step in range(20):
+            body.place(0, station[0] - 0.4, station[1], -0.1 * step)
+            session.note_moved()
+            question = UncertaintyQueries(session, unsure=unsure).find_question()
+            if question is not None:
+                asked.append((question.next, round(question.doubt.amount, 2)))
+        found[unsure] = asked
+    assert any(following == "done" and 0.5 <= amount < 0.7 for following, amount in found[None])
+    assert all(amount >= 0.7 for following, amount in found[None] if following != "done")
+    assert all(amount >= 0.7 for _, amount in found[0.7])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from math import nan
 
 import pytest
@@ -17,6 +18,7 @@ from understudy.properties.run_property import Verdict
 from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
+from understudy_lab.behavior_suite import triangle, wall_following
 from understudy_lab.forage.teach import GOTO_BINDINGS, make_practice, worlds_of
 from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAway
 from understudy_lab.tasks.patrol_teacher import RUN_AWAY
@@ -69,10 +71,47 @@ def test_a_switch_that_came_too_early_is_taken_back(screen: SessionView) -> None
     features = {"distance_to(A)": 2.0, "angle_to(A)": 0.3}
     expected.note_press("rotate_left", "forward")
     for at, state, wished in (
-        (1.0, "rotate_left", None), (1.1, "forward", "rotate_left"), (1.8, "forward", None),
+        (0.5, "rotate_left", None), (1.1, "forward", "rotate_left"), (1.8, "forward", None),
     ):  # fmt: skip
         seen = replace(screen, time_s=at, state=state, features=features)
         assert expected.wish(seen) == wished
+
+
+EARLY = [  # state before and after, m ahead, m to the left, whether that was plainly too early
+    ("seek", "rotate_right", 1.5, 1.9, True),
+    ("seek", "rotate_right", 0.55, 1.9, False),  # it would have to turn off at 0.45 m
+    ("seek", "along", 2.0, 0.9, True),
+    ("along", "veer_left", 2.0, 0.3, True),
+    ("along", "veer_left", 2.0, 0.5, False),
+    ("rotate_right", "along", 0.45, 0.4, True),
+    ("rotate_right", "along", 0.7, 0.4, False),
+    ("start", "seek", 2.0, 2.0, False),
+]
+
+
+@pytest.mark.parametrize(("before", "after", "ahead", "left", "early"), EARLY)
+def test_a_robot_that_leaves_a_state_too_early_at_a_wall_is_sent_back(
+    screen: SessionView, before: str, after: str, ahead: float, left: float, early: bool
+) -> None:
+    plan = wall_following.WALL_TASKS[0].topics[0]
+    seen = replace(screen, state=after, features={"sonar_ahead": ahead, "sonar_left": left})
+    assert plan.takes_back(seen, before) is early
+
+
+def test_where_a_robot_repeats_itself_it_is_told_at_once_what_it_was_shown(screen: SessionView) -> None:
+    """It turns for ever although A is nearly ahead once in every turn; it was shown to drive then."""
+    expected = Expectations(GOTO)
+    expected.note_press("rotate_left", "forward")
+    turning, ahead = (
+        replace(screen, state="rotate_left", features={"distance_to(A)": 0.8, "angle_to(A)": angle})
+        for angle in (2.0, 0.0)
+    )
+    assert expected.wish(turning) is None
+    assert expected.wish(ahead) is None  # it may do that a little later
+    assert expected.find_right_state(turning, ask("rotate_left", DoubtReason.REPEATING)) is None
+    assert expected.wish(turning) is None
+    assert expected.wish(ahead) == "forward"
+    assert expected.find_right_state(ahead, ask("rotate_left", DoubtReason.REPEATING)) == "forward"
 
 
 def test_to_stay_will_do_until_a_switch_that_was_shown_is_overdue(screen: SessionView) -> None:
@@ -120,6 +159,16 @@ def test_what_goes_well_is_skipped_after_two_ways_without_a_press() -> None:
             expected.begin_situation(passed)
             found.append(expected.skips)
         assert found == skips
+
+
+def test_settling_is_tried_in_the_situations_that_were_shown() -> None:
+    """Anywhere, a robot is seldom a little too near or too far."""
+    for plan, kit in ((triangle.SETTLE, triangle.FEAT.kit), (GOTO, FORAGE_KIT)):
+        teacher = LiveTeacher(Library(kit), triangle.practice, 1, options={})
+        count = len(plan.cases)
+        tried = [each.suits for each in islice(teacher._list_situations(plan), 2 * count)][count:]
+        assert (tried == [each.suits for each in plan.cases]) is plan.tries_cases
+    assert triangle.SETTLE.tries_cases
 
 
 def test_driving_away_is_noticed_once_each_time(screen: SessionView) -> None:

@@ -6,11 +6,13 @@ The tests that retrain and judge whole rows are marked `retrains` (`conftest.py`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import msgspec
 import pytest
 
+from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.kit import make_scenario_kit
@@ -93,6 +95,13 @@ def teach_coached(row: Row) -> Parts:
     seed, exercise = row["task"]["seed"], coaching_tasks.EXERCISES[row["task"]["exercise"]]
     course = teach(exercise.person(draw_traits(seed), seed), exercise, row["task"]["way"])
     return {"examples": course.made, "followed": course.followed_kinds}
+
+
+def teach_by_order(row: Row) -> Parts:
+    learner = TreeOptions(order=row["task"]["order"])
+    options = {name: replace(each, learner=learner) for name, each in METHODS[LIVE].items()}
+    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, row["task"]["seed"], options=options)
+    return {"goto_presses": teacher.teach(GOTO).accounts["goto"].presses}
 
 
 def teach_hierarchy(row: Row) -> Parts:
@@ -199,6 +208,7 @@ SMALL: list[tuple[str, dict[str, Any], Callable[[Row], Parts]]] = [
     ("patrol", {}, teach_patrol),
     ("roles", {}, teach_roles),
     ("swarm", {}, teach_swarm),
+    ("wrong_feature", {"order": "flags first"}, teach_by_order),
     ("unlearning", {}, unlearn),
     ("slips", {"task": "goto", "way": "corrected"}, teach_with_slips),
     ("transfer", {"behavior": "GoTo"}, teach_for_transfer),

@@ -135,8 +135,12 @@ def test_what_belongs_to_the_automaton_is_as_it_was_then() -> None:
     """At 84 m it had been going on for 1.6 s, whatever the time is when it is sent back."""
     lesson = misled(features=("range_of(ball)", "time_in_state")).lesson
     switched = LastSwitch((("range", "ball"),), frozenset())
-    switched.note_tick(TickResult("forward", "left", {"time_in_state": 1.6}), Sample(7.0, (84.0,)), Binding())
-    switched.note_tick(TickResult("left", "left", {"time_in_state": 0.1}), Sample(7.1, (83.0,)), Binding())
+    switched.note_tick(
+        TickResult("forward", "left", {"time_in_state": 1.6}), Sample(7.0, (84.0,)), Binding(), first="start"
+    )
+    switched.note_tick(
+        TickResult("left", "left", {"time_in_state": 0.1}), Sample(7.1, (83.0,)), Binding(), first="start"
+    )
     correction = Example(12, "left", (82.0, 0.2), "forward", ExampleKind.DIRECTIVE, correction=True)
     stay = switched.find_undone_stay(correction, lesson, 7.2)
     assert stay is not None

@@ -107,6 +107,27 @@ def test_a_press_soon_after_a_switch_names_the_right_one() -> None:
     assert corrections(taught)[4:] == [True, True]
 
 
+THROUGH = [  # ticks in left, a press 2 ticks after that, the example that it makes
+    (1, "forward", ("forward", 95, "forward", "confirmation")),  # nobody saw left
+    (2, "forward", ("forward", 95, "forward", "confirmation")),
+    (3, "left", ("left", 92, "left", "confirmation")),
+    (1, "left", ("forward", 95, "left", "directive")),  # it should have gone there
+]
+
+
+@pytest.mark.parametrize(("lasted", "pressed", "example"), THROUGH)
+def test_a_switch_through_states_that_nobody_sees_is_judged_where_it_began(
+    lasted: int, pressed: str, example: tuple[Any, ...]
+) -> None:
+    taught = live("forward", 5, "left", lasted, "right", 1)
+    taught.reset(1)
+    ticks(taught, 6 + lasted)
+    assert taught.view().state == "right"
+    before = len(taught.examples)
+    play(taught, 2, pressed, 1)
+    assert rows(taught)[before] == example
+
+
 def turned_back() -> Session:
     """As `turned`, and left to forward was directed once, at 80 m. Now at 94 m, in left."""
     taught = live("forward", 5, "left", 15, "forward", 2)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -16,10 +15,10 @@ from numpy.typing import NDArray
 
 from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.queries import Question, UncertaintyQueries
-from understudy.coaching.repetition import find_repetition
+from understudy.coaching.repetition import PARTS, choose_moment, describe_repetition, find_repetition
 from understudy.coaching.situation_sampling import stack_example_vectors
 from understudy.coaching.situation_text import make_feature_phrases
-from understudy.coaching.uncertainty import DoubtReason, Uncertainty, UncertaintyModel
+from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.automaton import Transition
@@ -138,28 +137,23 @@ def _find_repetition(
     distances = FeatureDistances(phrases, None)
     end_s = max((each.time_s for each in met), default=0.0)
     for last in (each for each in met if each.time_s == end_s):  # others have raised a flag
+        asked = 0 if queries is None else queries.count_asked_about_repetition(last.state)
+        if asked >= PARTS:
+            continue
         on_its_way = [each for each in met if each.seed == last.seed]
         others = [place for place, each in enumerate(on_its_way, 1) if each.state != last.state]
         stays = on_its_way[others[-1] if others else 0 :]
-        moments = find_repetition(np.array([each.values for each in stays]), distances)
+        rows = np.array([each.values for each in stays])
+        moments = find_repetition(rows, distances)
         if moments is None:
             continue
-        here = min((stays[moment] for moment in moments), key=partial(_measure_to_exit, lesson, distances))
-        reason = (
-            f"I have been in {here.state} for {end_s - stays[0].time_s:.0f} s, and come back to where I was"
-        )
-        doubt = Uncertainty(1.0, DoubtReason.REPEATING, reason)
-        if queries is None or not queries.was_asked(here.state, doubt):
-            answers = tuple(dict.fromkeys((here.state, *lesson.automaton.state_names[1:])))
-            question = Question(here.time_s, here.state, here.values, here.state, doubt, answers)
-            return NextSituation(here.seed, question, len(stays) / len(met))
+        round_rows = rows[moments.start : moments.stop]
+        here = stays[moments[choose_moment(lesson, last.state, round_rows, asked)]]
+        doubt = describe_repetition(here.state, end_s - stays[0].time_s)
+        answers = tuple(dict.fromkeys((here.state, *lesson.automaton.state_names[1:])))
+        question = Question(here.time_s, here.state, here.values, here.state, doubt, answers)
+        return NextSituation(here.seed, question, len(stays) / len(met))
     return None
-
-
-def _measure_to_exit(lesson: Lesson, distances: FeatureDistances, met: _Met) -> float:
-    """Return the distance to the nearest example that leaves the state; infinite if there is none."""
-    exits = [each.values for each in lesson.examples if each.state == met.state != each.next]
-    return float(distances.compute(np.array(exits), np.array(met.values)).min()) if exits else np.inf
 
 
 def go_to_situation(session: Session, situation: NextSituation) -> None:

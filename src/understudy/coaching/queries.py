@@ -14,6 +14,7 @@ from collections import deque
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from understudy.coaching.repetition import RepetitionWatch
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.runtime.body import is_rewindable
@@ -23,6 +24,8 @@ from understudy.training.trainee import Mode, SessionView
 
 UNSURE, UNSURE_LIVE = 0.5, 0.7
 """From so much doubt on it asks: in testing, and in live teaching, where much is still new."""
+UNSURE_FLAG = 0.5
+"""From so much doubt on it asks before it raises a flag, in live teaching, too: that ends what it does."""
 MOST_MARKS = 50
 REST_S = 2.0
 """So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
@@ -59,6 +62,8 @@ class Question:
     @property
     def sentence(self) -> str:
         """The question, for a person."""
+        if self.doubt.because is DoubtReason.REPEATING:
+            return f"{self.doubt.reason}. Where in this round should I do something else?"
         does = f"stay in {self.state}" if self.next == self.state else f"go to {self.next}"
         return f"I am not sure: I would {does}, but {self.doubt.reason}. What is right?"
 
@@ -93,29 +98,34 @@ class UncertaintyQueries:
     def find_question(self) -> Question | None:
         """Find the question before the next tick that has to be answered; None otherwise.
 
-        A question is not repeated before the lesson changes, since continuing was an answer. After a question there are
-        none for REST_S.
+        A question is not repeated before the lesson changes, since continuing was an answer. Only a robot that repeats
+        itself is asked about again, until a whole round was asked about: what is right at one moment of it need not be
+        right at another. After a question there are none for REST_S.
         """
         session = self.session
         if self.when is QueryPolicy.NEVER or session.mode is Mode.TRAINING:
             return None
         view = session.view()
+        values = tuple(view.features.values())
         fidgets = self._note_state(view)
+        self._learn()
+        self._repetition.observe(view.time_s, view.state, values)
         rests = 0.0 <= view.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
         if view.flag is not None or view.waiting is not None or rests:
             return None
-        self._learn()
-        values = tuple(view.features.values())
-        doubt = _FIDGETING if fidgets else self._doubts.estimate(view.state, values)
-        if doubt.amount < self.unsure or self.was_asked(view.state, doubt):
-            return None
-        self._asked.add((view.state, doubt.reason))
-        self._last_s = view.time_s
+        repeats = self._repetition.find_doubt()
+        doubt = _FIDGETING if fidgets else repeats or self._doubts.estimate(view.state, values)
         function = self._transitions.get(view.state)
         outcome = -1 if function is None else function.decide(values)
         following = view.state if outcome < 0 else session.automaton.state_names[outcome]
+        is_flag = session.automaton.state(following).flag is not None
+        unsure = min(self.unsure, UNSURE_FLAG) if is_flag and self._unsure is None else self.unsure
+        if doubt.amount < unsure or self.was_asked(view.state, doubt):
+            return None
+        self._last_s = view.time_s
         answers = self._list_answers(view.state, values, following)
         question = Question(view.time_s, view.state, values, following, doubt, answers)
+        self.note_asked(question)
         if self.when is QueryPolicy.PAUSE:
             return question
         self._mark(question)
@@ -124,12 +134,22 @@ class UncertaintyQueries:
     def was_asked(self, state: str, doubt: Uncertainty) -> bool:
         """Return whether a question was asked in a state for the same reason, and the lesson has not changed since."""
         self._learn()
+        if doubt.because is DoubtReason.REPEATING:
+            return self._repetition.was_asked_about(state)
         return (state, doubt.reason) in self._asked
+
+    def count_asked_about_repetition(self, state: str) -> int:
+        """Return how often it was asked why the robot repeats itself in a state, since the lesson changed."""
+        self._learn()
+        return self._repetition.count_asked(state)
 
     def note_asked(self, question: Question) -> None:
         """Note a question that something else has asked, so that it is not repeated either."""
         self._learn()
-        self._asked.add((question.state, question.doubt.reason))
+        if question.doubt.because is DoubtReason.REPEATING:
+            self._repetition.note_asked(question.state)
+        else:
+            self._asked.add((question.state, question.doubt.reason))
 
     def _note_state(self, view: SessionView) -> bool:
         """Note the present state, and return whether the robot switches back and forth."""
@@ -150,6 +170,10 @@ class UncertaintyQueries:
     def is_still_uncertain(self, question: Question) -> bool:
         """Return whether the decision would still be uncertain, since the lesson may have changed."""
         self._learn()
+        if question.doubt.because is DoubtReason.REPEATING:  # not a doubt of one moment
+            return self._repetition.count_asked(question.state) > 0
+        if question.doubt.because is DoubtReason.FIDGETING:
+            return self.was_asked(question.state, question.doubt)
         automaton = self.session.automaton
         if question.state not in automaton.state_names or len(question.values) != len(automaton.features):
             return False
@@ -169,3 +193,4 @@ class UncertaintyQueries:
             self._for, self._transitions = key, learn(lesson)
             self._doubts = UncertaintyModel(lesson, self._transitions)
             self._asked.clear()
+            self._repetition = RepetitionWatch(lesson)

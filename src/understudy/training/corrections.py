@@ -26,10 +26,15 @@ from understudy.training.trainee import OwnSwitch, TickResult
 
 SOON_S = 2.0
 """Who sends the robot back so soon after it switched says that it should not have switched."""
+UNSEEN_S = 0.2
+"""Nobody sees a state that lasts no longer than this, s."""
 
 
 class LastSwitch:
-    """The last switch that the learned automaton made, as the example that a correction of it would show: stay."""
+    """The last switch that the learned automaton made, as the example that a correction of it would show: stay.
+
+    Switches through states that nobody sees are one switch, from the state that was seen last.
+    """
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
         self._keys, self._steady = keys, steady
@@ -38,12 +43,21 @@ class LastSwitch:
     def clear(self) -> None:
         """Forget the switch: nothing that follows relates to it."""
         self._last: tuple[OwnSwitch, Binding] | None = None
+        self._switched_s: float | None = None
 
-    def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
-        """Note a tick without a press."""
-        if outcome.next != outcome.state:
-            switch = OwnSwitch(outcome.state, outcome.next, outcome.own, moment.seconds, moment.values)
-            self._last = switch, binding
+    def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding, *, first: str) -> None:
+        """Note a tick without a press; `first` is the state in which the automaton begins."""
+        if outcome.next == outcome.state:
+            return
+        switch = OwnSwitch(outcome.state, outcome.next, outcome.own, moment.seconds, moment.values)
+        last = self.switch
+        if last is not None and last.state not in (first, outcome.next) and self._is_unseen(moment.seconds):
+            switch = replace(last, next=outcome.next)
+        self._last, self._switched_s = (switch, binding), moment.seconds
+
+    def _is_unseen(self, now: float) -> bool:
+        """Return whether the state since the last switch was too short to be seen."""
+        return self._switched_s is not None and measure_elapsed(now, self._switched_s) <= UNSEEN_S
 
     @property
     def switch(self) -> OwnSwitch | None:

@@ -146,8 +146,8 @@ class LessonLog:
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
         """Log a tick without a press, as a watched one if the lesson records these."""
-        self.last_switch.note_tick(outcome, moment, binding)
         automaton = self.lesson.automaton
+        self.last_switch.note_tick(outcome, moment, binding, first=automaton.states[0].name)
         resting = outcome.state == outcome.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.is_watching) or resting:
             return

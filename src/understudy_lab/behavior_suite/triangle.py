@@ -162,6 +162,7 @@ SETTLE = LessonPlan(
     limit_s=40.0,
     complain_live=complain_live_settle,
     settle=settle_distance,
+    tries_cases=True,
 )
 
 

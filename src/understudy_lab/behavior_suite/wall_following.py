@@ -43,6 +43,8 @@ OTHER = {LEFT: RIGHT, RIGHT: LEFT}
 BLOCKED_M, CLEAR_M = 0.45, 0.8  # ahead
 WIDE_M, WELL_M = 0.55, 0.45  # on the hand
 AHEAD = "sonar_ahead"
+EARLY_M = 0.15
+"""A switch made so much too early, m, is taken back in live teaching."""
 
 
 def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:
@@ -68,6 +70,11 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
             screen.state, screen.features[AHEAD], screen.features[beside], hand, slack
         )
 
+    def complain_live(screen: SessionView) -> str | None:
+        """Return the state to direct to, or None: as in a test, and where the robot goes along too far away."""
+        wide = screen.state == "along" and screen.features[beside] > WIDE_M
+        return pressing(0.0 if wide else 0.1)(screen)
+
     states = ["seek=forward", "along=forward", f"rotate_{OTHER[hand]}", f"veer_{hand}"]
     return LessonPlan(
         name,
@@ -79,6 +86,8 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
         tries=4,
         limit_s=4 * seconds,
         accepts=lambda screen, state: pressing(0.1)(replace(screen, state=state)) in (None, state),
+        complain_live=complain_live,
+        takes_back=lambda screen, before: pressing(-EARLY_M)(replace(screen, state=before)) is None,
     )
 
 

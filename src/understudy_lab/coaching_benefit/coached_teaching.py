@@ -18,6 +18,7 @@ from understudy.coaching.give_advice import give_advice
 from understudy.coaching.pose_sampling import sample_posed_situations
 from understudy.coaching.queries import QueryPolicy, UncertaintyQueries
 from understudy.coaching.situation_setup import set_up_situation
+from understudy.coaching.uncertainty import DoubtReason
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton
@@ -122,9 +123,15 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
     """Let the robot try for `left_s` seconds; answer its questions while the world is paused, and correct errors."""
     session, until = course.session, novice.seconds + left_s
     session.test()
-    asking, asked = UncertaintyQueries(session, QueryPolicy.PAUSE), 0
+    asking, asked, repeats = UncertaintyQueries(session, QueryPolicy.PAUSE), 0, ""
     while novice.seconds < until:
         question, screen = asking.find_question(), session.view()
+        repeats = repeats if screen.state == repeats else ""
+        if question is not None and question.doubt.because is DoubtReason.REPEATING:
+            repeats = question.state
+            if novice.wish(screen) in (None, screen.state):  # they watch a round, and press later
+                novice.seconds += ANSWER_S
+                continue
         if question is not None and asked < MOST_QUESTIONS:
             asked += 1
             course.followed[ASKED] += 1
@@ -135,7 +142,7 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
             session.test()
         elif novice.there(screen):
             break
-        elif novice.notice(session, STEPS_IN_S):
+        elif novice.notice(session, 0.0 if repeats else STEPS_IN_S):
             course.followed[CORRECTED] += 1
             novice.show(
                 session, novice.wish, until=novice.there, limit_s=min(GOES_ON_S, until - novice.seconds)

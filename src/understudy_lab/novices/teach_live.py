@@ -51,6 +51,7 @@ class _LiveTeaching:
         self._novice, self._session, self._placement = novice, session, placement
         self._queries = UncertaintyQueries(session)
         self._unlike_since: float | None = None  # when the robot began not to do what the novice wishes
+        self._repeats = ""  # the state in which the robot has said that it repeats itself
 
     def go_through_situations(self, note: Callable[[], None]) -> None:
         """Put the robot into one situation after another, watch it and correct it."""
@@ -58,6 +59,7 @@ class _LiveTeaching:
         traits, given_s = novice.traits, novice.habits.given_s
         turn, proposes = int(novice.draws.integers(len(traits.situations))), False
         while novice.seconds < given_s:
+            self._repeats = ""
             if proposes:
                 self._go_to_next()
             else:
@@ -102,10 +104,14 @@ class _LiveTeaching:
     def _find_correction(self, screen: SessionView) -> str | None:
         """Return the state to correct to; None where the robot is right, or not yet late with what it was shown."""
         novice = self._novice
+        if screen.state != self._repeats:
+            self._repeats = ""
         wished = novice.wish(screen)
         if wished in (None, screen.state):
             self._unlike_since = None
             return None
+        if self._repeats:  # it will not do that by itself: they were asked for it
+            return wished
         if self._unlike_since is None:
             self._unlike_since = novice.seconds
         late_s = novice.seconds - self._unlike_since
@@ -115,6 +121,8 @@ class _LiveTeaching:
         """Answer a question while the robot waits; press nothing if what it proposes is right."""
         novice, session, screen = self._novice, self._session, self._session.view()
         novice.seconds += ANSWER_S
+        if question.doubt.because is DoubtReason.REPEATING:
+            self._repeats = question.state
         contradictory = question.doubt.because in (DoubtReason.FIDGETING, DoubtReason.DISAGREEING)
         if not contradictory and novice.wish(replace(screen, state=question.next)) in (None, question.next):
             return

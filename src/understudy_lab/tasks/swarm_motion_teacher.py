@@ -64,6 +64,7 @@ WANDER = LessonPlan(
     tries=2,
     limit_s=90.0,
     patience_s=70.0,
+    complain_live=show_wander,  # both reasons to turn, not only that it is stuck
 )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
 from understudy.sim.scenario.schema import Scenario
+from understudy.training.corrections import UNSEEN_S
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, ReactionTime, SimulatedPerson, TryResult
@@ -66,36 +68,53 @@ class Expectations:
         """Whether the demonstrator skips what goes well."""
         self._shown: set[tuple[str, str]] = set()
         self._state, self._switched = "", deque[float]([], maxlen=topic.fidgets)
-        self._before = ""
+        self._before = self._directed = ""
+        self._seen: SessionView | None = None  # the last moment
+        self._left: SessionView | None = None  # the last moment before the switch
+        self._repeats = ""
+        """The state in which the robot has said that it repeats itself."""
 
     def wish(self, screen: SessionView) -> str | None:
         """Return the state that the robot should be in; None if it may go on."""
         if self._switched and screen.time_s < self._switched[-1]:  # another world
             self._switched.clear()
-            self._before = ""
+            self._state = self._before = self._directed = ""
         if screen.state != self._state:
-            self._before, self._state = self._state, screen.state
+            if screen.state == self._directed:  # that was no switch of its own
+                self._before = ""
+            elif not self._switched or screen.time_s - self._switched[-1] > UNSEEN_S + 1e-9:
+                self._before, self._left = self._state, self._seen
+            self._state = screen.state
             self._switched.append(screen.time_s)
+            self._repeats = ""
+        self._seen, self._directed = screen, ""
         fidgets = (
             len(self._switched) == self._topic.fidgets and screen.time_s - self._switched[0] < FIDGETING_S
         )
         if fidgets and screen.flag is None and self._topic.settle is not None:
             return KEEP if (wanted := self._topic.settle(screen)) == screen.state else wanted
+        if self._is_too_early(screen):
+            return self._before
         wanted = self._topic.show(screen)
-        if wanted not in (None, KEEP, screen.state) and (screen.state, wanted) not in self._shown:
+        expected = (screen.state, wanted) in self._shown and not self._repeats
+        if wanted not in (None, KEEP, screen.state) and not expected:
             return wanted
-        return self._before if self._is_too_early(screen) else self._find_overdue(screen)
+        return self._find_overdue(screen)
 
     def _is_too_early(self, screen: SessionView) -> bool:
-        """Return whether the robot has just made a switch that came too early."""
+        """Return whether the robot has just made a switch that came too early, as it was then and as it is now."""
         just = bool(self._switched) and screen.time_s - self._switched[-1] <= TAKES_BACK_S
-        return just and bool(self._before) and self._topic.takes_back(screen, self._before)
+        if not just or not self._before or self._left is None:
+            return False
+        then = replace(screen, features=self._left.features)
+        return all(self._topic.takes_back(each, self._before) for each in (then, screen))
 
     def begin_situation(self, passed: int | None) -> None:
         """Begin a situation, after so many in a row without a press; None: a demonstration."""
         after = self._topic.skips_after
         self.skips = after == 0 or (after is not None and passed is not None and passed >= after)
         self._alarm = self._topic.make_alarm()
+        self._repeats = ""
 
     def is_over(self, session: Session) -> bool:
         """Return whether nothing more is to be seen in this world, or something goes wrong."""
@@ -106,7 +125,8 @@ class Expectations:
         """Return the state that the robot should be in next; None if what it proposes will do.
 
         To stay will do until a switch that was shown is overdue. A robot that switches back and forth is told what to
-        do, unless that is what it proposes.
+        do, unless that is what it proposes. One that repeats itself is watched for a round, and told where it should do
+        something else: it will not do that by itself.
         """
         proposed, settle = question.next, self._topic.settle
         if question.doubt.because is DoubtReason.FIDGETING and settle is not None:
@@ -114,6 +134,9 @@ class Expectations:
         wanted = self._topic.show(screen)
         if wanted is None or wanted == KEEP:
             wanted = screen.state
+        if question.doubt.because is DoubtReason.REPEATING:
+            self._repeats = screen.state
+            return None if wanted == screen.state else wanted
         stays = proposed == screen.state and (screen.state, wanted) in self._shown
         if (stays and self._find_overdue(screen) is None) or self._topic.accepts(screen, proposed):
             return None
@@ -128,6 +151,7 @@ class Expectations:
         """Note that a switch has been shown."""
         self._shown.add((state, wanted))
         self._switched.clear()
+        self._directed = wanted
 
 
 class LivePerson(SimulatedPerson):
@@ -288,10 +312,11 @@ class LiveTeacher(ScriptedTeacher):
         self._see(self._topics[moment.name], session, Situation("", moment.targets))
 
     def _list_situations(self, topic: LessonPlan) -> Iterator[Situation]:
-        """Yield the situations of a lesson, then others in the same worlds without end."""
+        """Yield the situations of a lesson, then others like them, or in the same practices, without end."""
         yield from topic.cases[: topic.shown]
         for case in cycle(topic.cases):
-            yield Situation(case.practice, case.targets)
+            anywhere = Situation(case.practice, case.targets)
+            yield replace(anywhere, suits=case.suits) if topic.tries_cases else anywhere
 
     def _see(self, topic: LessonPlan, session: Session, case: Situation) -> tuple[TryResult, bool]:
         """Watch the robot in one situation; return the outcome, and whether it did well without a press."""

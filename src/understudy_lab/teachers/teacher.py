@@ -87,7 +87,8 @@ class LessonPlan:
     cases. In live teaching, `complain_live` and `settle` say what to direct a robot to that errs, or that switches back
     and forth; `accepts` says whether a state that it asks about will do. After `skips_after` situations in a row
     without a press (None: never), the demonstrator skips to where they are needed: where the robot asks, or a property
-    that `make_alarm` makes for each situation says that it goes wrong.
+    that `make_alarm` makes for each situation says that it goes wrong. With `tries_cases` the demonstrator is content
+    only after the robot did well in the situations of the cases, one after the other, not anywhere in their practices.
     """
 
     name: str
@@ -107,6 +108,7 @@ class LessonPlan:
     takes_back: Accepts = lambda screen, before: False
     skips_after: int | None = None
     make_alarm: Callable[[], Seen] = lambda: lambda screen: False
+    tries_cases: bool = False
 
 
 @dataclass(slots=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from tests.ui.tui.desks import plan, trainer
+from tests.ui.tui.desks import GOTO, plan, trainer
 from tests.ui.tui.test_main_screen import run
 
 from understudy.training.trainee import Mode
@@ -99,3 +100,37 @@ async def test_a_switch_that_is_undone_at_once_is_listed_beside_the_advice(tmp_p
         assert "warning: forward and turn left" in text
         await hand.press("C")
         assert hand.said.startswith(("Show me", "Only example"))
+
+
+@run
+async def test_a_robot_that_turns_for_ever_says_so_while_it_is_watched(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, choices=replace(GOTO, live=True), seed=6)) as hand:
+        await hand.press("left")
+        said = set()
+        for _ in range(40):
+            await hand.wait(1.0)
+            said.add(hand.said)
+        assert any(
+            "come back to where I was. Where in this round should I do something else?" in each
+            for each in said
+        )
+        assert not hand.trainer.paused
+        assert hand.trainer.session_view.state == "rotate_left"
+
+
+@run
+async def test_situations_in_a_row_without_a_press_are_counted(tmp_path: Path) -> None:
+    async with trainer(plan(tmp_path, choices=replace(GOTO, live=True), seed=6)) as hand:
+        await hand.press("up")
+        said = []
+        for _ in range(3):
+            await hand.wait(11.0)
+            await hand.press("n")
+            said.append(hand.said)
+        assert said == [
+            "World 7; nothing recorded",
+            "World 8; nothing recorded. 1 in a row without a press",
+            "World 9; nothing recorded. 2 in a row without a press",
+        ]
+        await hand.press("left", "n")
+        assert hand.said == "World 10; nothing recorded"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +12,7 @@ from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.quiet_situations import QuietSituations
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
@@ -93,6 +94,7 @@ class CoachController:
         self.asking = UncertaintyQueries(session, QueryPolicy.MARK if live else QueryPolicy.NEVER)
         self.chosen_policy: QueryPolicy | None = None
         self.skipping = UncertaintyQueries(session)
+        self.quiet = QuietSituations()
         self._session, self._explainer = session, why
         self.last_report: AdviceReport | None = None  # last
         self._making: tuple[Lesson, Future[AdviceReport]] | None = None
@@ -169,6 +171,16 @@ class CoachController:
     def choose_query_policy(self, when: QueryPolicy) -> None:
         """Change what happens at uncertain decisions, also in later sessions of this person."""
         self.asking.when = self.chosen_policy = when
+
+    def describe_new_mark(self, before: Sequence[Question]) -> str:
+        """Describe what was marked since the last mark, `before`, if all that follows is about it; empty otherwise.
+
+        A robot that repeats itself goes on doing so. Its demonstrator has a whole round to say where it should not.
+        """
+        newest = self.asking.marked[-1:]
+        repeats = newest and newest[0].doubt.because is DoubtReason.REPEATING
+        is_new = newest and (not before or newest[0] is not before[0])
+        return newest[0].sentence if repeats and is_new else ""
 
     @property
     def question(self) -> Question | None:

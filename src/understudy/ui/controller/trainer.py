@@ -181,6 +181,7 @@ class Trainer:
 
     def tick(self) -> None:
         """Take one tick, and set the status to its result."""
+        marks = self.coach.asking.marked[-1:]
         if (question := self.coach.asking.find_question()) is not None:
             pause_for_question(self, question)
             return
@@ -198,6 +199,10 @@ class Trainer:
             self.score.note_change()
         elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
             self.status = StatusMessage(said)
+        elif said := self.coach.describe_new_mark(marks):
+            self.status = StatusMessage(said, "correction")
+        if session.mode is Mode.LIVE and not self.driving:
+            self.coach.quiet.note_tick(session.body.tick_s, flag=after.flag)
         if isinstance(self.body, BodyWorld) and self.body.is_over:
             self._pause_at_end(self.body)
 
@@ -277,6 +282,7 @@ class Trainer:
             self.note(self.robot, step="teach")
             self._noted_live = True
         self.note(self.robot, state)
+        self.coach.quiet.note_press()
         self.corrected = correction or (self.corrected and self.session_view.waiting is not None)
         self.session_view = self.session.view()
         then = " on the next tick" if self.paused else ""
@@ -343,11 +349,13 @@ class Trainer:
     def _world(self, seed: int, what: str) -> StatusMessage:
         self._end_driving()
         self.session.reset(seed)
+        self.coach.quiet.begin_situation()
         self.seed = seed
         self.memory.clear()
         self.explainer.clear()
         self._look()
-        return StatusMessage(f"{what}; nothing recorded")
+        so_far = f". {self.coach.quiet.sentence}" if self.coach.quiet.count else ""
+        return StatusMessage(f"{what}; nothing recorded{so_far}")
 
     @keep_status
     def toggle_watching(self) -> StatusMessage:
