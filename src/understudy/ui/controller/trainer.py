@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Unpack
 
 from understudy.errors import SessionError
-from understudy.learning.lesson_change import ChangeSince
 from understudy.model.change_summary import ChangeSummary
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
@@ -22,7 +21,6 @@ from understudy.robots.twin import DigitalTwin, Ground, find_drawn_world, skip_n
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.target_lookup import find_target_place
 from understudy.sim.view import WorldView
-from understudy.storage.library_folder import save_automaton
 from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
 from understudy.training.trainee import Mode, SessionView
@@ -30,10 +28,10 @@ from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
-from understudy.ui.controller.interrupted_sessions import is_same_lesson
 from understudy.ui.controller.keep_going import LessonContinuation
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.library_changes import list_library_changes
+from understudy.ui.controller.saved_lesson import SavedLesson
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name
@@ -93,9 +91,7 @@ class Trainer:
         self._noted_live = False
         self.drivers = [each for each in session.library.kit.behaviors.values() if not each.parameters]
         self.drive_keys = bind_drive_keys(self.drivers)
-        self._saved = saved
-        self._compared: tuple[tuple[object, ...], bool] | None = None
-        self._since_saved = ChangeSince(saved)
+        self._saved = SavedLesson(folder, saved)
         self.session_view = session.view()
         self._options = session.lesson.options
         self._redraw_keys()
@@ -144,19 +140,12 @@ class Trainer:
     @property
     def has_unsaved_changes(self) -> bool:
         """Whether the lesson differs from the one in the library."""
-        session, saved = self.session, self._saved
-        key = (session.examples, session.automaton, saved)
-        if self._compared is None or any(
-            new is not old for new, old in zip(key, self._compared[0], strict=True)
-        ):
-            unsaved = bool(session.examples) if saved is None else not is_same_lesson(saved, session.lesson)
-            self._compared = key, unsaved
-        return self._compared[1]
+        return self._saved.differs_from(self.session)
 
     @property
     def change_to_save(self) -> ChangeSummary | None:
         """What the automaton decides otherwise than in the library, apart from what presses since then say."""
-        return self._since_saved.summarize(*self.explainer.learn_lesson())
+        return self._saved.summarize_change(*self.explainer.learn_lesson())
 
     @property
     def can_watch(self) -> bool:
@@ -474,7 +463,7 @@ class Trainer:
         """Save the automaton and keep its former version; report outcomes that are lost, and what others saved."""
         taught, library = self.session.make_trained_automaton(), self.session.library
         worse = find_regressions_since_saved(self.folder, library, taught)
-        others = list_library_changes(self.folder, library, taught.automaton, self._saved)
+        others = list_library_changes(self.folder, library, taught.automaton, self._saved.lesson)
         changed = self.change_to_save
         path = self.save_unchecked(taught)
         said = formatting.format_saved_message(path, worse, others, changed)
@@ -482,9 +471,7 @@ class Trainer:
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton to the library and keep its former version, without checking its outcomes."""
-        path = save_automaton(self.folder, taught)
-        self._saved, self._since_saved = taught.lesson, ChangeSince(taught.lesson)
-        return path
+        return self._saved.save(taught)
 
     def _changed(self, said: str) -> StatusMessage:
         self.refresh_view()
