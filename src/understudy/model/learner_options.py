@@ -43,9 +43,9 @@ class TreeOptions:
         Tests are removed that save at most this many examples from a wrong decision, for each leaf that they
         add. 0 removes none.
     order
-        Which of the possible tests is selected. "gain first": the one with the highest gain ratio, as in C4.5. "flags
-        first": one that tells exactly when a flag is raised, if there is one; and four watched examples or more, beyond
-        all presses for a decision, limit it.
+        Which of the possible tests is selected. "flags first": one that tells exactly when a flag is raised, if there
+        is one; and four watched examples or more, beyond all presses for a decision, limit it. "gain first": the one
+        with the highest gain ratio, as in C4.5.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class TreeOptions:
     boundary: Literal["default keeps the gap", "midpoint"] = "default keeps the gap"
     defaults: bool = True
     pruning: float = 0.0
-    order: Literal["gain first", "flags first"] = "gain first"
+    order: Literal["gain first", "flags first"] = "flags first"
 
     def __post_init__(self) -> None:
         if not (isfinite(self.pruning) and self.pruning >= 0.0):
