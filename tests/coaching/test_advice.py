@@ -18,7 +18,7 @@ from understudy.coaching.give_advice import UNSURE, give_advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
 from understudy.model.kinds import Categorical, Kind
-from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.sim.forage import FORAGE_KIT
 
@@ -92,14 +92,15 @@ def test_a_press_that_the_others_would_have_foretold_holds_no_boundary() -> None
 
 
 def test_a_leaf_that_reaches_far_beyond_its_examples_is_asked_about() -> None:
-    """Done is told from forward by the angle, which fits as well as the distance does: at 6 m it is odd."""
+    """Learned by the highest gain, done is told from forward by the angle, which fits as well as the distance does."""
     rows: tuple[Row, ...] = (
         ("forward", "forward", "confirmation", 6.0, 10),
         ("forward", "forward", "confirmation", 5.0, 60),
         ("forward", "done", "directive", 0.3, 100),
         ("forward", "done", "directive", 0.2, 110),
     )
-    lesson = goto((*rows, ("forward", "forward", "confirmation", 0.5, 200)))
+    gain_first = LearnerOptions(learner=TreeOptions(order="gain first"))
+    lesson = replace(goto((*rows, ("forward", "forward", "confirmation", 0.5, 200))), options=gain_first)
     (first,) = advised(lesson, AdviceKind.STRETCHED)
     assert "go from forward to done when A is far" in first.sentence
     assert lesson.examples[first.examples[0]].next == "forward"

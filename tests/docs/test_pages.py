@@ -174,8 +174,8 @@ def test_five_presses_teach_what_the_readme_says() -> None:
         features=["distance_to(A)", "angle_to(A)"],
         live=False,
     )
-    session = Session(Forage([42]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
-    presses = [("rotate_left", 0.9), ("forward", 3.0), ("rotate_left", 0.5), ("forward", 0.5), ("done", 0.1)]
+    session = Session(Forage([24]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
+    presses = [("rotate_left", 1.6), ("forward", 3.9), ("rotate_left", 2.4), ("forward", 0.3), ("done", 0.1)]
     for state, seconds in presses:
         session.direct(state)
         session.run_for(seconds)

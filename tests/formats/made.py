@@ -12,7 +12,7 @@ from typing import Any
 
 from tests.bodies import Scripted
 from tests.training.lessons import WITH_GO, session
-from tests.training.steps import do, drawn
+from tests.training.steps import AS_IN_0_1, do, drawn
 from tests.training.test_squad_session import SQUAD, coordinator_body
 from tests.ui.web.pages import Frame
 
@@ -54,7 +54,7 @@ def play(path: Path, seed: int) -> None:
         features=["range_of(ball)", "seen"],
         flags=["done"],
         library=WITH_GO,
-        options=LearnerOptions(watched=True, reaction_s=0.2),
+        options=LearnerOptions(watched=True, reaction_s=0.2, learner=AS_IN_0_1),
         body=Scripted(2),
         journal=path,
     )

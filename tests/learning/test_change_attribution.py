@@ -15,13 +15,14 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
-from understudy.model.learner_options import LearnerOptions, SklearnOptions
+from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))
 AIM = BoundFeature(Feature("aim", Toroidal(360.0), reading="bearing"))
 FULL = BoundFeature(Feature("full", BOOLEAN, reading="full"))
+GAIN_FIRST = LearnerOptions(learner=TreeOptions(order="gain first"))
 KINDS = {"go": ExampleKind.DEFAULT, "keep": ExampleKind.CONFIRMATION}
 
 Shown = dict[int, tuple[float, str]]
@@ -188,7 +189,7 @@ def test_a_change_that_came_about_elsewhere() -> None:
             Example(number, "go", values, following, kind)
             for number, (values, following, kind) in {**rows, **more}.items()
         ]
-        lesson = Lesson(bare, tuple(examples))
+        lesson = Lesson(bare, tuple(examples), GAIN_FIRST)
         return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     far, again = ((6.0, 1.0), "go", ExampleKind.CONFIRMATION), rows[2]
@@ -264,7 +265,7 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
         examples = tuple(
             Example(number, "go", *row) for number, row in enumerate([*rows[:3], *rows[3:] * more], 1)
         )
-        lesson = Lesson(bare, examples)
+        lesson = Lesson(bare, examples, GAIN_FIRST)
         return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def who(more: int) -> list[tuple[int, str]]:

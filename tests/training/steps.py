@@ -6,11 +6,14 @@ from random import Random
 from typing import Any, TypeAlias
 
 from understudy.errors import UnderstudyError
-from understudy.model.learner_options import LearnerOptions
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.training.session import Session
 
 Step: TypeAlias = tuple[Any, ...]
 """A method of the session with its arguments, or `tick` with how many."""
+
+AS_IN_0_1 = TreeOptions(order="gain first")
+"""How 0.1.0 learned, so that what it wrote is written again."""
 
 STATES = ("forward", "left", "right", "done", "start")
 FEATURES = ("range_of(ball)", "bearing_of(goal)", "load", "seen", "time_in_state", "done", "watch")
@@ -44,7 +47,10 @@ def drawn(
             ("edit", random.randint(1, 8), random.choice(states)),
             ("choose", {"features": some}),
             ("choose", {"states": random.sample(states[:3], random.randint(1, 3))}),
-            ("choose", {"options": LearnerOptions(random.choice([0.0, 0.2, 0.5]), random.random() < 0.7)}),
+            (
+                "choose",
+                {"options": LearnerOptions(random.choice([0.0, 0.2, 0.5]), random.random() < 0.7, AS_IN_0_1)},
+            ),
             *more,
         ]
     )

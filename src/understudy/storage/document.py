@@ -190,7 +190,7 @@ def _check_text(data: bytes, source: Source) -> None:
         line = data.count(b"\n", 0, error.start) + 1
         raise _unreadable(path, f"line {line}", "it is not UTF-8 text") from error
     except JSONDecodeError as error:
-        cut = error.pos >= len(source.text.rstrip())
+        cut = error.pos >= len(source.text.rstrip()) or error.msg.startswith("Unterminated string")
         place = f"line {error.lineno}, column {error.colno}"
         raise _unreadable(
             path, place, "it is cut short" if cut else f"it is not JSON: {error.msg}"

@@ -333,7 +333,7 @@ def test_presses_that_were_recorded_are_learned(toward: Path, tmp_path: Path) ->
     assert "--library is missing: nothing ran" in asked.stderr
     options = ("-l", tmp_path / "again", "--behavior", "goto", "--bind", "A=station")
     beside = json.loads(run("run", "--replay", toward, *options, "--json").stdout)
-    assert (beside["decisions"], beside["differences"][0]["recorded"]) == (50, ["forward"])
+    assert (beside["decisions"], beside["differences"][0]["recorded"]) == (50, ["rotate_left"])
 
 
 def test_presses_are_added_to_a_lesson(toward: Path, tmp_path: Path) -> None:
