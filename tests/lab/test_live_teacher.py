@@ -12,6 +12,7 @@ from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.falsification.holding_test import HoldingTest
+from understudy.model.kinds import YES
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
@@ -23,6 +24,9 @@ from understudy_lab.forage.teach import GOTO_BINDINGS, make_practice, worlds_of
 from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAway
 from understudy_lab.tasks.patrol_teacher import RUN_AWAY
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
+from understudy_lab.tasks.swarm_motion_teacher import APPROACH
+from understudy_lab.tasks.swarm_squad_teacher import PLATOON
+from understudy_lab.tasks.swarm_teacher import HELP, MUSTER
 from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
 from understudy_lab.teachers.person import KEEP
 
@@ -211,3 +215,33 @@ def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
     mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"})
     assert mended.raised is not None
     assert mended.raised.elsewhere < 10
+
+
+@pytest.mark.parametrize(
+    ("far", "holding", "wished"),
+    [(2.5, 0.0, "come"), (0.8, 0.0, None), (2.5, YES, None), (nan, 0.0, None)],
+)
+def test_a_robot_of_the_swarm_that_musters_from_too_far_off_is_sent_to_whom_it_hears(
+    screen: SessionView, far: float, holding: float, wished: str | None
+) -> None:
+    features = {"distance_to(free_container)": far, "holding": holding, "enough": 0.0}
+    assert MUSTER.complain(replace(screen, state="call", features=features)) == wished
+
+
+def test_joint_work_that_is_called_for_is_confirmed_once_when_nothing_is_found_any_more(
+    screen: SessionView,
+) -> None:
+    expected = Expectations(PLATOON)
+    seen = {"found(free_container)": 0.0, "unheard(musterer)": 0.0, "time_in_state": 10.0}
+    joining = replace(screen, state="join", features=seen)
+    assert expected.wish(replace(joining, features={**seen, "time_in_state": 2.0})) is None
+    assert expected.wish(replace(joining, features={**seen, "found(free_container)": YES})) is None
+    assert expected.wish(joining) == KEEP
+    expected.note_press("join", KEEP)
+    assert expected.wish(joining) is None
+    assert expected.wish(replace(joining, features={**seen, "unheard(musterer)": YES})) == "work"
+
+
+def test_where_a_robot_of_the_swarm_approaches_and_musters_is_tried_as_it_was_shown() -> None:
+    """Anywhere, what it should approach is seldom in sight."""
+    assert all(plan.tries_cases for plan in (APPROACH, HELP, MUSTER))

@@ -14,7 +14,7 @@ SELDOM, OFTEN = 0.06, 0.3
 """Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
 THERE_M, NOT_THERE_M, PAST_M = 0.4, 0.6, 0.25
 ASTRAY, FACING = 0.65, 0.4  # it turns on while the hand moves
-ASIDE = 1.5  # so far off that it plainly drives past, rad
+ASIDE = 1.0  # so far off that it plainly drives past, rad
 
 
 def yes(screen: SessionView, feature: str) -> bool:
@@ -157,6 +157,7 @@ APPROACH = LessonPlan(
     tries=10,
     limit_s=60.0,
     complain_live=complain_live_approach,
+    tries_cases=True,
 )
 
 

@@ -37,9 +37,13 @@ def _joint(
         return wished
 
     def wish_live(screen: SessionView) -> str | None:
+        seen = screen.features
+        called = seen[found] != YES and seen[call] != YES and seen["time_in_state"] > QUIET_S
+        if screen.state == "join" and called:  # joint work goes on although nothing is found any more
+            return wish(SLACK_S)(screen) or KEEP
         if screen.state != "work":
             return wish(SLACK_S)(screen)
-        return wish(0.0)(screen) if screen.features["time_in_state"] > HESITATES_S else None
+        return wish(0.0)(screen) if seen["time_in_state"] > HESITATES_S else None
 
     def accept(screen: SessionView, proposed: str) -> bool:
         gives_up = screen.state == "join" and screen.features["time_in_state"] > 0.7 * most_s

@@ -135,6 +135,8 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
             return _begun(screen, "call" if screen.features[free] < AT_M else "come")
         if screen.state == "wait":
             return "come" if there(screen, caller) else None
+        if screen.state == "call" and screen.features[free] > AT_M and not yes(screen, "holding"):
+            return "come"  # it calls from too far off to hold it
         if screen.state in ("call", "hold"):
             return "haul" if yes(screen, "enough") else None
         if yes(screen, "failed"):
@@ -184,11 +186,18 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
             Situation("holding in vain what others claim", enough=after(4.0)),
             Situation("holding a crate", enough=_waits),
             Situation("losing hands", enough=after(4.0)),
-            Situation(f"{thing}s nobody is at", enough=lambda screen: _waits(screen) and screen.time_s > 8.0),
+            Situation(
+                f"{thing}s nobody is at",
+                suits=lambda screen: (
+                    screen.features[free] > AT_M
+                ),  # it is seen, and not for this robot to call at
+                enough=lambda screen: _waits(screen) and screen.time_s > 8.0,
+            ),
         ),
         tries=11,
         limit_s=120.0,
         patience_s=70.0,
+        tries_cases=True,
     )
 
 
