@@ -173,6 +173,8 @@ export type Request =
   | { do: "watch" }
   /** Test what is in training in new worlds, and go to where it goes wrong. */
   | { do: "keep_going" }
+  /** Choose what success means, by the name of an offered goal; null: nothing is chosen. */
+  | { do: "goal"; goal: NameField | null }
   /** Turn the runs in new worlds after each press off or on. */
   | { do: "score" }
   /** Move a robot; without a heading it keeps its own. */
@@ -1180,6 +1182,12 @@ export interface Score {
   enabled: boolean;
   /** Whether one is being taken. */
   running: boolean;
+  /** What success means, in words; empty if it is not known. */
+  goal: string;
+  /** Whether a person has chosen that. */
+  chosen: boolean;
+  /** Goals of which a person can pick one. */
+  offers: readonly OfferedGoal[];
 }
 
 /** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
@@ -1303,6 +1311,14 @@ export interface UnsureMark {
   /** The number of the run; null if that run was left. */
   run: number | null;
   sentence: string;
+}
+
+/** A goal of which a person can pick one. */
+export interface OfferedGoal {
+  /** What it says, shortly. */
+  name: string;
+  /** What is measured, exactly. */
+  claim: string;
 }
 
 /** The number of unseen worlds in which the automaton succeeded, and those in which it failed. */

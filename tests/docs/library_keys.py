@@ -18,6 +18,7 @@ from understudy.storage.schema import (
     Document,
     ExampleDoc,
     FeatureDoc,
+    GoalDoc,
     GoDoc,
     LabelDoc,
     LessonDoc,
@@ -94,6 +95,7 @@ PARTS: Parts = {
             "watched": "the watched examples, in groups with the same `binding`, keys of `own` and recording",
             "record": "all readings around the presses, from which features added later get their values",
             "outcomes": "properties that start at a stored moment, which `understudy test` checks",
+            "goal": "what success means in any world; left out where a flag or the world's goal counts",
         },
     ),
     OptionsDoc: (
@@ -206,6 +208,17 @@ PARTS: Parts = {
             "targets": "target of each parameter of the automaton",
             "scenario": "the scenario's file at the time, as base64 of zlib",
             "snapshot": "the world at that moment, as base64 of zlib",
+        },
+    ),
+    GoalDoc: (
+        "Goal",
+        {
+            "name": "what success means, shortly, for people",
+            "kind": "form of the property",
+            "what": "its [condition](../properties.md#conditions), or `progress`",
+            "within_s": "its time, s; positive; left out for the kind `never` only",
+            "limit_s": "for how long it runs, s; by default the scenario's limit",
+            "world": "name of the scenario in which it was chosen; it is measured in any",
         },
     ),
     BuiltDoc: (

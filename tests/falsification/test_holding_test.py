@@ -32,7 +32,7 @@ def leave_out_turning() -> Library:
 def find_mistakes(
     library: Library, behavior: str, seeds: Sequence[int], binding: Mapping[str, str]
 ) -> tuple[Mistake, ...]:
-    worlds = NewWorlds.from_seeds(FORAGE, seeds, by_flag=behavior == "goto")
+    worlds = NewWorlds.from_seeds(FORAGE, seeds, own_goal=behavior == "goto")
     return worlds.run(library, behavior, binding).mistakes
 
 

@@ -20,7 +20,7 @@ from understudy.sim.forage import FORAGE_KIT
 
 FORAGE = find_scenario("forage")
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
-WORLDS = NewWorlds.from_seeds(FORAGE, range(5, 15), by_flag=True)
+WORLDS = NewWorlds.from_seeds(FORAGE, range(5, 15), own_goal=True)
 BINDINGS = [{"A": target} for target in ("nearest_food", "station")]
 
 
@@ -57,7 +57,7 @@ def test_a_flag_far_from_where_it_was_shown_does_not_count() -> None:
 
 
 def test_without_a_flag_the_goal_of_the_world_counts() -> None:
-    score = score_behavior(LIBRARY, "forage", NewWorlds.from_seeds(FORAGE, range(5, 9), by_flag=False), [{}])
+    score = score_behavior(LIBRARY, "forage", NewWorlds.from_seeds(FORAGE, range(5, 9), own_goal=False), [{}])
     assert score.works.tolist() == evaluate(LIBRARY, "forage", FORAGE, range(5, 9)).taught.finished.tolist()
 
 

@@ -1,6 +1,8 @@
-/** In how many new worlds what is trained works, after each press; one click turns it off. */
+/** In how many new worlds what is trained works, after each press, and what that means; one click turns it off. */
 
+import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
+import type { Score } from "../protocol";
 import { className, plain } from "../words";
 
 export function ScoreLine() {
@@ -12,41 +14,101 @@ export function ScoreLine() {
   const fell = trend === "falling";
   return (
     <section class={className("score", fell && "fell")} aria-label="In new worlds">
-      <p role={fell ? "alert" : undefined} aria-live="polite" aria-busy={running}>
-        {MARKS[trend]} {plain(text)}
-      </p>
-      {fell && desk.undoable !== null && (
+      <div class="score-line">
+        <p role={fell ? "alert" : undefined} aria-live="polite" aria-busy={running}>
+          {MARKS[trend]} {plain(text)}
+        </p>
+        {fell && desk.undoable !== null && (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            onClick={() => void studio.change({ do: "undo" }, { do: "redo" })}
+          >
+            Undo
+          </button>
+        )}
+        {!text.startsWith("not measured") && (
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            title="Test it in new worlds, and go to where it goes wrong, until it holds"
+            onClick={() => void studio.ask({ do: "keep_going" })}
+          >
+            Keep going
+          </button>
+        )}
         <button
           type="button"
-          class="small"
+          class="link"
           disabled={!studio.directs}
-          onClick={() => void studio.change({ do: "undo" }, { do: "redo" })}
+          title="After each press it runs in worlds that it was not taught in, beside the one here"
+          aria-pressed={enabled}
+          onClick={() => void studio.ask({ do: "score" })}
         >
-          Undo
+          {enabled ? "turn off" : "turn on"}
         </button>
-      )}
-      {!text.startsWith("not measured") && (
-        <button
-          type="button"
-          class="small"
-          disabled={!studio.directs}
-          title="Test it in new worlds, and go to where it goes wrong, until it holds"
-          onClick={() => void studio.ask({ do: "keep_going" })}
-        >
-          Keep going
-        </button>
-      )}
-      <button
-        type="button"
-        class="link"
-        disabled={!studio.directs}
-        title="After each press it runs in worlds that it was not taught in, beside the one here"
-        aria-pressed={enabled}
-        onClick={() => void studio.ask({ do: "score" })}
-      >
-        {enabled ? "turn off" : "turn on"}
-      </button>
+      </div>
+      {enabled && <GoalLine score={desk.score} />}
     </section>
+  );
+}
+
+/** What success means: what counts now, and for a behavior without a flag, goals to choose from. */
+function GoalLine({ score }: { score: Score }) {
+  const studio = useStudio();
+  const [choosing, setChoosing] = useState(false);
+  const { goal, chosen, offers } = score;
+  if (goal === "" && offers.length === 0) return null;
+  const pick = (name: string | null) => {
+    setChoosing(false);
+    void studio.change({ do: "goal", goal: name }, { do: "undo" });
+  };
+  const others = offers.filter(({ name }) => name !== goal);
+  return (
+    <div class="goal">
+      {goal !== "" && (
+        <p>
+          Success: {plain(goal)}
+          {offers.length > 0 && (
+            <button
+              type="button"
+              class="link"
+              disabled={!studio.directs}
+              aria-expanded={choosing}
+              onClick={() => setChoosing(!choosing)}
+            >
+              change
+            </button>
+          )}
+        </p>
+      )}
+      {(choosing || goal === "") && (
+        <ul aria-label="What success can mean">
+          {others.map(({ name, claim }) => (
+            <li key={name}>
+              <button
+                type="button"
+                class="small"
+                title={plain(claim)}
+                disabled={!studio.directs}
+                onClick={() => pick(name)}
+              >
+                {plain(name)}
+              </button>
+            </li>
+          ))}
+          {chosen && (
+            <li>
+              <button type="button" class="link" disabled={!studio.directs} onClick={() => pick(null)}>
+                none of them
+              </button>
+            </li>
+          )}
+        </ul>
+      )}
+    </div>
   );
 }
 

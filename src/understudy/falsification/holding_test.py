@@ -11,10 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, islice
 
-from understudy.analysis.evaluate import find_success_flag
 from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
-from understudy.falsification.new_worlds import Mistake, NewWorlds
+from understudy.falsification.new_worlds import Mistake, NewWorlds, has_own_goal
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
 from understudy.sim.scenario.schema import Scenario
@@ -108,19 +107,19 @@ class HoldingTest:
         Raises
         ------
         SettingError
-            If the behavior has no flag, and the scenario no goal.
+            If the behavior has no goal of its own, and the scenario none.
         UnboundParameter
             If a parameter is not bound to a target.
         """
         self.versions += 1
         level = 1.0 - ERROR / (self.versions * (self.versions + 1))  # these sum up to ERROR
         held, worlds, mistakes = 0, 0, list[Mistake]()
-        by_flag = find_success_flag(library, behavior) is not None
+        own_goal = has_own_goal(library, behavior)
         size = count_fewest_trials(self.wanted, level=level)
         while True:
             for number, binding in enumerate(bindings):
                 some = list(islice(self._seeds, len(range(number, size, len(bindings)))))
-                new = NewWorlds.from_seeds(self.scenario, some, by_flag=by_flag)
+                new = NewWorlds.from_seeds(self.scenario, some, own_goal=own_goal)
                 found = new.run(library, behavior, binding, progress=progress)
                 held, worlds = held + int(found.works.sum()), worlds + len(some)
                 mistakes += found.mistakes

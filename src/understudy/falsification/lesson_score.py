@@ -151,7 +151,7 @@ def score_behavior(
     Raises
     ------
     SettingError
-        If the behavior has no flag, and the scenario no goal.
+        If the behavior has no goal of its own, and the scenario none.
     UnboundParameter
         If a parameter is not bound to a target.
     """

@@ -1,7 +1,8 @@
 """Runs of what was taught in new worlds: where it works, and where and when it goes wrong.
 
-A behavior with a flag works where it raises the flag in time at values that agree with what was shown; any other where
-the scenario's goal is reached as soon as in an evaluation.
+A behavior works where the goal that a person has chosen for it holds. Without one, a behavior with a flag works where
+it raises the flag in time at values that agree with what was shown; any other where the goal of the scenario is reached
+as soon as in an evaluation.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
 from understudy.analysis.behavior_run import ProgramRun
-from understudy.analysis.evaluate import find_success_flag, make_evaluation_task
+from understudy.analysis.evaluate import find_flags, find_success_flag, make_evaluation_task
 from understudy.analysis.goal_runs import run_many_ticks
 from understudy.analysis.measurement import TICKS_BETWEEN_READINGS, Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
@@ -25,6 +27,8 @@ from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
 from understudy.model.kinds import Column
 from understudy.model.library import Library
+from understudy.model.property import GOAL, Property, PropertyKind
+from understudy.properties.monitor import monitor_property
 from understudy.runtime.program import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
@@ -89,7 +93,7 @@ class NewWorlds:
     seeds
         The seed of each world.
     limits
-        How long a behavior without a flag may take to reach the scenario's goal, s, for all or each [K].
+        How long a behavior may take to reach the scenario's goal if that is its goal, s, for all or each [K].
     """
 
     scenario: Scenario
@@ -97,9 +101,9 @@ class NewWorlds:
     limits: float | Column
 
     @classmethod
-    def from_seeds(cls, scenario: Scenario, seeds: Sequence[int], *, by_flag: bool) -> Self:
-        """Make the worlds of some seeds; without a flag, the baseline sets the limits if there is one."""
-        baseline = None if by_flag else find_baseline(scenario)
+    def from_seeds(cls, scenario: Scenario, seeds: Sequence[int], *, own_goal: bool) -> Self:
+        """Make the worlds of some seeds; without a goal of its own, the baseline sets the limits if there is one."""
+        baseline = None if own_goal else find_baseline(scenario)
         if baseline is None:
             return cls(scenario, seeds, scenario.limit_s)
         expert = measure_baseline(baseline, seeds)
@@ -135,10 +139,13 @@ class NewWorlds:
         Raises
         ------
         SettingError
-            If the behavior has no flag, and the scenario no goal.
+            If the behavior has no goal of its own, and the scenario none.
         UnboundParameter
             If a parameter is not bound to a target.
         """
+        goal = find_chosen_goal(library, behavior)
+        if goal is not None:
+            return self._run_goal(library, behavior, binding, goal, progress)
         flag = find_success_flag(library, behavior)
         if flag is not None:
             shown = find_shown_goal(library, behavior, flag)
@@ -157,6 +164,42 @@ class NewWorlds:
             for row, wrong_s in zip(failed, ended, strict=True)
         ]
         return NewWorldsResult(part.outcomes.finished, part.outcomes.seconds, tuple(mistakes))
+
+    def _run_goal(
+        self,
+        library: Library,
+        behavior: str,
+        binding: Mapping[str, str],
+        goal: Property,
+        progress: Progress,
+    ) -> NewWorldsResult:
+        """Run worlds until it is known whether a chosen goal holds; the scenario's goal ends none of them."""
+        about_world = goal.kind is PropertyKind.PROGRESS or GOAL in goal.what
+        scenario = self.scenario if about_world else structs.replace(self.scenario, goal=None)
+        world = World(scenario, self.seeds)
+        run = ProgramRun(world, link(library, behavior, binding), library, binding, worlds=world.worlds)
+        flags = find_flags(library, behavior)
+        outcomes = monitor_property(goal, run, flags, progress=progress)
+        limit_s = goal.seconds if goal.kind is PropertyKind.ALWAYS else goal.start.limit_s
+        seconds = np.where(np.isnan(outcomes.reached_s), limit_s or scenario.limit_s, outcomes.reached_s)
+        why = f"this does not hold: it {goal.name}" if goal.name else f"this does not hold: {goal.claim}"
+        mistakes = [
+            Mistake(self.seeds[row], binding, float(outcomes.failed_s[row]), why)
+            for row in np.flatnonzero(~outcomes.held).tolist()
+        ]
+        return NewWorldsResult(outcomes.held, np.where(outcomes.held, seconds, np.nan), tuple(mistakes))
+
+
+def find_chosen_goal(library: Library, behavior: str) -> Property | None:
+    """Return the goal that a person has chosen for a behavior; None if there is none."""
+    taught = library.taught.get(behavior)
+    return None if taught is None or taught.lesson is None else taught.lesson.goal
+
+
+def has_own_goal(library: Library, behavior: str) -> bool:
+    """Return whether a behavior has a goal of its own, so that the scenario's does not count."""
+    chosen = find_chosen_goal(library, behavior) is not None
+    return chosen or find_success_flag(library, behavior) is not None
 
 
 def _run_to_flag(

@@ -218,6 +218,9 @@ class Lesson:
         Readings at the moments of the examples, from which features can be computed again.
     properties
         What the learned automaton must do, or never do, from stored moments on.
+    goal
+        What success means in any world: a property of seeded worlds, whose seeds are not used. None: that a flag is
+        raised, or that the goal of the world is reached.
 
     Raises
     ------
@@ -230,6 +233,7 @@ class Lesson:
     options: LearnerOptions = LearnerOptions()
     record: ReadingLog = field(default_factory=ReadingLog)
     properties: tuple[Property, ...] = ()
+    goal: Property | None = None
 
     def __post_init__(self) -> None:
         if self.automaton.transitions:

@@ -21,6 +21,7 @@ from understudy.analysis.behavior_run import BehaviorRun
 from understudy.errors import SettingError, UnknownName
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.properties.condition import Clause, ClauseTest, Condition
+from understudy.properties.free_space import CLEARANCE, UNITS, make_clearance, make_covered
 from understudy.properties.thing_positions import (
     find_things,
     is_distance,
@@ -99,6 +100,9 @@ def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Ma
         return _bind_distance(clause, _simulated(world, clause))
     if world is not None and clause.subject in COUNTS:
         return _bind_count(clause, world)
+    if world is not None and clause.subject in UNITS:
+        read = make_clearance(world) if clause.subject == CLEARANCE else make_covered(world)
+        return _bind_number(clause, read, unit=UNITS[clause.subject], scale=None)
     return _bind_reading(clause, run)
 
 
@@ -176,7 +180,7 @@ def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
         world = get_world(run)
         if error.what == "target" or world is None:
             raise
-        known = [*error.known, *COUNTS, "distance(…, …)"]
+        known = [*error.known, *COUNTS, *UNITS, "distance(…, …)"]
         known += [f"{things} is in REGION" for things in name_things(world)] if world.scenario.regions else []
         raise UnknownName(
             what="feature or reading", name=clause.subject, where=error.where, known=known

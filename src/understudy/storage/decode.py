@@ -25,7 +25,7 @@ from understudy.model.kinds import Categorical, Kind, Toroidal, parse_kind
 from understudy.model.learner_options import Learner, LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit
-from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
+from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.storage.encode import EVERY_STATE, format_feature_label
 from understudy.storage.json_text import JsonSteps, Source
@@ -40,6 +40,7 @@ from understudy.storage.schema import (
     DocValue,
     ExampleDoc,
     FeatureDoc,
+    GoalDoc,
     GoDoc,
     LabelDoc,
     LessonDoc,
@@ -148,6 +149,7 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
             _options(doc.options),
             record,
             _outcomes(doc, source, (*here, "outcomes")),
+            None if isinstance(doc.goal, UnsetType) else _make_goal(doc.goal),
         )
 
 
@@ -189,6 +191,13 @@ def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Pr
     else:
         kind, what = PropertyKind(doc.kind), doc.what
     return Property(kind=kind, what=what, seconds=seconds, start=start, targets=targets)
+
+
+def _make_goal(doc: GoalDoc) -> Property:
+    seconds = None if isinstance(doc.within_s, UnsetType) else doc.within_s
+    limit_s = None if isinstance(doc.limit_s, UnsetType) else doc.limit_s
+    start = SeededWorlds(doc.world, (), limit_s)
+    return Property(kind=PropertyKind(doc.kind), what=doc.what, seconds=seconds, start=start, name=doc.name)
 
 
 def _options(doc: OptionsDoc) -> LearnerOptions:

@@ -31,6 +31,7 @@ from understudy.storage.schema import (
     DocValue,
     ExampleDoc,
     FeatureDoc,
+    GoalDoc,
     GoDoc,
     LabelDoc,
     LessonDoc,
@@ -115,6 +116,19 @@ def encode_lesson(lesson: Lesson) -> LessonDoc:
             if isinstance(each.start, StoredMoment)
         ]
         or UNSET,
+        goal=UNSET if lesson.goal is None else _goal_doc(lesson.goal),
+    )
+
+
+def _goal_doc(goal: Property) -> GoalDoc:
+    limit_s = goal.start.limit_s
+    return GoalDoc(
+        name=goal.name,
+        kind=goal.kind.value,
+        what=goal.what,
+        within_s=UNSET if goal.seconds is None else goal.seconds,
+        limit_s=UNSET if limit_s is None else limit_s,
+        world=goal.start.world,
     )
 
 

@@ -173,14 +173,26 @@ class OutcomeDoc(DocStruct, kw_only=True):
     snapshot: str
 
 
+class GoalDoc(DocStruct, kw_only=True):
+    """What success means in any world: a property, in the words of properties of a file; `name` says it shortly."""
+
+    name: str = ""
+    kind: Literal["never", "always", "never longer", "progress"]
+    what: str
+    within_s: float | UnsetType = UNSET
+    limit_s: float | UnsetType = UNSET
+    world: str
+
+
 class LessonDoc(DocStruct, omit_defaults=False, kw_only=True):
-    """The lesson: options, examples and record; `outcomes`, its properties, is left out if there are none."""
+    """The lesson: options, examples and record; `outcomes`, its properties, and `goal` are left out without any."""
 
     options: OptionsDoc
     examples: list[ExampleDoc]
     watched: list[WatchedDoc]
     record: RecordDoc
     outcomes: list[OutcomeDoc] | UnsetType = UNSET
+    goal: GoalDoc | UnsetType = UNSET
 
 
 class GoDoc(DocStruct, tag_field="node", tag="go", kw_only=True):

@@ -33,6 +33,7 @@ class DesignChange(TypedDict, total=False):
     stateless: bool
     options: LearnerOptions
     properties: Sequence[Property]
+    goal: Property | None
     names: Mapping[str, str]
 
 
@@ -148,6 +149,7 @@ def change_design(
         examples=kept,
         options=choice.get("options", lesson.options),
         properties=tuple(choice.get("properties", lesson.properties)),
+        goal=choice.get("goal", lesson.goal),
     )
 
 

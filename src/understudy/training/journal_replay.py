@@ -280,11 +280,8 @@ def decode_journal_lesson(data: bytes, library: Library | None, path: Path | str
 def diff_lessons(before: Lesson, after: Lesson) -> tuple[bytes | None, list[Example], list[int]]:
     """Compare two lessons: the new design if it changed, new or changed examples, and numbers of deleted ones."""
     design = None
-    if (before.automaton, before.options, before.properties) != (
-        after.automaton,
-        after.options,
-        after.properties,
-    ):
+    designs = [(each.automaton, each.options, each.properties, each.goal) for each in (before, after)]
+    if designs[0] != designs[1]:
         design = encode_journal_lesson(replace(after, examples=(), record=ReadingLog()))
     old = {example.number: example for example in before.examples}
     new = {example.number for example in after.examples}

@@ -106,7 +106,7 @@ def reopen_journal(ended: Path) -> None:
 
 def is_same_lesson(first: Lesson, second: Lesson) -> bool:
     """Return whether two lessons have the same examples, design and options, apart from their records."""
-    chosen = [(each.automaton, each.options, each.properties) for each in (first, second)]
+    chosen = [(each.automaton, each.options, each.properties, each.goal) for each in (first, second)]
     return chosen[0] == chosen[1] and (
         [_kept(first, index) for index in range(len(first.examples))]
         == [_kept(second, index) for index in range(len(second.examples))]

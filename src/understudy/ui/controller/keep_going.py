@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from understudy.analysis.evaluate import choose_success_flag
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import WANTED, HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import Mistake
@@ -71,8 +70,8 @@ class LessonContinuation:
             raise SessionError(
                 "in a world of several robots, look for failing worlds with understudy falsify"
             )
-        if body.scenario.goal is None and choose_success_flag(session.automaton.flags) is None:
-            raise SessionError(f"success is not measured: {name} has no flag, and the world no goal")
+        if not self._trainer.score.goal:
+            raise SessionError("success is not measured: choose what success means first")
         if not any(example.is_from_press for example in session.examples):
             raise SessionError("there is nothing to test yet: press a state to direct the robot first")
         if self._test is None:

@@ -70,6 +70,30 @@ def find_property(trainer: Trainer, number: int) -> Property:
     return kept[number]
 
 
+@keep_status
+def choose_goal(trainer: Trainer, name: str | None) -> StatusMessage:
+    """Choose what success means among the offered goals by its name; None: nothing is chosen."""
+    goal = None if name is None else trainer.score.find_offer(name)
+    trainer.session.change_design(goal=goal)
+    trainer.score.note_change()
+    trainer.refresh_view()
+    chosen = trainer.score.goal or "not chosen"
+    return StatusMessage(f"Success: {chosen}; undo reverts this")
+
+
+@keep_status
+def choose_next_goal(trainer: Trainer) -> StatusMessage:
+    """Choose the offered goal after the present one; after the last one, none."""
+    names = [each.name for each in trainer.score.offers]
+    if not names:
+        raise SessionError(f"success is already clear: {trainer.score.goal or 'there is no simulated world'}")
+    now = trainer.session.lesson.goal
+    following = names[names.index(now.name) + 1 :] if now is not None and now.name in names else names
+    if now is not None and now.name not in names:
+        following = []
+    return choose_goal(trainer, following[0] if following else None)
+
+
 def preview_pruning(trainer: Trainer, pruning: float | None = None) -> SimplifyPreview:
     """Preview the effect of pruning the current lesson; nothing is changed."""
     return preview_simplification(trainer.session.make_trained_automaton(), pruning)

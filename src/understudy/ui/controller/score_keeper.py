@@ -9,11 +9,14 @@ from threading import Lock, Thread
 from time import sleep
 
 from understudy.analysis.evaluate import choose_success_flag
+from understudy.errors import SessionError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.new_worlds import NewWorlds, has_own_goal
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
+from understudy.model.property import Property
+from understudy.properties.offered_goals import describe_goal, offer_goals
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
@@ -67,21 +70,56 @@ class LessonScoreKeeper:
         """The newest score, beside the one before. None: there is none yet."""
         self.problem = ""
         """What ended the last runs; empty if nothing did."""
+        self._goals: tuple[str, tuple[Property, ...], bool] | None = None
         self.enabled = True
         self.is_running = False
 
     def find_obstacle(self) -> str:
         """Say why there is no score; empty if there can be one."""
-        body, name = self._session.body, self._session.automaton.name
+        body = self._session.body
         if not self.enabled:
             return "not measured: turned off"
         if not isinstance(body, World):
             return "not measured: there are no other worlds to run it in"
         if (os.cpu_count() or 1) < 2:
             return "not measured: this computer has a single core, which runs the world"
-        if body.scenario.goal is None and choose_success_flag(self._session.automaton.flags) is None:
-            return f"not measured: {name} has no flag, and the world no goal"
+        if not self.goal:
+            return "not measured: choose what success means"
         return ""
+
+    @property
+    def goal(self) -> str:
+        """What success means, in words; empty if there is nothing by which to measure it."""
+        return self._look_at_goals()[0]
+
+    @property
+    def offers(self) -> tuple[Property, ...]:
+        """The goals of which a person can pick one; none for a behavior with a flag that says what success is."""
+        return self._look_at_goals()[1]
+
+    @property
+    def is_goal_chosen(self) -> bool:
+        """Whether a person has chosen what success means."""
+        return self._look_at_goals()[2]
+
+    def _look_at_goals(self) -> tuple[str, tuple[Property, ...], bool]:
+        """Return what success means, and what is offered; computed once for each change of the lesson."""
+        if self._goals is None:
+            lesson, body = self._session.lesson, self._session.body
+            world = body if isinstance(body, World) else None
+            goal = describe_goal(lesson, of_world=world is not None and world.scenario.goal is not None)
+            by_flag = choose_success_flag(lesson.automaton.flags) is not None
+            offers = () if world is None or by_flag else offer_goals(lesson, world)
+            self._goals = goal, offers, lesson.goal is not None
+        return self._goals
+
+    def find_offer(self, name: str) -> Property:
+        """Find an offered goal by its name; SessionError if it is not offered."""
+        for each in self.offers:
+            if each.name == name:
+                return each
+        known = "; ".join(each.name for each in self.offers) or "none"
+        raise SessionError(f"this goal is not offered: {name!r:.80}; offered are: {known}")
 
     def describe(self) -> str:
         """Return the score in words, or why there is none; empty before the first press."""
@@ -98,6 +136,7 @@ class LessonScoreKeeper:
 
     def note_change(self) -> None:
         """Take the score of what is learned now, after a press or another change; what is running is finished first."""
+        self._goals = None
         targets = dict(self._session.view().targets)
         self._bindings.setdefault(tuple(targets.items()), targets)
         if not any(example.is_from_press for example in self._session.examples):
@@ -143,12 +182,15 @@ class LessonScoreKeeper:
         body = self._session.body
         if not isinstance(body, World):
             return
-        by_flag = choose_success_flag(taught.automaton.flags) is not None
-        count = self._worlds if by_flag else self._worlds // 2
+        own_goal = has_own_goal(self._session.library.with_automaton(taught), taught.automaton.name)
+        count = self._worlds if own_goal else self._worlds // 2
         seeds = range(self._seed, self._seed + count)
         self._seed += count
-        worlds = NewWorlds.from_seeds(body.scenario, seeds, by_flag=by_flag)
-        before = None if self._scored is None else self._run_worlds(self._scored, worlds)
+        worlds = NewWorlds.from_seeds(body.scenario, seeds, own_goal=own_goal)
+        former = self._scored
+        if former is not None and _get_goal(former) != _get_goal(taught):
+            former = None  # another goal cannot be compared with this one
+        before = None if former is None else self._run_worlds(former, worlds)
         after = self._run_worlds(taught, worlds)
         self._scored = taught
         self.problem, self.change = "", ScoreChange(before, after)
@@ -169,3 +211,7 @@ class LessonScoreKeeper:
         if not self.enabled:
             raise CancelledError
         sleep(YIELD_S)
+
+
+def _get_goal(taught: TrainedAutomaton) -> Property | None:
+    return None if taught.lesson is None else taught.lesson.goal

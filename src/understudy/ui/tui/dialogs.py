@@ -73,6 +73,10 @@ KEYS = {
         ("p", "bind the parameters to the next target"),
         ("w", "stop or start learning from silence"),
         ("T", "test it in new worlds, and go to where it goes wrong, until it holds"),
+        (
+            "S",
+            "what success means, for a behavior without a flag: the next of the goals that fit what was shown",
+        ),
         ("M", "stop or start runs in new worlds after each press"),
         ("A", "where it is unsure: pause and ask, mark, or neither"),
     ),

@@ -21,6 +21,7 @@ from understudy.robots.arming_order import ArmingOrder
 from understudy.sim.body_world import BodyWorld
 from understudy.ui.controller.arming import RobotArming
 from understudy.ui.controller.coach import go_to_next_situation, set_up_advised_situation, skip_ahead
+from understudy.ui.controller.lesson_actions import choose_next_goal
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices
@@ -69,6 +70,7 @@ class TeachingScreen(Screen[str]):
         *(Binding(key, f"trainer('{action}')", show=False) for key, action in ACTIONS.items()),
         Binding("s", "save", show=False),
         Binding("question_mark", "why", show=False),
+        Binding("S", "goal", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
         Binding("y", "arm", show=False),
@@ -190,6 +192,11 @@ class TeachingScreen(Screen[str]):
     def _save(self, way: str | None) -> None:
         if way == "s":
             self.action_trainer("save")
+
+    def action_goal(self) -> None:
+        """Choose the next of the offered goals as what success means."""
+        self._guarded(lambda: choose_next_goal(self.trainer))
+        self.draw()
 
     def action_why(self) -> None:
         """Show or hide the explanation in place of the examples."""

@@ -182,7 +182,10 @@ def render_status(trainer: Trainer) -> Text:
     if change is not None:
         text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
         text.append("  u", "bold").append(" undo", DIM)
-    if said := score.describe():
+    said = score.describe()
+    if said and score.offers and score.enabled:
+        said += f". Success: {score.goal or score.offers[0].name + ' (S chooses)'}"
+    if said:
         text.append(f"\n   {format_names(said)}", TONES["error"] if score.trend == "falling" else DIM)
     return text
 

@@ -76,6 +76,7 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
         m.BindTargets: Trainer.bind_targets,
         m.ToggleWatching: Trainer.toggle_watching,
         m.ToggleScore: Trainer.toggle_score,
+        m.ChooseGoal: lesson_actions.choose_goal,
         m.Undo: Trainer.undo,
         m.Redo: Trainer.redo,
         m.DeleteExample: Trainer.delete,

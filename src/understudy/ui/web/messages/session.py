@@ -250,6 +250,12 @@ class KeepGoing(Message, frozen=True, kw_only=True, tag="keep_going"):
     """Test what is in training in new worlds, and go to where it goes wrong."""
 
 
+class ChooseGoal(Message, frozen=True, kw_only=True, tag="goal"):
+    """Choose what success means, by the name of an offered goal; null: nothing is chosen."""
+
+    goal: NameField | None
+
+
 class ToggleScore(Message, frozen=True, kw_only=True, tag="score"):
     """Turn the runs in new worlds after each press off or on."""
 

@@ -265,6 +265,15 @@ class EvaluationData(Data, frozen=True, kw_only=True):
     """The error that ended the evaluation; empty if there was none."""
 
 
+class OfferedGoalData(Data, frozen=True, kw_only=True):
+    """A goal of which a person can pick one."""
+
+    name: str
+    """What it says, shortly."""
+    claim: str
+    """What is measured, exactly."""
+
+
 class ScoreData(Data, frozen=True, kw_only=True):
     """The share of new worlds in which the automaton in training works, taken after each press."""
 
@@ -276,6 +285,12 @@ class ScoreData(Data, frozen=True, kw_only=True):
     """Whether scores are taken."""
     running: bool
     """Whether one is being taken."""
+    goal: str
+    """What success means, in words; empty if it is not known."""
+    chosen: bool
+    """Whether a person has chosen that."""
+    offers: list[OfferedGoalData]
+    """Goals of which a person can pick one."""
 
 
 class SessionData(LessonData, frozen=True, kw_only=True):
@@ -420,7 +435,13 @@ def _success(found: Evaluation) -> str:
 
 def _score(score: LessonScoreKeeper) -> ScoreData:
     return ScoreData(
-        text=score.describe(), trend=score.trend, enabled=score.enabled, running=score.is_running
+        text=score.describe(),
+        trend=score.trend,
+        enabled=score.enabled,
+        running=score.is_running,
+        goal=score.goal,
+        chosen=score.is_goal_chosen,
+        offers=[OfferedGoalData(name=each.name, claim=each.claim) for each in score.offers],
     )
 
 

@@ -1,0 +1,125 @@
+"""Free space around robots in simulated worlds, and the ground that they have covered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.model.kinds import Column
+from understudy.sim.kernels.dtypes import TOUCH
+from understudy.sim.world import World
+
+CLEARANCE, COVERED = "clearance", "covered"
+"""The names of both in conditions."""
+UNITS = {CLEARANCE: "m", COVERED: "m²"}
+"""Their units."""
+TOUCHED = f"{CLEARANCE} is below {1000 * TOUCH:g} mm"
+"""The condition that a robot touches something solid."""
+CELL_M = 0.5
+"""The side of the squares in which covered ground is counted, m."""
+
+
+NONE = np.zeros((1, 1), np.bool_)
+
+
+def make_clearance(world: World) -> Callable[[], Column]:
+    """Make a function that measures the free space around each robot.
+
+    Parameters
+    ----------
+    world
+        The worlds.
+
+    Returns
+    -------
+    function
+        Returns the distance from each robot's rim to the nearest wall, obstacle, solid object or other robot that can
+        be run into, or to the edge of the arena [B, n], m; infinite for a robot that runs into nothing.
+    """
+    rules = world.rules
+    slots = np.flatnonzero(rules.classes["solid"][rules.class_of] != 0)
+
+    def read() -> Column:
+        state, robots = world.state, world.state.robots.reshape(world.worlds, -1)
+        x, y, radius = robots["x"], robots["y"], rules.types["radius"][robots["type"]]
+        collides = rules.types["collides"][robots["type"]] != 0
+        edge = np.minimum(np.minimum(x, rules.width - x), np.minimum(y, rules.height - y))
+        objects, discs = state.objects[:, slots], state.discs
+        objects_x = np.where(objects["present"] != 0, objects["x"], np.nan)
+        sizes = rules.classes["radius"][rules.class_of[slots]]
+        own = np.eye(robots.shape[1], dtype=np.bool_)
+        nearest = reduce(
+            np.fmin,
+            [
+                edge,
+                _measure_to_segments(x, y, state.segments),
+                _measure_to_discs(
+                    x, y, np.where(discs["radius"] > 0, discs["x"], np.nan), discs["y"], discs["radius"]
+                ),
+                _measure_to_discs(x, y, objects_x, objects["y"], sizes),
+                _measure_to_discs(x, y, np.where(collides, x, np.nan), y, radius, except_for=own),
+            ],
+        )
+        return np.where(collides, nearest - radius, np.inf)
+
+    return read
+
+
+def _measure_to_discs(
+    x: Column,
+    y: Column,
+    disc_x: Column,
+    disc_y: Column,
+    disc_radius: Column,
+    *,
+    except_for: NDArray[np.bool_] = NONE,
+) -> Column:
+    """Return the distances of points [B, n] from the rim of the nearest of discs [B, m], m; infinite without any."""
+    apart = np.hypot(x[:, :, None] - disc_x[:, None], y[:, :, None] - disc_y[:, None])
+    apart -= np.broadcast_to(disc_radius, disc_x.shape)[:, None]
+    nearest: Column = np.fmin.reduce(np.where(except_for, np.nan, apart), axis=2, initial=np.inf)
+    return nearest
+
+
+def _measure_to_segments(x: Column, y: Column, segments: NDArray[np.void]) -> Column:
+    """Return the distances of points [B, n] from the nearest of segments [B, S], m; infinite where there are none."""
+    x0, y0 = segments["x0"][:, None], segments["y0"][:, None]
+    dx, dy = segments["x1"][:, None] - x0, segments["y1"][:, None] - y0
+    squared = dx * dx + dy * dy
+    along = (x[:, :, None] - x0) * dx + (y[:, :, None] - y0) * dy
+    along = np.clip(np.divide(along, squared, out=np.zeros_like(along), where=squared > 0), 0.0, 1.0)
+    apart = np.hypot(x[:, :, None] - x0 - along * dx, y[:, :, None] - y0 - along * dy)
+    nearest: Column = np.fmin.reduce(apart, axis=2, initial=np.inf)
+    return nearest
+
+
+def make_covered(world: World) -> Callable[[], Column]:
+    """Make a function that measures the ground that each robot has covered since the function was made.
+
+    Parameters
+    ----------
+    world
+        The worlds. The function has to be called at each tick that counts.
+
+    Returns
+    -------
+    function
+        Returns the area of the squares, CELL_M wide, in which the center of each robot was [B, n], m².
+    """
+    across = int(np.ceil(world.rules.width / CELL_M))
+    up = int(np.ceil(world.rules.height / CELL_M))
+    visited = np.zeros((world.agents, across * up), np.bool_)
+    rows = np.arange(world.agents)
+
+    def read() -> Column:
+        robots = world.state.robots
+        column = np.clip((robots["x"] / CELL_M).astype(np.int64), 0, across - 1)
+        row = np.clip((robots["y"] / CELL_M).astype(np.int64), 0, up - 1)
+        visited[rows, row * across + column] = True
+        area: Column = visited.sum(axis=1).reshape(world.worlds, -1) * CELL_M**2
+        return area
+
+    return read

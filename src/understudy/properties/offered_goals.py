@@ -1,0 +1,188 @@
+"""Goals that are offered for a behavior without a flag: properties that fit what was shown, to pick one of them.
+
+Without a flag, nothing that was taught says what success means, so that it cannot be measured: a wall follower has no
+*done*. What was kept while it was taught is a good guess.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil, floor, isinf, log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.evaluate import choose_success_flag
+from understudy.learning.shown_ranges import find_shown_range
+from understudy.learning.training_set import select_teaching_examples
+from understudy.model.features import BoundFeature, Feature
+from understudy.model.kinds import Column, Continuous
+from understudy.model.lesson import Lesson
+from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds
+from understudy.properties.free_space import CELL_M, COVERED, TOUCHED, UNITS
+from understudy.sim.world import World
+
+RUN_S = 60.0
+"""How long each world runs, s, at most."""
+KEPT = 0.8
+"""The share of the moments of a lesson that lie in a range of values that was kept."""
+LARGEST_SHARE = 1 / 3
+"""The largest share of all values in a lesson that such a range can cover."""
+FEWEST_MOMENTS = 5
+"""The least number of moments from which it is concluded that something was kept."""
+LEAST_BREAK_S, BREAK = 5.0, 1.5
+"""How long a value may be outside of its range, s: at least, and in times of the longest that was shown."""
+COVERED_SHARE = 0.25
+"""The share that is demanded of the ground that a robot can cover: of the whole arena, or straight ahead."""
+
+
+def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
+    """List goals that fit what was shown, of which a person can pick one.
+
+    Parameters
+    ----------
+    lesson
+        The lesson.
+    world
+        The world in which it is taught.
+
+    Returns
+    -------
+    tuple[Property, ...]
+        At most three: a reading is kept in a range, nothing is touched, ground is covered. `name` says it in words.
+    """
+    start = SeededWorlds(world.scenario.name, (), min(RUN_S, world.scenario.limit_s))
+    found = [_make_kept_goal(each, start) for each in _list_kept(lesson, start)[:1]]
+    if world.rules.types["collides"][world.state.robots["type"]].all():
+        name = "never touches anything"
+        found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=name))
+    if (area := _compute_demanded_area(world, start)) > CELL_M**2:
+        text = f"{area:g} {UNITS[COVERED]}"
+        name = f"covers at least {text} of ground in {start.limit_s:g} s"
+        what = f"{COVERED} is at least {text}"
+        found.append(
+            Property(kind=PropertyKind.ALWAYS, what=what, seconds=start.limit_s, start=start, name=name)
+        )
+    return tuple(found)
+
+
+def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
+    """Describe what success means for a behavior: the chosen goal, the flag where it was shown, or the world's goal.
+
+    Parameters
+    ----------
+    lesson
+        The lesson.
+    of_world
+        Whether the world has a goal.
+
+    Returns
+    -------
+    str
+        The goal in words; empty if there is none.
+    """
+    if lesson.goal is not None:
+        return lesson.goal.name or lesson.goal.claim
+    flag = choose_success_flag(lesson.automaton.flags)
+    if flag is None:
+        return "the goal of the world is reached" if of_world else ""
+    shown = find_shown_range(lesson, flag)
+    return f"{flag}{RAISED}" if shown is None else f"{flag}{RAISED} and {shown.condition}"
+
+
+@dataclass(frozen=True, slots=True)
+class _KeptRange:
+    """A range of the values of a feature that was kept while a lesson was taught, and for how long it was left."""
+
+    feature: BoundFeature
+    low: float
+    high: float
+    share: float
+    break_s: float
+    was_absent: bool
+
+
+def _list_kept(lesson: Lesson, start: SeededWorlds) -> list[_KeptRange]:
+    """List the ranges that were kept, the narrowest first; then lower limits of what is around the robot."""
+    moments = _list_moments(lesson)
+    if len(moments) < FEWEST_MOMENTS:
+        return []
+    values = np.array([lesson_values for lesson_values, _ in moments])
+    seconds = np.array([each for _, each in moments])
+    kept = list[_KeptRange]()
+    for index, feature in enumerate(lesson.automaton.features):
+        if isinstance(feature.feature, Feature) and isinstance(feature.kind, Continuous):
+            kept += _find_kept(feature, values[:, index], seconds)
+    limit_s = start.limit_s or RUN_S
+    fitting = [each for each in kept if each.break_s <= limit_s / 2]
+    return sorted(fitting, key=lambda each: (isinf(each.high), each.share))
+
+
+def _list_moments(lesson: Lesson) -> list[tuple[tuple[float, ...], float]]:
+    """List the values of the features and the time, s, at each moment of a lesson, in order."""
+    found = dict[int, tuple[tuple[float, ...], float]]()
+    for each in select_teaching_examples(lesson):
+        moment = each.moment
+        if moment is not None and moment < len(lesson.record):
+            found[moment] = each.values, float(lesson.record.seconds[moment])
+    return [found[moment] for moment in sorted(found)]
+
+
+def _find_kept(feature: BoundFeature, values: Column, seconds: Column) -> Iterator[_KeptRange]:
+    """Yield the narrowest range that has the share KEPT of some values [M], or else the lower limit of that share."""
+    known = np.sort(values[~np.isnan(values)])
+    count, absent = ceil(KEPT * len(values)), bool(np.isnan(values).any())
+    if len(known) < count or known[0] == known[-1]:
+        return
+    widths = known[count - 1 :] - known[: len(known) - count + 1]
+    first = int(widths.argmin())
+    share = float(widths[first] / (known[-1] - known[0]))
+    low, high = _round_outward(
+        float(known[first]), float(known[first + count - 1]), float(known[-1] - known[0])
+    )
+    if share > LARGEST_SHARE:
+        if feature.binding or not known[0] > 0:
+            return  # how far away a target is, is not free space
+        low, high = _round_outward(float(known[0]), np.inf, float(known[-1] - known[0]))
+    inside = (values >= low) & (values <= high)
+    yield _KeptRange(feature, low, high, share, _measure_longest_break(inside, seconds), absent)
+
+
+def _round_outward(low: float, high: float, size: float) -> tuple[float, float]:
+    """Round a range to steps of about a fiftieth of a size, so that it becomes wider."""
+    step = 10.0 ** floor(log10(size)) / 20.0
+    return round(floor(low / step) * step, 9), high if isinf(high) else round(ceil(high / step) * step, 9)
+
+
+def _measure_longest_break(inside: NDArray[np.bool_], seconds: Column) -> float:
+    """Return the longest time, s, from a moment outside of a range to the next one inside, or the last one outside."""
+    longest, since = 0.0, np.nan
+    for within, now in zip(inside.tolist(), seconds.tolist(), strict=True):
+        since = now if np.isnan(since) or now < since else since  # another session begins at 0 again
+        longest = max(longest, now - since)
+        since = np.nan if within else since
+    return max(LEAST_BREAK_S, float(ceil(BREAK * longest)))
+
+
+def _make_kept_goal(kept: _KeptRange, start: SeededWorlds) -> Property:
+    feature, unit = kept.feature, kept.feature.feature.unit
+    low, high = (f"{end:g} {unit}".strip() for end in (kept.low, kept.high))
+    what = f"{feature} is below {low}"
+    name = f"keeps {feature} at {low} or more"
+    if not isinf(kept.high):
+        what += f" or above {high}"
+        name = f"keeps {feature} between {kept.low:g} and {high}"
+    if kept.was_absent:
+        what += " or absent"
+    name += f", but for at most {kept.break_s:g} s at a time"
+    return Property(kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept.break_s, start=start, name=name)
+
+
+def _compute_demanded_area(world: World, start: SeededWorlds) -> float:
+    """Return the area that each robot is to cover, m²: whole squares."""
+    types, used = world.rules.types, world.state.robots["type"]
+    speed = float(types["speed"][used].min()) / world.tick_s
+    straight = speed * (start.limit_s or RUN_S) / CELL_M
+    whole = world.rules.width * world.rules.height / CELL_M**2
+    return floor(COVERED_SHARE * min(straight, whole)) * CELL_M**2

@@ -1,0 +1,57 @@
+"""For a behavior without a flag, the page offers what success can mean; what is chosen is then measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
+
+from understudy.sim.catalog import find_scenario
+from understudy.sim.scenario.files import format_scenario
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio with an arena that has no goal, which runs what is trained in new worlds after each press."""
+    world = tmp_path / "arena.toml"
+    world.write_text(format_scenario(structs.replace(find_scenario("arena"), goal=None)))
+    made = Studio(tmp_path / "library", str(world), clock=True, scores=True)
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_what_success_means_is_chosen_and_measured(
+    visit: Callable[..., Page], studio: Studio, snap: Callable[[Page, str], None]
+) -> None:
+    page = visit(prompt=True)
+    person = Teacher(page, studio.clock)
+    person.click("Teach something new")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("wander")
+    form.get_by_label("Flags").fill("")
+    snap(page, "goal form")
+    person.begin_as_in_the_paper()
+    person.directing("rotate_left").click()
+    person.let_pass(0.5)
+    line = page.get_by_label("In new worlds")
+    expect(line).to_contain_text("not measured: choose what success means")
+    expect(line.get_by_role("button", name="Keep going")).to_have_count(0)
+    snap(page, "goal offered")
+    line.get_by_role("button", name="never touches anything").click()
+    expect(line).to_contain_text("wander works in 100 of 100 new worlds")
+    expect(line).to_contain_text("Success: never touches anything")
+    expect(line.get_by_role("button", name="Keep going")).to_be_visible()
+    snap(page, "goal chosen")
+    line.get_by_role("button", name="change").click()
+    line.get_by_role("button", name="covers at least").click()
+    expect(line).to_contain_text("wander works in 0 of 100 new worlds")
+    snap(page, "goal changed")
+    line.get_by_role("button", name="change").click()
+    line.get_by_role("button", name="none of them").click()
+    expect(line).to_contain_text("choose what success means")

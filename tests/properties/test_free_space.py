@@ -1,0 +1,68 @@
+"""Free space around robots, and covered ground: a table that can be checked by hand, and the bumper as a witness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+from understudy.properties.free_space import CELL_M, make_clearance, make_covered
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kernels.dtypes import TOUCH
+from understudy.sim.scenario.schema import Obstacle, RobotGroup, Scenario, Wall
+from understudy.sim.world import World
+
+ARENA = find_scenario("arena")  # 12 by 10 m; its rover has a radius of 0.2 m
+PLACES = [  # x, y of the robot -> the free space around it, m
+    (6.0, 5.0, 1.8),  # a wall 2 m above it
+    (0.5, 5.0, 0.3),  # the edge of the arena
+    (11.0, 2.0, 0.3),  # a post with a radius of 0.5 m, 1 m to the left
+    (3.0, 2.0, 0.3),  # the side of a square, 0.5 m to the left
+]
+
+
+def make_room(x: float, y: float) -> Scenario:
+    return structs.replace(
+        ARENA,
+        walls=(Wall(points=((5.0, 7.0), (8.0, 7.0))),),
+        obstacles=(
+            Obstacle(radius=0.5, at=((10.0, 2.0),)),
+            Obstacle(points=((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)), at=((2.0, 2.0, 0.0),)),
+        ),
+        robots=(RobotGroup(type="rover", at=((x, y, 0.0),)),),
+    )
+
+
+@pytest.mark.parametrize(("x", "y", "free"), PLACES)
+def test_clearance_is_measured_from_the_rim(x: float, y: float, free: float) -> None:
+    assert make_clearance(World(make_room(x, y), [0]))()[0, 0] == pytest.approx(free)
+
+
+def test_other_robots_are_in_the_way_and_a_robot_is_not_in_its_own() -> None:
+    group = RobotGroup(type="rover", at=((6.0, 5.0, 0.0), (6.0, 6.0, 0.0)))
+    world = World(structs.replace(make_room(0.0, 0.0), robots=(group,)), [0])
+    assert make_clearance(world)()[0] == pytest.approx([0.6, 0.6])
+
+
+def test_it_touches_where_its_bumper_says_so() -> None:
+    """Forty robots drive until they run into something, in forty worlds."""
+    world = World(ARENA, range(40))
+    clearance, touched = make_clearance(world), np.zeros(40, np.bool_)
+    for _ in range(300):
+        world.act({"drive": np.ones(40), "turn": np.zeros(40)})
+        pressed = world.sense([("bumper", None)])[("bumper", None)] == 1.0
+        assert ((clearance()[:, 0] < TOUCH) == pressed).all()
+        touched |= pressed
+    assert touched.all()
+
+
+def test_ground_is_covered_square_by_square() -> None:
+    """A meter to the right in cells of half a meter: two more; turning on the spot adds none."""
+    world = World(make_room(6.1, 5.1), [0])
+    covered = make_covered(world)
+    assert covered()[0, 0] == pytest.approx(CELL_M**2)
+    for drive, turn, cells in ((0.0, 1.0, 1), (1.0, 0.0, 3), (0.0, 1.0, 3)):
+        for _ in range(20 if drive else 180):
+            world.act({"drive": np.full(1, drive), "turn": np.full(1, turn)})
+            covered()
+        assert covered()[0, 0] == pytest.approx(cells * CELL_M**2)

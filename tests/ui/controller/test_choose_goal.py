@@ -1,0 +1,117 @@
+"""What success means for a behavior without a flag: it is asked, chosen, undone, saved, and then measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+from tests.ui.tui.desks import Wall
+
+from understudy.errors import SessionError
+from understudy.learning.fit import learn
+from understudy.model.library import Library
+from understudy.properties.run_property import Verdict
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import make_scenario_kit
+from understudy.storage.library_folder import open_library
+from understudy.training.session import Session
+from understudy.ui.controller.lesson_actions import choose_goal, choose_next_goal
+from understudy.ui.controller.open_session import OpenSession, begin_session
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
+from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
+
+ARENA = structs.replace(find_scenario("arena"), goal=None)
+KIT = make_scenario_kit(ARENA)
+TOUCHES, COVERS = "never touches anything", "covers at least 3.75 m² of ground in 60 s"
+ASKS = "not measured: choose what success means"
+
+
+def make_plan(folder: Path) -> TrainingPlan:
+    library = open_library(folder, KIT, learn).library if folder.exists() else Library(KIT)
+    choices = LessonChoices(live=False, states=["forward", "rotate_left"], features=["sonar_rear"], flags=[])
+    return TrainingPlan("wander", folder, ARENA, library, choices, 3)
+
+
+def begin(folder: Path) -> OpenSession:
+    plan = make_plan(folder)
+    start = make_session_start(plan)
+    assert start is not None
+    return begin_session(plan, start, Wall())
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> OpenSession:
+    """Opened with one press, and with scores that are taken at once."""
+    opened = begin(tmp_path / "library")
+    trainer = opened.trainer
+    trainer.score = LessonScoreKeeper(trainer.session, begin=lambda work: work(), worlds=6)
+    trainer.press("rotate_left")
+    trainer.tick()
+    return opened
+
+
+def test_it_is_asked_chosen_measured_and_undone(opened: OpenSession) -> None:
+    trainer, score = opened.trainer, opened.trainer.score
+    assert (score.describe(), score.goal, score.is_goal_chosen) == (ASKS, "", False)
+    assert [each.name for each in score.offers] == [TOUCHES, COVERS]
+    said = choose_goal(trainer, TOUCHES)
+    assert said.text == "Success: never touches anything; undo reverts this"
+    assert (score.describe(), score.goal) == ("wander works in 6 of 6 new worlds", TOUCHES)
+    choose_goal(trainer, COVERS)
+    assert score.describe() == "wander works in 0 of 6 new worlds", "two goals cannot be compared"
+    trainer.undo()
+    assert score.describe() == "wander works in 6 of 6 new worlds"
+    choose_goal(trainer, None)
+    assert (score.describe(), score.goal) == (ASKS, "")
+    opened.close()
+
+
+def test_one_key_chooses_the_next(opened: OpenSession) -> None:
+    found = []
+    for _ in range(3):
+        choose_next_goal(opened.trainer)
+        found.append(opened.trainer.score.goal)
+    assert found == [TOUCHES, COVERS, ""]
+    opened.close()
+
+
+def test_only_what_is_offered_can_be_chosen(opened: OpenSession) -> None:
+    with pytest.raises(
+        SessionError, match="not offered: 'flies'; offered are: never touches anything; covers"
+    ):
+        choose_goal(opened.trainer, "flies")
+    opened.close()
+
+
+def test_keep_going_counts_what_was_chosen(opened: OpenSession) -> None:
+    trainer = opened.trainer
+    with pytest.raises(SessionError, match="not measured: choose what success means first"):
+        trainer.continuation.begin()
+    choose_goal(trainer, COVERS)
+    result = trainer.continuation.begin()()
+    assert (result.verdict, result.held) == (Verdict.FAILS, 0)
+    said = trainer.continuation.finish(result).text
+    assert f"Here, in 3.0 s: this does not hold: it {COVERS}. Press what it should do, and resume" in said
+    opened.close()
+
+
+def test_it_is_saved_with_the_lesson(opened: OpenSession, tmp_path: Path) -> None:
+    choose_goal(opened.trainer, TOUCHES)
+    assert opened.trainer.has_unsaved_changes
+    opened.trainer.save()
+    assert not opened.trainer.has_unsaved_changes
+    opened.close()
+    lesson = open_library(tmp_path / "library", KIT, learn).library.taught["wander"].lesson
+    assert lesson is not None
+    assert lesson.goal == opened.trainer.session.lesson.goal
+
+
+def test_it_survives_a_kill(opened: OpenSession, tmp_path: Path) -> None:
+    choose_goal(opened.trainer, TOUCHES)
+    session, copy = opened.trainer.session, tmp_path / "journal"
+    copy.write_bytes(opened.journal.read_bytes())
+    again = Session.resume(copy, session.body, session.library)
+    assert again.lesson.goal == session.lesson.goal
+    again.close()
+    opened.close()
