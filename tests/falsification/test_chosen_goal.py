@@ -14,6 +14,7 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, SeededWorlds
+from understudy.properties.goal_evaluation import evaluate_goal
 from understudy.properties.run_property import Verdict
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
@@ -94,3 +95,14 @@ def test_keep_going_tests_the_chosen_goal() -> None:
     assert (holds.verdict, holds.mistakes) == (Verdict.HOLDS, ())
     fails = HoldingTest(ARENA, 500).test(teach("rotate_left", MOVES), "go", [{}])
     assert (fails.verdict, fails.held) == (Verdict.FAILS, 0)
+
+
+def test_an_evaluation_counts_it() -> None:
+    """The same worlds as in the score; the time of a success is how long the goal held."""
+    library = teach("forward", TOUCHES)
+    seeds = range(40)
+    found = evaluate_goal(TOUCHES, library, "go", ARENA, seeds)
+    works = NewWorlds.from_seeds(ARENA, seeds, own_goal=True).run(library, "go", {})
+    assert found.taught.finished.tolist() == works.works.tolist()
+    assert set(found.taught.seconds[works.works]) == {20.0}
+    assert (found.goal, found.flag, found.expert) == ("never touches anything", None, None)

@@ -105,7 +105,7 @@ def find_next_situation(
             "in training nothing happens without you: switch to live teaching or testing first"
         )
     lesson = session.lesson
-    met = _run(session, lesson, seeds, duration_s)
+    met = run_in_worlds(session, lesson, seeds, duration_s).met
     transitions = learn(lesson)
     doubts = UncertaintyModel(lesson, transitions)
     repeated = _find_repetition(lesson, met, queries)
@@ -113,7 +113,7 @@ def find_next_situation(
         return repeated
     doubtful = _list_doubtful(_thin(met, MOST_DOUBTS), doubts, queries)
     judge = _AnswerJudge(lesson, transitions, _thin(met, MOST_DECISIONS))
-    best: tuple[float, _Met] | None = None
+    best: tuple[float, MetDecision] | None = None
     for doubt, each in doubtful[:MOST_TRIED]:
         answers = judge.list_answers(doubts, each)[1:]
         change = doubt * sum(judge.measure_change(each, answer) for answer in answers) / max(1, len(answers))
@@ -130,7 +130,7 @@ def find_next_situation(
 
 
 def _find_repetition(
-    lesson: Lesson, met: Sequence[_Met], queries: UncertaintyQueries | None
+    lesson: Lesson, met: Sequence[MetDecision], queries: UncertaintyQueries | None
 ) -> NextSituation | None:
     """Find where a robot comes back to the same situation again and again, in one state until its time is over."""
     phrases = make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson))
@@ -176,10 +176,10 @@ def go_to_situation(session: Session, situation: NextSituation) -> None:
 
 
 def _list_doubtful(
-    met: Sequence[_Met], doubts: UncertaintyModel, queries: UncertaintyQueries | None
-) -> list[tuple[float, _Met]]:
+    met: Sequence[MetDecision], doubts: UncertaintyModel, queries: UncertaintyQueries | None
+) -> list[tuple[float, MetDecision]]:
     """List the most doubtful decision for each state and reason that was not asked about, most doubtful first."""
-    found: dict[tuple[str, str], tuple[float, _Met]] = {}
+    found: dict[tuple[str, str], tuple[float, MetDecision]] = {}
     for each in met:
         doubt = doubts.estimate(each.state, each.values)
         key = each.state, doubt.reason
@@ -191,7 +191,7 @@ def _list_doubtful(
 
 
 @dataclass(frozen=True, slots=True)
-class _Met:
+class MetDecision:
     """A decision that was met in a fresh world."""
 
     seed: int
@@ -221,8 +221,30 @@ class _Recorder:
         return [self.learned.decide(row) for row in values.tolist()]
 
 
-def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> list[_Met]:
-    """Run the automaton in fresh worlds, and list the decisions that it met, in the order of time."""
+@dataclass(frozen=True, slots=True)
+class FreshRun:
+    """A run of the automaton in fresh worlds, one for each seed.
+
+    Parameters
+    ----------
+    met
+        The decisions that it met, in the order of time.
+    world
+        The worlds at the end.
+    agents
+        The index of the agent that ran it in each world.
+    last_states
+        Its state at the end, in each world.
+    """
+
+    met: list[MetDecision]
+    world: SeededBody
+    agents: list[int]
+    last_states: list[str]
+
+
+def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> FreshRun:
+    """Run the automaton in fresh worlds; see `find_next_situation`."""
     if not isinstance(session.body, SeededBody):
         raise SessionError("only a robot of a simulated world can be placed where a press teaches most")
     world = session.body.with_seeds(seeds)
@@ -236,7 +258,9 @@ def _run(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: flo
     robots = [taught if agent % world.robots == session.agent else other for agent in range(world.agents)]
     engine = Engine(world, robots)
     mine = np.arange(session.agent, world.agents, world.robots)
-    return list(_listed(engine, world, seeds, mine, recorders, round(duration_s / world.tick_s)))
+    met = list(_listed(engine, world, seeds, mine, recorders, round(duration_s / world.tick_s)))
+    last_states = [engine.levels(agent)[0].state for agent in mine.tolist()]
+    return FreshRun(met, world, mine.tolist(), last_states)
 
 
 def _listed(
@@ -246,7 +270,7 @@ def _listed(
     mine: NDArray[np.int64],
     recorders: Mapping[str, _Recorder],
     ticks: int,
-) -> Iterator[_Met]:
+) -> Iterator[MetDecision]:
     every = max(1, round(EVERY_S / world.tick_s))
     for tick in range(ticks):
         now = float(world.time_s)
@@ -256,11 +280,11 @@ def _listed(
             if before and recorder.asked:
                 places = [place for place, state in enumerate(before) if state == name]
                 for place, values in zip(places, recorder.asked[0].tolist(), strict=True):
-                    yield _Met(seeds[place], now, name, tuple(values))
+                    yield MetDecision(seeds[place], now, name, tuple(values))
             recorder.asked.clear()
 
 
-def _thin(met: Sequence[_Met], most: int) -> Sequence[_Met]:
+def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:
     """Return at most so many decisions, evenly over all."""
     return met[:: max(1, -(-len(met) // most))]
 
@@ -268,23 +292,25 @@ def _thin(met: Sequence[_Met], most: int) -> Sequence[_Met]:
 class _AnswerJudge:
     """A judge of how many decisions an answer would change."""
 
-    def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[_Met]) -> None:
+    def __init__(
+        self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[MetDecision]
+    ) -> None:
         self._lesson, self._transitions, self._met = lesson, transitions, met
         self._decided = [self._decide(transitions, each) for each in met]
 
-    def _decide(self, transitions: Mapping[str, Transition], each: _Met) -> str:
+    def _decide(self, transitions: Mapping[str, Transition], each: MetDecision) -> str:
         function = transitions.get(each.state)
         outcome = -1 if function is None else function.decide(each.values)
         return each.state if outcome < 0 else self._lesson.automaton.state_names[outcome]
 
-    def list_answers(self, doubts: UncertaintyModel, each: _Met) -> tuple[str, ...]:
+    def list_answers(self, doubts: UncertaintyModel, each: MetDecision) -> tuple[str, ...]:
         """List the decision that would be taken, and the likeliest others."""
         names = self._lesson.automaton.state_names
         shown = [names[index] for index in doubts.rank_answers(each.state, each.values)]
         decided = self._decide(self._transitions, each)
         return tuple(dict.fromkeys((decided, *shown, each.state, *names[1:])))[: 1 + MOST_ANSWERS]
 
-    def measure_change(self, each: _Met, answer: str) -> float:
+    def measure_change(self, each: MetDecision, answer: str) -> float:
         """Return the share of the decisions met that would be others after an answer."""
         number = 1 + max((example.number for example in self._lesson.examples), default=0)
         kind = ExampleKind.CONFIRMATION if answer == each.state else ExampleKind.DIRECTIVE

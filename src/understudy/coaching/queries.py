@@ -64,6 +64,8 @@ class Question:
         """The question, for a person."""
         if self.doubt.because is DoubtReason.REPEATING:
             return f"{self.doubt.reason}. Where in this round should I do something else?"
+        if self.doubt.because is DoubtReason.ELSEWHERE:
+            return f"I would go to {self.next}, but {self.doubt.reason}. What is right?"
         does = f"stay in {self.state}" if self.next == self.state else f"go to {self.next}"
         return f"I am not sure: I would {does}, but {self.doubt.reason}. What is right?"
 

@@ -33,6 +33,7 @@ class DoubtReason(StrEnum):
     HANGING = "hanging"  # at a boundary held by one example
     DISAGREEING = "disagreeing"  # examples of the leaf want different things
     FIDGETING = "fidgeting"  # the robot switches back and forth
+    ELSEWHERE = "elsewhere"  # a flag is raised elsewhere than it was shown
     REPEATING = "repeating"  # it stays in a state, and comes back to the same situation again and again
 
 

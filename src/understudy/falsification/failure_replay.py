@@ -123,14 +123,14 @@ def replay_failure(
     robots = frames[min(wrong, len(frames) - 1)].view.robots
     return FailureReplay(
         wrong * tick_s,
-        measure.wrong_label,
+        measure.find_wrong_label(trial),
         robot,
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
         decided,
         reason,
         (
-            measure.describe_wrong_time(wrong * tick_s),
+            measure.describe_wrong_time(trial, wrong * tick_s),
             *describe_failing_decision(reason),
             *([_describe_states(paths, tick_s)] if paths else []),
         ),

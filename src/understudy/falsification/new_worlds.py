@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from msgspec import structs
 from numpy.typing import NDArray
 
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
@@ -27,8 +26,9 @@ from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
 from understudy.model.kinds import Column
 from understudy.model.library import Library
-from understudy.model.property import GOAL, Property, PropertyKind
+from understudy.model.property import Property
 from understudy.properties.monitor import monitor_property
+from understudy.properties.offered_goals import find_chosen_goal
 from understudy.runtime.program import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
@@ -173,27 +173,19 @@ class NewWorlds:
         goal: Property,
         progress: Progress,
     ) -> NewWorldsResult:
-        """Run worlds until it is known whether a chosen goal holds; the scenario's goal ends none of them."""
-        about_world = goal.kind is PropertyKind.PROGRESS or GOAL in goal.what
-        scenario = self.scenario if about_world else structs.replace(self.scenario, goal=None)
-        world = World(scenario, self.seeds)
+        """Run worlds until it is known whether a chosen goal holds."""
+        world = World(self.scenario, self.seeds)
         run = ProgramRun(world, link(library, behavior, binding), library, binding, worlds=world.worlds)
         flags = find_flags(library, behavior)
         outcomes = monitor_property(goal, run, flags, progress=progress)
-        limit_s = goal.seconds if goal.kind is PropertyKind.ALWAYS else goal.start.limit_s
-        seconds = np.where(np.isnan(outcomes.reached_s), limit_s or scenario.limit_s, outcomes.reached_s)
+        limit_s = goal.seconds if goal.is_timed else goal.start.limit_s
+        seconds = np.where(np.isnan(outcomes.reached_s), limit_s or self.scenario.limit_s, outcomes.reached_s)
         why = f"this does not hold: it {goal.name}" if goal.name else f"this does not hold: {goal.claim}"
         mistakes = [
             Mistake(self.seeds[row], binding, float(outcomes.failed_s[row]), why)
             for row in np.flatnonzero(~outcomes.held).tolist()
         ]
         return NewWorldsResult(outcomes.held, np.where(outcomes.held, seconds, np.nan), tuple(mistakes))
-
-
-def find_chosen_goal(library: Library, behavior: str) -> Property | None:
-    """Return the goal that a person has chosen for a behavior; None if there is none."""
-    taught = library.taught.get(behavior)
-    return None if taught is None or taught.lesson is None else taught.lesson.goal
 
 
 def has_own_goal(library: Library, behavior: str) -> bool:

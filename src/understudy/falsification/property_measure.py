@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from understudy.analysis.evaluate import find_runners, make_evaluation_task
 from understudy.errors import SettingError
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import TrialMeasure, TrialResults
+from understudy.falsification.trial import GoalMeasure, TrialMeasure, TrialResults
+from understudy.model.binding import NOTHING_BOUND, Binding
+from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
 from understudy.properties.condition import parse_condition
 from understudy.properties.margins import bind_condition
 from understudy.properties.monitor import monitor_property
+from understudy.properties.offered_goals import find_chosen_goal
+from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 
 
@@ -32,6 +38,12 @@ class PropertyMeasure(TrialMeasure):
 
     subject: Property
     is_cause_later, wrong_label = False, "failed"
+
+    @property
+    def name_in_file(self) -> str | None:
+        """The name of the property in the library's file; None for a chosen goal, which is part of a lesson."""
+        start = self.subject.start
+        return self.subject.name if isinstance(start, SeededWorlds) and start.seeds else None
 
     def get_limit(self, scenario: Scenario) -> float:
         """Return the longest run in a scenario, s."""
@@ -73,9 +85,54 @@ class PropertyMeasure(TrialMeasure):
             return super().choose_robot(trial, wrong)
         return int(margins.argmin() if kind is PropertyKind.ALWAYS else margins.argmax())
 
-    def describe_wrong_time(self, wrong_s: float) -> str:
+    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
         """Describe the failure of the property."""
         return f"At {wrong_s:.1f} s it failed: {self.subject.claim}."
+
+
+def make_success_measure(
+    library: Library | Libraries,
+    behavior: str,
+    scenario: Scenario,
+    *,
+    binding: Mapping[str, str] = NOTHING_BOUND,
+    limit_s: float | None = None,
+) -> TrialMeasure:
+    """Make what runs a behavior and judges it by what success means for it.
+
+    Parameters
+    ----------
+    library
+        The library, whose behavior all robots run; or for a team the library of each sort of agents.
+    behavior
+        Name of the behavior, in a team with the sort of agents before it: SORT/BEHAVIOR.
+    scenario
+        The scenario.
+    binding
+        The target of each parameter.
+    limit_s
+        The time limit, s. None: that of the chosen goal, or of each scenario.
+
+    Returns
+    -------
+    TrialMeasure
+        By the goal that was chosen for the behavior; without one by its flag, where it was shown, or by the goal of the
+        scenario.
+
+    Raises
+    ------
+    UnderstudyError
+        If the behavior cannot be run or measured there.
+    """
+    _, _, name, found = find_runners(library, behavior, scenario)
+    goal = find_chosen_goal(found, name)
+    if goal is None:
+        task = make_evaluation_task(library, behavior, scenario, binding=binding, limit_s=limit_s)
+        return GoalMeasure(task, limit_s)
+    subject = replace(goal, behavior=behavior, targets=Binding(dict(binding)))
+    task = make_property_task(subject, library, scenario)
+    check_property(subject, task, scenario)
+    return PropertyMeasure(task, limit_s, subject=subject)
 
 
 def choose_property(properties: Sequence[Property], name: str, *, behavior: str, file: str) -> Property:

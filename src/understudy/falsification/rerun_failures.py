@@ -6,11 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import nan
 
-from understudy.analysis.evaluate import make_evaluation_task
 from understudy.errors import SettingError, UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.property_measure import PropertyMeasure
-from understudy.falsification.trial import TICKS_AT_ONCE, GoalMeasure, TrialMeasure
+from understudy.falsification.property_measure import PropertyMeasure, make_success_measure
+from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.property_file import FILE
@@ -169,10 +168,9 @@ def make_failure_measure(
     """
     facts, scenario = failing.facts, failing.trial.scenario
     if facts.property is None:
-        task = make_evaluation_task(
+        return make_success_measure(
             library, facts.behavior, scenario, binding=facts.binding, limit_s=facts.limit_s
         )
-        return GoalMeasure(task, facts.limit_s)
     subject = next((each for each in properties if each.name == facts.property), None)
     if subject is None:
         raise SettingError(

@@ -14,6 +14,7 @@ from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun, f
 from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
 from understudy.falsification.progress import ProgressRecord
+from understudy.model.describe import format_value
 from understudy.model.kinds import Column
 from understudy.model.library import Library
 from understudy.sim.scenario.schema import Scenario
@@ -140,9 +141,13 @@ class TrialMeasure(ABC):
         apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
         return int(apart.argmax())
 
+    def find_wrong_label(self, trial: Trial) -> str:
+        """Find the name of the moment at which a failing world went wrong, for its picture."""
+        return self.wrong_label
+
     @abstractmethod
-    def describe_wrong_time(self, wrong_s: float) -> str:
-        """Describe in a sentence what happened at the time (s) at which a run went wrong."""
+    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
+        """Describe in a sentence what happened in a failing world at the time (s) at which it went wrong."""
 
 
 @dataclass(frozen=True)
@@ -152,12 +157,17 @@ class GoalMeasure(TrialMeasure):
     The robustness of a run that reached the goal is the share of the limit that was left. Otherwise it is minus the
     share of the goal that was missing: of food to deliver, boxes to gather or distance to a target. A run went wrong
     where its progress ended.
+
+    A flag counts only where it was shown. A run in which it was raised elsewhere went wrong there; its robustness is
+    -d / (1 + d) for the distance d from what was shown, in the unit of that reading.
     """
 
     is_cause_later, wrong_label = True, "last progress"
 
     def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick at which progress ended."""
+        """Find the tick at which progress ended, or the one before the flag was raised elsewhere than shown."""
+        if (elsewhere := self._find_elsewhere(trial)) is not None:
+            return round(elsewhere[0] / trial.scenario.tick_s) - 1
         run = self.start([trial])
         world = run.body
         if not isinstance(world, World):
@@ -168,8 +178,18 @@ class GoalMeasure(TrialMeasure):
             progress.update(tick * world.tick_s, running=running)
         return round(float(progress.last_s[0]) / world.tick_s)
 
-    def describe_wrong_time(self, wrong_s: float) -> str:
-        """Describe the end of progress."""
+    def find_wrong_label(self, trial: Trial) -> str:
+        """Find the name of the moment at which a failing world went wrong, for its picture."""
+        return (
+            self.wrong_label
+            if self._find_elsewhere(trial) is None
+            else f"{self.task.criteria.flag} elsewhere"
+        )
+
+    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
+        """Describe the end of progress, or where the flag was raised."""
+        if (elsewhere := self._find_elsewhere(trial)) is not None:
+            return f"At {elsewhere[0]:.1f} s it was {elsewhere[1]}."
         return (
             f"From {wrong_s:.1f} s on there was no more progress."
             if wrong_s
@@ -206,12 +226,46 @@ class GoalMeasure(TrialMeasure):
                 _note_states(run, np.isnan(reached_s), seen)
         reached = reached_s <= limit_s + 1e-9
         missing = np.maximum(1.0 - progress.best, LEAST_BADNESS)
+        gap = np.where(reached, self._measure_gap(run), 0.0)
+        agrees, elsewhere = reached & (gap == 0), reached & (gap > 0)
+        missing[elsewhere] = np.maximum(1.0 - 1.0 / (1.0 + gap[elsewhere]), LEAST_BADNESS)
+        ended_s = np.where(elsewhere, reached_s, limit_s)
+        wrong_s = np.where(elsewhere, reached_s - world.tick_s, progress.last_s)
         return TrialResults(
-            robustness=np.where(reached, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing),
-            failed_s=np.where(reached, np.nan, limit_s),
-            progress_s=np.where(reached, reached_s, progress.last_s),
+            robustness=np.where(agrees, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing),
+            failed_s=np.where(agrees, np.nan, ended_s),
+            progress_s=np.where(agrees, reached_s, wrong_s),
             last_states=_make_sets(seen, np.asarray(~reached)),
         )
+
+    def _measure_gap(self, run: BehaviorRun) -> Column:
+        """Measure how far each world is now from where the flag was shown [B]; 0 where that is not known."""
+        shown = self.task.criteria.shown
+        if shown is None:
+            return np.zeros(run.body.worlds if isinstance(run.body, World) else 1)
+        values = run.find_reading(str(shown.feature)).read()
+        gap = np.where(shown.contains(values), 0.0, np.maximum(shown.measure_gap(values), LEAST_BADNESS))
+        farthest: Column = gap.max(axis=1)
+        return farthest
+
+    def _find_elsewhere(self, trial: Trial) -> tuple[float, str] | None:
+        """Find when the flag was raised elsewhere than shown, s, and describe where; None if it was not."""
+        flag, shown = self.task.criteria.flag, self.task.criteria.shown
+        if flag is None or shown is None:
+            return None
+        run = self.start([trial])
+        for tick in range(1, int(self.get_limit(trial.scenario) / run.body.tick_s + 1e-9) + 1):
+            run.tick()
+            if not run.find_raised(flag)[0]:
+                continue
+            values = run.find_reading(str(shown.feature)).read()[0]
+            away = values[~shown.contains(values)]
+            if not len(away):
+                return None
+            at = format_value(shown.feature, float(away[0]))
+            where = f"{flag} where {shown.feature} was {at}, shown at {shown.describe()}"
+            return tick * run.body.tick_s, where
+        return None
 
 
 def _note_states(run: BehaviorRun, running: NDArray[np.bool_], seen: dict[int, set[str]]) -> None:

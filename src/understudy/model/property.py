@@ -110,6 +110,11 @@ class Property:
         return flag if is_flag else None
 
     @property
+    def is_timed(self) -> bool:
+        """Whether something must hold within a time, which ends a run."""
+        return self.kind is PropertyKind.ALWAYS
+
+    @property
     def claim(self) -> str:
         """The statement in words, without the worlds that it is about."""
         if self.kind is PropertyKind.NEVER:

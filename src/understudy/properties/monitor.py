@@ -60,8 +60,8 @@ def monitor_property(
     Parameters
     ----------
     subject
-        The property. Where its runs start is not looked at, except that runs from a stored moment do not end where the
-        scenario's goal is reached.
+        The property. Where its runs start is not looked at, except that runs from a stored moment, and those of a
+        chosen goal, which has no seeds, do not end where the scenario's goal is reached.
     run
         The behavior in B worlds.
     flags
@@ -105,7 +105,8 @@ def monitor_property(
 def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> Watch:
     """Make what observes a property during a run; see `monitor_property` for the errors."""
     seconds = 0.0 if subject.seconds is None else subject.seconds
-    ends = not isinstance(subject.start, StoredMoment) and subject.kind is not PropertyKind.ALWAYS
+    start, always = subject.start, subject.kind is PropertyKind.ALWAYS
+    ends = not isinstance(start, StoredMoment) and bool(start.seeds) and not always
     if subject.kind is PropertyKind.PROGRESS:
         return ProgressWatch(run, seconds, ends=ends)
     condition = parse_condition(subject.what)

@@ -19,6 +19,7 @@ from understudy.learning.training_set import select_teaching_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Column, Continuous
 from understudy.model.lesson import Lesson
+from understudy.model.library import Library
 from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds
 from understudy.properties.free_space import CELL_M, COVERED, TOUCHED, UNITS
 from understudy.sim.world import World
@@ -65,6 +66,12 @@ def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
             Property(kind=PropertyKind.ALWAYS, what=what, seconds=start.limit_s, start=start, name=name)
         )
     return tuple(found)
+
+
+def find_chosen_goal(library: Library, behavior: str) -> Property | None:
+    """Return the goal that a person has chosen for a behavior; None if there is none."""
+    taught = library.taught.get(behavior)
+    return None if taught is None or taught.lesson is None else taught.lesson.goal
 
 
 def describe_goal(lesson: Lesson, *, of_world: bool) -> str:

@@ -162,6 +162,7 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
 
     out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
     ended = "finished in time" if wanted is None else f"{wanted} in time"
+    ended = f"it {wanted}:" if wanted is not None and " " in wanted else ended  # a chosen goal is a statement
     if found.results:
         _show_each(found.results)
     out.print(f"[bold]{found.behavior}[/] on {found.worlds} {found.world} worlds, seeds {seeds}")

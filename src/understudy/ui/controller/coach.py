@@ -13,6 +13,7 @@ from understudy.coaching.give_advice import give_advice
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.quiet_situations import QuietSituations
+from understudy.coaching.raised_elsewhere import find_raised_elsewhere
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
@@ -261,7 +262,13 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
         trainer.drive()
     seeds = range(trainer.seed_after, trainer.seed_after + SEARCHED_WORLDS)
     queries = trainer.coach.skipping
-    found = find_next_situation(trainer.session, seeds=seeds, queries=queries)
+    session, found = trainer.session, None
+    if session.mode is not Mode.TRAINING:
+        found = find_raised_elsewhere(session, seeds=seeds, queries=queries)
+    if found is None:
+        found = find_next_situation(session, seeds=seeds, queries=queries)
+    else:
+        queries.note_asked(found.question)
     if found is None:
         taught = (
             "every doubt was asked about already" if trainer.session.examples else "nothing was taught yet"

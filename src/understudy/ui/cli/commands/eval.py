@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from understudy.adapters.body_maker import BodyMaker
     from understudy.model.library import Library
+    from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
     from understudy.ui.cli.options import RunAssignment
@@ -108,7 +109,8 @@ def evaluate_behavior(
     A world is a success if the behavior raises its flag done, or its only one, within the scenario's time limit. A
     behavior without such a flag has to reach the scenario's goal by then. Where there is a hand-written controller to
     compare with, as for foraging by a single robot, the limit is three times its time in the same world. --goal and
-    --limit replace these.
+    --limit replace these. A goal that was chosen for the behavior when it was taught counts instead, unless --goal,
+    --metric or --limit is given.
 
     With --against or --against-behavior, both are run in the same worlds, and compared pair by pair: success with
     McNemar's exact test, numbers with Wilcoxon's signed-rank test.
@@ -124,6 +126,8 @@ def evaluate_behavior(
     from understudy.analysis.comparison import compare
     from understudy.analysis.evaluate import evaluate
     from understudy.analysis.evaluation import Evaluation
+    from understudy.properties.goal_evaluation import evaluate_goal
+    from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli import evaluation_output as output
     from understudy.ui.cli.options import (
         assign_run,
@@ -150,6 +154,20 @@ def evaluate_behavior(
     with show_progress("Worlds run", quiet=as_json) as report:
         for ran in assigned:
             before = len(judged) * len(chosen)
+            progress = partial(_report_after, before, len(assigned) * len(chosen), report)
+            meant = None if goal or metric or limit_s else _find_goal(ran, where)
+            if meant is not None and isinstance(where, Scenario):
+                judged.append(
+                    evaluate_goal(
+                        meant,
+                        *_choose_library(ran, where),
+                        where,
+                        chosen,
+                        binding=ran.binding,
+                        progress=progress,
+                    )
+                )
+                continue
             judged.append(
                 evaluate(
                     *_choose_library(ran, where),
@@ -160,7 +178,7 @@ def evaluate_behavior(
                     metrics=metric or (),
                     limit_s=limit_s,
                     jobs=jobs,
-                    progress=partial(_report_after, before, len(assigned) * len(chosen), report),
+                    progress=progress,
                 )
             )
     one, compared = judged[0], compare(*judged) if len(judged) > 1 else None
@@ -184,6 +202,14 @@ def evaluate_behavior(
     if compared is not None:
         output.show_comparison(compared, names)
     raise typer.Exit(0)
+
+
+def _find_goal(ran: RunAssignment, where: Scenario | BodyMaker) -> Property | None:
+    """Return the goal that a person has chosen for the behavior; None if there is none, or no worlds to measure it."""
+    from understudy.properties.offered_goals import find_chosen_goal
+    from understudy.sim.scenario.schema import Scenario
+
+    return find_chosen_goal(ran.libraries[ran.sort], ran.behavior) if isinstance(where, Scenario) else None
 
 
 def _choose_library(ran: RunAssignment, where: Scenario | BodyMaker) -> tuple[Library | Libraries, str]:

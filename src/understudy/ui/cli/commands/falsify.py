@@ -263,18 +263,15 @@ def _make_measure(
     assigned: RunAssignment, where: Scenario, limit_s: float | None, subject: Property | None
 ) -> TrialMeasure:
     """Make what runs the behavior and judges it; everything that it names is checked here."""
-    from understudy.analysis.evaluate import make_evaluation_task
-    from understudy.falsification.property_measure import PropertyMeasure
-    from understudy.falsification.trial import GoalMeasure
+    from understudy.falsification.property_measure import PropertyMeasure, make_success_measure
     from understudy.properties.run_property import check_property, make_property_task
 
     measure: TrialMeasure
     if subject is None:
         name = f"{assigned.sort}/{assigned.behavior}"
-        task = make_evaluation_task(
+        measure = make_success_measure(
             assigned.libraries, name, where, binding=assigned.binding, limit_s=limit_s
         )
-        measure = GoalMeasure(task, limit_s)
     else:
         task = make_property_task(subject, assigned.libraries, where)
         check_property(subject, task, where)
@@ -335,7 +332,7 @@ def _keep(
         wrong_s=replay.wrong_s,
         end_hash=compute_end_hash(measure, trial),
         robot=replay.robot,
-        property=measure.subject.name if isinstance(measure, PropertyMeasure) else None,
+        property=measure.name_in_file if isinstance(measure, PropertyMeasure) else None,
         place=replay.place,
         states=replay.states,
         found_by=found.found_by,

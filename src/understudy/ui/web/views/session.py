@@ -407,6 +407,7 @@ def describe_change(found: ChangeSummary | None) -> ChangeSummaryData | None:
 def describe_evaluation(found: Evaluation) -> EvaluationResultData:
     """Return the result of an evaluation in unseen worlds as the page shows it."""
     missed = "goal not reached" if found.flag is None else f"not {found.flag}"
+    missed = missed if found.goal is None else f"not so: {found.goal},"
     rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
     failed = [
         FailedWorldData(seed=seed, problem=f"{missed} after {limit_s:.0f} s")
@@ -427,6 +428,8 @@ def describe_evaluation(found: Evaluation) -> EvaluationResultData:
 
 
 def _success(found: Evaluation) -> str:
+    if found.goal is not None:
+        return found.goal
     wanted = f"the goal of {found.world}" if found.flag is None else found.flag
     if found.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"

@@ -1,0 +1,83 @@
+"""Fresh worlds in which the automaton in training raises a flag elsewhere than shown: a mistake to correct first.
+
+A raised flag ends what the robot does, so no later decision is in doubt, and no question would lead there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from understudy.coaching.next_situation import NextSituation, run_in_worlds
+from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.coaching.uncertainty import DoubtReason, Uncertainty
+from understudy.learning.shown_ranges import ShownRange, find_shown_range
+from understudy.model.features import BoundFeature
+from understudy.model.kinds import Column
+from understudy.runtime.body import SeededBody
+from understudy.runtime.feature_columns import FeatureColumns
+from understudy.training.session import Session
+
+DURATION_S = 60.0
+"""How long the automaton runs in each fresh world, s, at most."""
+
+
+def find_raised_elsewhere(
+    session: Session, *, seeds: Sequence[int], queries: UncertaintyQueries | None = None
+) -> NextSituation | None:
+    """Find the last moment before a flag is raised elsewhere than shown, in the first fresh world where it is.
+
+    Parameters
+    ----------
+    session
+        A session in live teaching or testing, in a simulated world. It does not change.
+    seeds
+        Seeds of worlds that the demonstrator has not seen.
+    queries
+        What was asked before, and is not asked again before the lesson changes. None: nothing.
+
+    Returns
+    -------
+    NextSituation or None
+        The situation. None if each flag is raised where it was shown, or that is not known, or was asked about.
+
+    Raises
+    ------
+    SessionError
+        If the robot is not one of a simulated world.
+    """
+    lesson, targets = session.lesson, session.view().targets
+    flags = [state for state in lesson.automaton.states if state.flag is not None]
+    shown = {state.name: find_shown_range(lesson, state.flag) for state in flags if state.flag is not None}
+    known = {name: each for name, each in shown.items() if each is not None}
+    if not known:
+        return None
+    run = run_in_worlds(session, lesson, seeds, DURATION_S)
+    for row, seed in enumerate(seeds):
+        state = run.last_states[row]
+        each = known.get(state)
+        if each is None:
+            continue
+        value = _read(each, run.world, targets)[run.agents[row]]
+        if each.contains(np.array([value]))[0]:
+            continue
+        before = [met for met in run.met if met.seed == seed]
+        reason = f"{state} was shown only where {each.feature} is {each.describe()}"
+        doubt = Uncertainty(1.0, DoubtReason.ELSEWHERE, reason)
+        if not before or (queries is not None and queries.was_asked(before[-1].state, doubt)):
+            continue
+        last = before[-1]
+        answers = tuple(dict.fromkeys((state, last.state, *lesson.automaton.state_names[1:])))
+        question = Question(last.time_s, last.state, last.values, state, doubt, answers)
+        return NextSituation(seed, question, 1 / len(seeds))
+    return None
+
+
+def _read(shown: ShownRange, world: SeededBody, targets: Mapping[str, str]) -> Column:
+    """Read the values of a feature of all agents."""
+    bound = shown.feature
+    feature = BoundFeature(bound.feature, bound.binding.substitute(targets))
+    columns = FeatureColumns([feature], world)
+    column: Column = columns.columns(world.sense(columns.keys))[0]
+    return column
