@@ -50,13 +50,13 @@ def make_lesson(
 
 KEPT = [  # what the sonar on the left read every 2 s -> what was kept, and for how long it was left
     ("all the time but for 4 s", (3.0, 3.0, 0.5, 0.4, 0.5, 0.4, 0.45, 0.5, 0.4, 0.5),
-     "keeps sonar_left between 0.4 and 0.5 m, but for at most 6 s at a time",
+     "keeps sonar_left between 0.4 and 0.5 m and touches nothing, but for at most 6 s at a time",
      "sonar_left is below 0.4 m or above 0.5 m"),
     ("where it was absent, it was not kept", (nan, nan, nan, 3.0, *(0.5, 0.4) * 8),
-     "keeps sonar_left between 0.4 and 0.5 m, but for at most 12 s at a time",
+     "keeps sonar_left between 0.4 and 0.5 m and touches nothing, but for at most 12 s at a time",
      "sonar_left is below 0.4 m or above 0.5 m or absent"),
     ("a lower limit, where values are spread", (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 0.6, 1.1, 1.6, 2.1),
-     "keeps sonar_left at 0.5 m or more, but for at most 5 s at a time",
+     "keeps sonar_left at 0.5 m or more and touches nothing, but for at most 5 s at a time",
      "sonar_left is below 0.5 m"),
 ]  # fmt: skip
 
@@ -66,6 +66,7 @@ KEPT = [  # what the sonar on the left read every 2 s -> what was kept, and for 
 )
 def test_what_was_kept_is_offered_first(values: tuple[float, ...], name: str, what: str) -> None:
     offered = offer_goals(make_lesson(*values), WORLD)[0]
+    what = f"{what} or clearance is below 5 mm"
     assert (offered.name, offered.what, offered.kind) == (name, what, PropertyKind.NEVER_LONGER)
     parse_condition(offered.what)
 
@@ -122,6 +123,7 @@ def test_what_is_offered_can_be_measured_and_holds_where_it_was_kept(values: lis
         assert str(condition)
         if each.kind is PropertyKind.NEVER_LONGER:
             clauses = [clause for (clause,) in condition.alternatives]
+            assert str(clauses.pop()) == "clearance is below 5 mm"
             high = clauses[1].number if len(clauses) > 1 and clauses[1].unit else inf
             inside = [clauses[0].number <= value <= high for value in values]
             assert sum(inside) >= 0.8 * len(values)

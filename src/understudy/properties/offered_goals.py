@@ -54,8 +54,9 @@ def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
         At most three: a reading is kept in a range, nothing is touched, ground is covered. `name` says it in words.
     """
     start = SeededWorlds(world.scenario.name, (), min(RUN_S, world.scenario.limit_s))
-    found = [_make_kept_goal(each, start) for each in _list_kept(lesson, start)[:1]]
-    if world.rules.types["collides"][world.state.robots["type"]].all():
+    collides = bool(world.rules.types["collides"][world.state.robots["type"]].all())
+    found = [_make_kept_goal(each, start, collides=collides) for each in _list_kept(lesson, start)[:1]]
+    if collides:
         name = "never touches anything"
         found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=name))
     if (area := _compute_demanded_area(world, start)) > CELL_M**2:
@@ -172,7 +173,8 @@ def _measure_longest_break(inside: NDArray[np.bool_], seconds: Column) -> float:
     return max(LEAST_BREAK_S, float(ceil(BREAK * longest)))
 
 
-def _make_kept_goal(kept: _KeptRange, start: SeededWorlds) -> Property:
+def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, *, collides: bool) -> Property:
+    """Make the goal that a range is kept; a robot that is stuck at something keeps nothing."""
     feature, unit = kept.feature, kept.feature.feature.unit
     low, high = (f"{end:g} {unit}".strip() for end in (kept.low, kept.high))
     what = f"{feature} is below {low}"
@@ -182,6 +184,9 @@ def _make_kept_goal(kept: _KeptRange, start: SeededWorlds) -> Property:
         name = f"keeps {feature} between {kept.low:g} and {high}"
     if kept.was_absent:
         what += " or absent"
+    if collides:
+        what += f" or {TOUCHED}"
+        name += " and touches nothing"
     name += f", but for at most {kept.break_s:g} s at a time"
     return Property(kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept.break_s, start=start, name=name)
 

@@ -191,7 +191,7 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
         person.done("step")
         error = person.say("evaluate")["error"]
         said = "success is not defined: scenario patrol has no goal, and wander has no flag done, nor a single other"
-        assert error == f"{said} one"
+        assert error == f"{said} one; choose what success means beside the score"
         person.done("choose", states=["forwards"], features=["time_in_state"], flags=["done"])
         person.done("press", state="done")
         person.done("step")

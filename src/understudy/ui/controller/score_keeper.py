@@ -22,7 +22,7 @@ from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
 
 WORLDS = 100
-"""The number of new worlds after each press; half as many if the goal of the world counts, which takes longer."""
+"""The number of new worlds after each press; half as many without a flag, which takes longer."""
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
@@ -183,7 +183,8 @@ class LessonScoreKeeper:
         if not isinstance(body, World):
             return
         own_goal = has_own_goal(self._session.library.with_automaton(taught), taught.automaton.name)
-        count = self._worlds if own_goal else self._worlds // 2
+        by_flag = _get_goal(taught) is None and choose_success_flag(taught.automaton.flags) is not None
+        count = self._worlds if by_flag else self._worlds // 2
         seeds = range(self._seed, self._seed + count)
         self._seed += count
         worlds = NewWorlds.from_seeds(body.scenario, seeds, own_goal=own_goal)
