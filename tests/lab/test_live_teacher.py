@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from math import nan
 
@@ -12,6 +13,8 @@ from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.falsification.holding_test import HoldingTest
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.kinds import YES
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.library import Library
@@ -209,7 +212,9 @@ def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
     assert spoiled is not None
     assert spoiled.elsewhere > 10
     before = teacher.presses
-    result = teacher.go_on(GOTO, HoldingTest(make_practice(ROOM, 0).scenario, 5_000), GOTO_BINDINGS)
+    scenario = make_practice(ROOM, 0).scenario
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(scenario)), 5_000)
+    result = teacher.go_on(GOTO, tested, GOTO_BINDINGS, watch=partial(teacher.watch_mistake, scenario))
     assert result.verdict is Verdict.HOLDS
     assert 0 < teacher.presses - before < 20
     mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"})

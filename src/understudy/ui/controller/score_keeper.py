@@ -11,15 +11,17 @@ from time import sleep
 from understudy.analysis.evaluate import choose_success_flag
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
 
 WORLDS = 100
 """The number of new worlds after each press; half as many if the goal of the world counts, which takes longer."""
+MOST_ROBOTS, FEWEST_WORLDS = 6_000, 30
+"""The number of robots in all new worlds together, which decides how long it takes, and the fewest worlds with many."""
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
@@ -61,7 +63,7 @@ class LessonScoreKeeper:
         self._bindings: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}
         self._seed, self._lock = FIRST_SEED, Lock()
         self._scored: TrainedAutomaton | None = None
-        self._waiting: Lesson | None = None
+        self._waiting: tuple[Lesson, SessionSetup] | None = None
         self._fresh: ScoreChange | None = None
         self.change: ScoreChange | None = None
         """The newest score, beside the one before. None: there is none yet."""
@@ -72,15 +74,15 @@ class LessonScoreKeeper:
 
     def find_obstacle(self) -> str:
         """Say why there is no score; empty if there can be one."""
-        body, name = self._session.body, self._session.automaton.name
+        setup, automaton = SessionSetup.from_session(self._session), self._session.automaton
         if not self.enabled:
             return "not measured: turned off"
-        if not isinstance(body, World):
+        if setup is None:
             return "not measured: there are no other worlds to run it in"
         if (os.cpu_count() or 1) < 2:
             return "not measured: this computer has a single core, which runs the world"
-        if body.scenario.goal is None and choose_success_flag(self._session.automaton.flags) is None:
-            return f"not measured: {name} has no flag, and the world no goal"
+        if setup.scenario.goal is None and choose_success_flag(automaton.flags) is None:
+            return f"not measured: {automaton.name} has no flag, and the world no goal"
         return ""
 
     def describe(self) -> str:
@@ -103,10 +105,11 @@ class LessonScoreKeeper:
         if not any(example.is_from_press for example in self._session.examples):
             self._scored = self.change = None
             return
-        if self.find_obstacle():
+        setup = SessionSetup.from_session(self._session)
+        if setup is None or self.find_obstacle():
             return
         with self._lock:
-            self._waiting = self._session.lesson
+            self._waiting = self._session.lesson, setup
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
@@ -117,20 +120,21 @@ class LessonScoreKeeper:
         return fresh
 
     def _run(self) -> None:
-        while (lesson := self._take_waiting()) is not None:
+        while (waiting := self._take_waiting()) is not None:
+            lesson, setup = waiting
             try:
-                self._score(TrainedAutomaton(learn_automaton(lesson), lesson))
+                self._score(TrainedAutomaton(learn_automaton(lesson), lesson), setup)
             except CancelledError:
                 pass
             except Exception as error:
                 self._scored, self.problem = None, describe_error(error)
 
-    def _take_waiting(self) -> Lesson | None:
-        """Return the lesson to score next; None if there is none, which ends the runs."""
+    def _take_waiting(self) -> tuple[Lesson, SessionSetup] | None:
+        """Return the lesson to score next, and what the session runs; None if there is none, which ends the runs."""
         with self._lock:
-            lesson, self._waiting = self._waiting, None
-            self.is_running = lesson is not None
-            return lesson
+            waiting, self._waiting = self._waiting, None
+            self.is_running = waiting is not None
+            return waiting
 
     def turn(self, enabled: bool) -> None:
         """Turn the score on or off; what is running ends."""
@@ -138,16 +142,14 @@ class LessonScoreKeeper:
         if enabled:
             self.note_change()
 
-    def _score(self, taught: TrainedAutomaton) -> None:
+    def _score(self, taught: TrainedAutomaton, setup: SessionSetup) -> None:
         """Score an automaton, and the one before, in worlds that were never used."""
-        body = self._session.body
-        if not isinstance(body, World):
-            return
         by_flag = choose_success_flag(taught.automaton.flags) is not None
         count = self._worlds if by_flag else self._worlds // 2
+        count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
         self._seed += count
-        worlds = NewWorlds.from_seeds(body.scenario, seeds, by_flag=by_flag)
+        worlds = NewWorlds(setup, seeds)
         before = None if self._scored is None else self._run_worlds(self._scored, worlds)
         after = self._run_worlds(taught, worlds)
         self._scored = taught
