@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from msgspec import UNSET, structs
 
 from understudy.falsification.holding_test import HoldingTest
-from understudy.falsification.new_worlds import NewWorlds, has_own_goal
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
@@ -51,7 +53,7 @@ WORKS = [  # behavior, goal -> whether it works in all worlds, in some or in non
 @pytest.mark.parametrize(("state", "goal", "works"), WORKS)
 def test_it_works_where_the_goal_holds(state: str, goal: Property, works: str) -> None:
     """A robot that only drives ahead runs into something in 20 s, in most worlds; one that turns touches nothing."""
-    worlds = NewWorlds.from_seeds(ARENA, range(40), own_goal=True)
+    worlds = NewWorlds(SessionSetup(ARENA), range(40))
     result = worlds.run(teach(state, goal), "go", {})
     assert {40: "all", 0: "none"}.get(int(result.works.sum()), "some") == works
     assert (np.isnan(result.seconds) == ~result.works).all()
@@ -60,7 +62,7 @@ def test_it_works_where_the_goal_holds(state: str, goal: Property, works: str) -
 
 
 def test_a_mistake_says_what_does_not_hold() -> None:
-    worlds = NewWorlds.from_seeds(ARENA, range(40), own_goal=True)
+    worlds = NewWorlds(SessionSetup(ARENA), range(40))
     named = worlds.run(teach("forward", TOUCHES), "go", {}).mistakes[0]
     assert named.why == "this does not hold: it never touches anything"
     claimed = worlds.run(teach("rotate_left", MOVES), "go", {}).mistakes[0]
@@ -78,22 +80,21 @@ def test_reaching_the_goal_of_the_world_ends_no_run() -> None:
     )
     robots = (RobotGroup(type="rover", at=((2.0, 5.0, 0.0),)),)
     scenario = structs.replace(ARENA, obstacles=(), objects=(*flags, *ARENA.objects[2:]), robots=robots)
-    worlds = NewWorlds.from_seeds(scenario, [0], own_goal=True)
+    worlds = NewWorlds(SessionSetup(scenario), [0])
     touches = replace(TOUCHES, start=replace(START, limit_s=60.0))
     assert worlds.run(teach("forward", touches), "go", {}).mistakes[0].wrong_s == pytest.approx(19.6, abs=0.2)
     reaches = replace(touches, what="goal is reached")
     assert worlds.run(teach("forward", reaches), "go", {}).mistakes[0].wrong_s == pytest.approx(3.2, abs=0.2)
 
 
-def test_whether_it_has_a_goal_of_its_own() -> None:
-    assert has_own_goal(teach("forward", TOUCHES), "go")
-    assert not has_own_goal(teach("forward", None), "go")
-
-
 def test_keep_going_tests_the_chosen_goal() -> None:
-    holds = HoldingTest(ARENA, 500).test(teach("rotate_left", TOUCHES), "go", [{}])
+    holds = HoldingTest(partial(NewWorlds, SessionSetup(ARENA)), 500).test(
+        teach("rotate_left", TOUCHES), "go", [{}]
+    )
     assert (holds.verdict, holds.mistakes) == (Verdict.HOLDS, ())
-    fails = HoldingTest(ARENA, 500).test(teach("rotate_left", MOVES), "go", [{}])
+    fails = HoldingTest(partial(NewWorlds, SessionSetup(ARENA)), 500).test(
+        teach("rotate_left", MOVES), "go", [{}]
+    )
     assert (fails.verdict, fails.held) == (Verdict.FAILS, 0)
 
 
@@ -102,7 +103,7 @@ def test_an_evaluation_counts_it() -> None:
     library = teach("forward", TOUCHES)
     seeds = range(40)
     found = evaluate_goal(TOUCHES, library, "go", ARENA, seeds)
-    works = NewWorlds.from_seeds(ARENA, seeds, own_goal=True).run(library, "go", {})
+    works = NewWorlds(SessionSetup(ARENA), seeds).run(library, "go", {})
     assert found.taught.finished.tolist() == works.works.tolist()
     assert set(found.taught.seconds[works.works]) == {20.0}
     assert (found.goal, found.flag, found.expert) == ("never touches anything", None, None)

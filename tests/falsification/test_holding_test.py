@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from random import Random
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distanc
 
 from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.library import Library
 from understudy.model.tree import Tree, make_leaf
 from understudy.properties.run_property import Verdict
@@ -32,7 +34,7 @@ def leave_out_turning() -> Library:
 def find_mistakes(
     library: Library, behavior: str, seeds: Sequence[int], binding: Mapping[str, str]
 ) -> tuple[Mistake, ...]:
-    worlds = NewWorlds.from_seeds(FORAGE, seeds, own_goal=behavior == "goto")
+    worlds = NewWorlds(SessionSetup(FORAGE), seeds)
     return worlds.run(library, behavior, binding).mistakes
 
 
@@ -63,7 +65,7 @@ def test_without_a_flag_the_goal_of_the_world_counts() -> None:
 
 
 def test_what_holds_is_proved_with_the_fewest_worlds() -> None:
-    tested = HoldingTest(FORAGE, 700)
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(FORAGE)), 700)
     result = tested.test(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", [STATION, FOOD])
     assert (result.verdict, result.held) == (Verdict.HOLDS, result.worlds)
     assert result.interval[0] >= 0.95
@@ -71,7 +73,7 @@ def test_what_holds_is_proved_with_the_fewest_worlds() -> None:
 
 
 def test_what_fails_is_known_at_once_and_its_worlds_are_never_used_again() -> None:
-    tested = HoldingTest(FORAGE, 700)
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(FORAGE)), 700)
     first = tested.test(leave_out_turning(), "goto", [STATION])
     second = tested.test(leave_out_turning(), "goto", [STATION])
     assert (first.verdict, second.verdict) == (Verdict.FAILS, Verdict.FAILS)
@@ -94,7 +96,7 @@ def test_seeds_are_used_once_by_bindings_in_turn(rates: list[float], random: Ran
         ]
         return NewWorldsResult(works, np.zeros(len(works)), tuple(failed))
 
-    tested = HoldingTest(FORAGE, 10)
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(FORAGE)), 10)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(NewWorlds, "run", fail_some)
         for _ in range(3):

@@ -13,6 +13,7 @@ from understudy.analysis.evaluate import evaluate
 from understudy.errors import SettingError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.catalog import find_scenario
@@ -20,7 +21,7 @@ from understudy.sim.forage import FORAGE_KIT
 
 FORAGE = find_scenario("forage")
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
-WORLDS = NewWorlds.from_seeds(FORAGE, range(5, 15), own_goal=True)
+WORLDS = NewWorlds(SessionSetup(FORAGE), range(5, 15))
 BINDINGS = [{"A": target} for target in ("nearest_food", "station")]
 
 
@@ -57,13 +58,15 @@ def test_a_flag_far_from_where_it_was_shown_does_not_count() -> None:
 
 
 def test_without_a_flag_the_goal_of_the_world_counts() -> None:
-    score = score_behavior(LIBRARY, "forage", NewWorlds.from_seeds(FORAGE, range(5, 9), own_goal=False), [{}])
+    score = score_behavior(LIBRARY, "forage", NewWorlds(SessionSetup(FORAGE), range(5, 9)), [{}])
     assert score.works.tolist() == evaluate(LIBRARY, "forage", FORAGE, range(5, 9)).taught.finished.tolist()
 
 
 def test_neither_flag_nor_goal() -> None:
     with pytest.raises(SettingError, match="goal"):
-        score_behavior(LIBRARY, "forage", NewWorlds(structs.replace(FORAGE, goal=None), [0], 9.0), [{}])
+        score_behavior(
+            LIBRARY, "forage", NewWorlds(SessionSetup(structs.replace(FORAGE, goal=None)), [0]), [{}]
+        )
 
 
 CHANGES = [  # works before and after in the same worlds, times slower -> fell, rose, words

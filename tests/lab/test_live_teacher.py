@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from math import nan
 
@@ -12,8 +13,9 @@ from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.falsification.holding_test import HoldingTest
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.kinds import YES
-from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
 from understudy.sim.forage import FORAGE_KIT, NAME
@@ -201,18 +203,18 @@ def test_goto_is_taught_with_few_presses() -> None:
 
 
 def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
-    """Learned with the highest gain first, GoTo of this teacher says done far away, in one of five worlds."""
-    gain_first = LearnerOptions(watched=True, reaction_s=0.2, learner=TreeOptions(order="gain first"))
-    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, 7, options={"goto": gain_first})
-    teacher.teach(GOTO)
-    spoiled = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"}).raised
-    assert spoiled is not None
-    assert spoiled.elsewhere > 10
+    """After a single situation, in which three presses were enough, GoTo fails in most worlds."""
+    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, 8, options=WATCHED)
+    teacher.teach(replace(GOTO, cases=GOTO.cases[:1], tries=1))
+    assert evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"}).success < 0.5
     before = teacher.presses
-    result = teacher.go_on(GOTO, HoldingTest(make_practice(ROOM, 0).scenario, 5_000), GOTO_BINDINGS)
+    scenario = make_practice(ROOM, 0).scenario
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(scenario)), 5_000)
+    result = teacher.go_on(GOTO, tested, GOTO_BINDINGS, watch=partial(teacher.watch_mistake, scenario))
     assert result.verdict is Verdict.HOLDS
     assert 0 < teacher.presses - before < 20
     mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"})
+    assert mended.success == 1.0
     assert mended.raised is not None
     assert mended.raised.elsewhere < 10
 

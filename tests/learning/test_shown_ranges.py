@@ -54,6 +54,33 @@ def test_what_agrees_is_nearer_than_anything_else_that_was_right(tmp_path: Path)
     assert found.measure_gap(values).tolist() == [0.0, 0.0, 0.0, 0.0, 2.5, inf]
 
 
+def test_what_lies_beyond_all_else_comes_before_what_agrees_by_chance(tmp_path: Path) -> None:
+    """Two presses at nearly the same angle, amid other angles: they say something about the distance."""
+    few = "forward,done,directive,0.4,5.3\nforward,done,directive,0.2,5.31\n"
+    others = "forward,forward,default,0.5,0.2\nforward,left,directive,4.0,1.0\n"
+    header = NEAR.splitlines()[0] + "\n"
+    found = find(tmp_path, header + few + others)
+    assert (str(found.feature), found.high) == ("distance", 0.4)
+    nearer = "forward,forward,default,0.1,0.3\n"  # now it is amid others, too, and the angle covers less
+    assert str(find(tmp_path, header + few + others + nearer).feature) == "angle"
+
+
+SILENCE = {  # watched examples at 0.6 and beyond -> the limit, between presses for done up to 0.4 and for left at 4
+    3: 4.0,
+    4: 0.9,
+    6: 0.9,
+}
+
+
+@pytest.mark.parametrize("count", SILENCE)
+def test_silence_limits_it_from_four_on_and_never_on_the_open_side(tmp_path: Path, count: int) -> None:
+    watched = "".join(f"forward,forward,watched,{0.6 + 0.1 * each}\n" for each in range(count))
+    nearer = "left,left,watched,0.1\n" * 5  # it had turned beside it, and nobody pressed done
+    rows = "forward,done,directive,0.2\nforward,done,directive,0.4\nforward,left,directive,4\n"
+    found = find(tmp_path, "state,next,kind,distance:continuous\n" + rows + watched + nearer)
+    assert (found.below, found.above) == (-inf, pytest.approx(SILENCE[count]))
+
+
 NOTHING = {  # why -> next state, kind and value of each example
     "one press": ["done,directive,0.4", "left,directive,9"],
     "none pressed": ["done,default,0.4", "done,default,0.2", "done,default,0.1", "left,directive,9"],

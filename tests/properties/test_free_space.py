@@ -44,6 +44,18 @@ def test_other_robots_are_in_the_way_and_a_robot_is_not_in_its_own() -> None:
     assert make_clearance(world)()[0] == pytest.approx([0.6, 0.6])
 
 
+def test_only_the_robots_that_count_are_measured() -> None:
+    """The third of three, with another 1 m above it, and the first at the edge of the arena."""
+    group = RobotGroup(type="rover", at=((0.2, 1.0, 0.0), (6.0, 6.0, 0.0), (6.0, 5.0, 0.0)))
+    world = World(structs.replace(make_room(0.0, 0.0), robots=(group,)), [0, 1])
+    third = np.array([False, False, True])
+    assert make_clearance(world, third)() == pytest.approx(np.full((2, 1), 0.6))
+    covered = make_covered(world, third)
+    for _ in range(10):  # the others drive away
+        world.act({"drive": np.tile([1.0, 1.0, 0.0], 2), "turn": np.zeros(6)})
+        assert covered() == pytest.approx(np.full((2, 1), CELL_M**2))
+
+
 def test_it_touches_where_its_bumper_says_so() -> None:
     """Forty robots drive until they run into something, in forty worlds."""
     world = World(ARENA, range(40))

@@ -19,6 +19,7 @@ from understudy.model.property import PropertyKind
 from understudy.properties.condition import parse_condition
 from understudy.properties.offered_goals import describe_goal, offer_goals
 from understudy.sim.catalog import find_scenario
+from understudy.sim.scenario.schema import RobotGroup
 from understudy.sim.world import World
 
 ARENA = find_scenario("arena")
@@ -88,6 +89,28 @@ def test_what_was_not_kept_is_not_offered(given: dict[str, object]) -> None:
 
 
 TOUCHES, COVERS = "never touches anything", "covers at least 3.75 m² of ground in 60 s"
+
+
+def test_goals_of_a_coordinator_are_about_its_robots() -> None:
+    lesson = make_lesson(*KEPT[0][1], name="share")  # type: ignore[misc]
+    assert [each.name for each in offer_goals(lesson, WORLD, of_coordinator=True)] == [
+        "keeps share between 0.4 and 0.5 m and lets its robots touch nothing, but for at most 6 s at a time",
+        "never lets its robots touch anything",
+        f"{COVERS} with each of its robots",
+    ]
+
+
+def test_goals_are_about_the_robots_that_count() -> None:
+    """The first of two robots is slower, and runs into nothing."""
+    rover = ARENA.types["rover"]
+    slow = structs.replace(rover, speed=rover.speed / 2, collides=False)
+    groups = tuple(RobotGroup(type=name, count=1) for name in ("slow", "rover"))
+    scenario = structs.replace(ARENA, types={"slow": slow, "rover": rover}, robots=groups)
+    names = [
+        [each.name for each in offer_goals(make_lesson(), World(scenario, [0]), robots=np.array(robots))]
+        for robots in ([True, False], [False, True])
+    ]
+    assert names == [["covers at least 1.75 m² of ground in 60 s"], [TOUCHES, COVERS]]
 
 
 def test_far_from_a_target_is_no_free_space() -> None:

@@ -62,6 +62,20 @@ def test_what_fits() -> None:
     assert tree(GOOD, [[(2, 0, 0), (2, 1, 0)]]).names == ("scout", "carrier", "pair", "camp")
 
 
+FOLLOWERS = [  # a squad -> the robots below it
+    ("pair", 0, [0, 2]),
+    ("pair", 1, [1, 3]),
+    ("camp", 0, [1, 3]),
+    ("camp", 1, [0, 2]),
+]
+
+
+@pytest.mark.parametrize(("name", "number", "robots"), FOLLOWERS)
+def test_robots_follow_the_squads_above_them(name: str, number: int, robots: list[int]) -> None:
+    found = tree(GOOD, [[(2, 1, 0)], [(2, 0, 0)]]).mark_robots_below(name, number)
+    assert found.nonzero()[0].tolist() == robots
+
+
 SCOUT = Library.from_automata(kit, automaton("search"))
 CARRIER = Library.from_automata(kit, automaton("fetch", parameters=("A",)))
 

@@ -5,7 +5,7 @@ Goals and metrics of one's own are read from it between ticks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -65,6 +65,11 @@ class BehaviorRun(Protocol):
         """Whether many ticks can be run at once."""
         ...
 
+    @property
+    def counted_robots(self) -> NDArray[np.bool_] | None:
+        """Which simulated robots of a world [N] run the behavior, or follow who does. None: all count."""
+        ...
+
     def tick(self) -> None:
         """Let all agents sense, decide and act once."""
         ...
@@ -91,15 +96,47 @@ class BehaviorRun(Protocol):
 
 
 class ProgramRun:
-    """A behavior that all agents of a body run."""
+    """A behavior that all agents of a body run; or one of each world, beside other programs.
+
+    Parameters
+    ----------
+    body
+        The body.
+    program
+        The behavior, ready to run.
+    library
+        The library of the behavior.
+    binding
+        The target of each parameter.
+    worlds
+        The number of worlds.
+    agent
+        The only agent of each world that runs the behavior. None: all do.
+    others
+        What the agents of each world run, one program each; that at `agent` is not used.
+    """
 
     team: Team | None = None
 
     def __init__(
-        self, body: Body, program: Program, library: Library, binding: Mapping[str, str], *, worlds: int = 1
+        self,
+        body: Body,
+        program: Program,
+        library: Library,
+        binding: Mapping[str, str],
+        *,
+        worlds: int = 1,
+        agent: int | None = None,
+        others: Sequence[Program] = (),
     ) -> None:
         self.body, self.worlds = body, worlds
-        self.engine = Engine.from_program(body, program)
+        self._chosen = mark_agent(agent, body.agents // worlds)
+        self.counted_robots = None if agent is None or not isinstance(body, World) else self._chosen
+        programs = [program] * (body.agents // worlds)
+        if agent is not None:
+            programs = [*others]
+            programs[agent] = program
+        self.engine = Engine(body, programs * worlds)
         self._library, self._binding = library, binding
         self._plan = self.engine.plan() if isinstance(body, World) else None
 
@@ -132,28 +169,46 @@ class ProgramRun:
         return np.asarray(self.find_raised_agents(flag).all(axis=1))
 
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
-        """Return which of the n agents of each world have raised a flag [B, n]."""
-        return self.engine.find_raised(flag).reshape(self.worlds, -1)
+        """Return which of the n agents of each world that run it have raised a flag [B, n]."""
+        return self.engine.find_raised(flag).reshape(self.worlds, -1)[:, self._chosen]
 
     def find_raised_s(self, flag: str) -> NDArray[np.float64]:
-        """Return when each of the n agents of each world raised a flag [B, n], s; NaN where one has not."""
-        return find_raised_times(self.engine, flag, worlds=self.worlds)
+        """Return when each of the n agents of each world that run it raised a flag [B, n], s; NaN where one has not."""
+        return find_raised_times(self.engine, flag, worlds=self.worlds)[:, self._chosen]
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name."""
         found = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
-        return RunReading(found, lambda: self.body.sense(found.keys), self.worlds)
+        return RunReading(found, lambda: self.body.sense(found.keys), self.worlds, self._chosen)
 
 
 class TeamRun:
-    """A behavior that agents of some sorts of a simulated team run; those below coordinators follow orders."""
+    """A behavior that agents of some sorts of a simulated team run; those below coordinators follow orders.
+
+    Parameters
+    ----------
+    team
+        The team.
+    libraries
+        The library of each sort that runs it.
+    roots
+        The behavior of each sort that runs it, with its targets.
+    agent
+        The only agent of a world that runs it, among those of one sort. None: all do.
+    """
 
     def __init__(
-        self, team: Team, libraries: Libraries, roots: Mapping[str, tuple[str, Mapping[str, str]]]
+        self,
+        team: Team,
+        libraries: Libraries,
+        roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        *,
+        agent: int | None = None,
     ) -> None:
         self.team, self.body = team, team.ground
-        self._libraries, self._roots = libraries, roots
+        self._libraries, self._roots, self._agent = libraries, roots, agent
         self.worlds = self.body.worlds if isinstance(self.body, World) else 1
+        self.counted_robots: NDArray[np.bool_] | None = None
 
     def tick(self) -> None:
         """Let all agents sense, decide and act once."""
@@ -175,11 +230,12 @@ class TeamRun:
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Return in which worlds [B] all agents that run the behavior have raised a flag."""
-        return find_raised_by_all(self.team, self._roots, flag, self.worlds)
+        return np.asarray(self.find_raised_agents(flag).all(axis=1))
 
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
         """Return which of the n agents of each world that run the behavior have raised a flag [B, n]."""
-        return find_raised_members(self.team, self._roots, flag, self.worlds)
+        raised = find_raised_members(self.team, self._roots, flag, self.worlds)
+        return raised[:, mark_agent(self._agent, raised.shape[1])]
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of those who run the behavior, or else of a type of robots."""
@@ -197,7 +253,10 @@ class TeamRun:
                 known += error.known
                 continue
             self.team.sense_also(sort, found.keys)
-            chosen = select_type(self.team, sort) if sort in self.team.tree.types else None
+            if sort in self.team.tree.types:
+                chosen = select_type(self.team, sort)
+            else:
+                chosen = mark_agent(self._agent, layer.body.agents // self.worlds)
             return RunReading(found, partial(self._sense, layer), self.worlds, chosen)
         name = text.partition("(")[0].strip()
         known = list(dict.fromkeys(known))
@@ -211,6 +270,11 @@ class TeamRun:
         """Let those who run the behavior sense all their readings from now on, so that each can be read later."""
         for sort in self._roots:
             self.team.sense_also(sort, list_reading_keys(self.team.layer(sort).body))
+
+
+def mark_agent(agent: int | None, agents: int) -> NDArray[np.bool_]:
+    """Return which agents of a world [N] are an agent; all if None."""
+    return np.ones(agents, np.bool_) if agent is None else np.arange(agents) == agent
 
 
 def select_type(team: Team, sort: str) -> NDArray[np.bool_]:

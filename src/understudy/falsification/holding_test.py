@@ -7,16 +7,15 @@ never counts for a later version.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, islice
 
 from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
-from understudy.falsification.new_worlds import Mistake, NewWorlds, has_own_goal
+from understudy.falsification.new_worlds import JudgedWorlds, Mistake
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
-from understudy.sim.scenario.schema import Scenario
 
 WANTED = 0.95
 """The share of new worlds in which a behavior has to work."""
@@ -59,15 +58,15 @@ class HoldingTest:
 
     Parameters
     ----------
-    scenario
-        The scenario.
+    make_worlds
+        Makes the worlds of some seeds.
     first_seed
         The first seed. Each world is run for one version only.
     wanted
         The share of worlds in which it has to work.
     """
 
-    scenario: Scenario
+    make_worlds: Callable[[Sequence[int]], JudgedWorlds]
     first_seed: int
     wanted: float = WANTED
     versions: int = 0
@@ -114,13 +113,11 @@ class HoldingTest:
         self.versions += 1
         level = 1.0 - ERROR / (self.versions * (self.versions + 1))  # these sum up to ERROR
         held, worlds, mistakes = 0, 0, list[Mistake]()
-        own_goal = has_own_goal(library, behavior)
         size = count_fewest_trials(self.wanted, level=level)
         while True:
             for number, binding in enumerate(bindings):
                 some = list(islice(self._seeds, len(range(number, size, len(bindings)))))
-                new = NewWorlds.from_seeds(self.scenario, some, own_goal=own_goal)
-                found = new.run(library, behavior, binding, progress=progress)
+                found = self.make_worlds(some).run(library, behavior, binding, progress=progress)
                 held, worlds = held + int(found.works.sum()), worlds + len(some)
                 mistakes += found.mistakes
             low, high = interval_of_share_at_any_time(held, worlds, level=level)

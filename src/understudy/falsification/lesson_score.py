@@ -35,11 +35,14 @@ class LessonScore:
         In which worlds it did what it was taught for [K].
     seconds
         How long it took [K], s; NaN where it did not.
+    others
+        What the other agents did: "the other robots idle"; empty if there are none.
     """
 
     behavior: str
     works: NDArray[np.bool_]
     seconds: Column
+    others: str = ""
 
     @property
     def worlds(self) -> int:
@@ -52,8 +55,9 @@ class LessonScore:
         return int(self.works.sum())
 
     def describe(self) -> str:
-        """Return the score in words: "goto works in 97 of 100 new worlds"."""
-        return f"{self.behavior} works in {self.count} of {self.worlds} new worlds"
+        """Return the score in words: "goto works in 97 of 100 new worlds (the other robots idle)"."""
+        others = f" ({self.others})" if self.others else ""
+        return f"{self.behavior} works in {self.count} of {self.worlds} new worlds{others}"
 
 
 @dataclass(frozen=True)
@@ -132,7 +136,7 @@ def score_behavior(
     Parameters
     ----------
     library
-        The library, whose behavior all robots run.
+        The library of the trained agent.
     behavior
         Name of the behavior.
     worlds
@@ -157,4 +161,5 @@ def score_behavior(
     """
     results = [worlds.run(library, behavior, binding, progress=progress) for binding in bindings]
     works = np.logical_and.reduce([each.works for each in results])
-    return LessonScore(behavior, works, np.sum([each.seconds for each in results], axis=0))
+    seconds = np.sum([each.seconds for each in results], axis=0)
+    return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior))

@@ -1,15 +1,16 @@
 """Runs of what was taught in new worlds: where it works, and where and when it goes wrong.
 
-A behavior works where the goal that a person has chosen for it holds. Without one, a behavior with a flag works where
-it raises the flag in time at values that agree with what was shown; any other where the goal of the scenario is reached
-as soon as in an evaluation.
+In each world runs what the session runs: one agent is trained, the others do what they do there. A behavior works where
+the goal that a person has chosen for it holds. Without one, a behavior with a flag works where the trained agent raises
+it in time at values that agree with what was shown; any other where the scenario's goal is reached in time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Self
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +18,19 @@ from numpy.typing import NDArray
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
 from understudy.analysis.behavior_run import ProgramRun
 from understudy.analysis.evaluate import find_flags, find_success_flag, make_evaluation_task
-from understudy.analysis.goal_runs import run_many_ticks
+from understudy.analysis.goal_runs import run_side_by_side
 from understudy.analysis.measurement import TICKS_BETWEEN_READINGS, Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import GoalMeasure
+from understudy.falsification.progress import ProgressRecord
+from understudy.falsification.session_setup import CoordinatorRun, SessionSetup
+from understudy.falsification.trial import TICKS_AT_ONCE
 from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
-from understudy.model.kinds import Column
+from understudy.model.kinds import Categorical, Column
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.monitor import monitor_property
 from understudy.properties.offered_goals import find_chosen_goal
-from understudy.runtime.program import link
-from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
 LONGEST_RUN_S = 120.0
@@ -82,32 +82,50 @@ class NewWorldsResult:
     mistakes: tuple[Mistake, ...]
 
 
+class JudgedWorlds(Protocol):
+    """Worlds in which a behavior can be run and judged."""
+
+    def run(
+        self,
+        library: Library,
+        behavior: str,
+        binding: Mapping[str, str],
+        *,
+        progress: Progress = skip_progress,
+    ) -> NewWorldsResult:
+        """Run a behavior in these worlds; an exception that `progress` raises ends the runs."""
+        ...
+
+
 @dataclass(frozen=True)
 class NewWorlds:
-    """New worlds of a scenario, in which a behavior is run.
+    """New worlds in which a behavior is run as a session runs it.
 
     Parameters
     ----------
-    scenario
-        The scenario.
+    setup
+        Who is trained where, and what the others do.
     seeds
         The seed of each world.
-    limits
-        How long a behavior may take to reach the scenario's goal if that is its goal, s, for all or each [K].
     """
 
-    scenario: Scenario
+    setup: SessionSetup
     seeds: Sequence[int]
-    limits: float | Column
 
-    @classmethod
-    def from_seeds(cls, scenario: Scenario, seeds: Sequence[int], *, own_goal: bool) -> Self:
-        """Make the worlds of some seeds; without a goal of its own, the baseline sets the limits if there is one."""
-        baseline = None if own_goal else find_baseline(scenario)
+    @cached_property
+    def limits_s(self) -> float | Column:
+        """How long a behavior may take to reach the scenario's goal if that is its goal, s, for all or each [K].
+
+        It is three times what the scenario's baseline takes, if there is one; the scenario's limit if other agents
+        idle, with which the baseline cannot be compared.
+        """
+        scenario = self.setup.scenario
+        baseline = None if self.setup.idle_agents else find_baseline(scenario)
         if baseline is None:
-            return cls(scenario, seeds, scenario.limit_s)
-        expert = measure_baseline(baseline, seeds)
-        return cls(scenario, seeds, LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s))
+            return scenario.limit_s
+        expert = measure_baseline(baseline, self.seeds)
+        limits: Column = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
+        return limits
 
     def run(
         self,
@@ -122,7 +140,7 @@ class NewWorlds:
         Parameters
         ----------
         library
-            The library, whose behavior all robots run.
+            The library of the trained agent.
         behavior
             Name of the behavior.
         binding
@@ -149,21 +167,39 @@ class NewWorlds:
         flag = find_success_flag(library, behavior)
         if flag is not None:
             shown = find_shown_goal(library, behavior, flag)
-            world = World(self.scenario, self.seeds)
-            run = ProgramRun(world, link(library, behavior, binding), library, binding, worlds=world.worlds)
-            return _run_to_flag(run, world, binding, flag, shown, progress)
-        task = make_evaluation_task(library, behavior, self.scenario, binding=binding)
-        world = World(self.scenario, self.seeds)
-        part = run_many_ticks(world, task.program, library, binding, task.criteria, self.limits, progress)
-        failed = np.flatnonzero(~part.outcomes.finished)[:MOST_TIMED].tolist()
-        measure = GoalMeasure(task, float(part.outcomes.limit_s.max()))
-        ended = [measure([Trial(self.scenario, self.seeds[row])]).progress_s[0] for row in failed]
+            run = self.setup.start(self.seeds, library, behavior, binding)
+            return _run_to_flag(run, binding, flag, shown, progress)
+        task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)
+        run = self.setup.start(self.seeds, library, behavior, binding)
+        outcomes = run_side_by_side(run, self.seeds, task.criteria, self.limits_s, progress).outcomes
+        failed = [self.seeds[row] for row in np.flatnonzero(~outcomes.finished)[:MOST_TIMED].tolist()]
+        ended = self._find_end_of_progress(failed, library, behavior, binding, float(outcomes.limit_s.max()))
         why = "there is no more progress, and the goal of the world is not reached in time"
-        mistakes = [
-            Mistake(self.seeds[row], binding, float(wrong_s), why)
-            for row, wrong_s in zip(failed, ended, strict=True)
-        ]
-        return NewWorldsResult(part.outcomes.finished, part.outcomes.seconds, tuple(mistakes))
+        mistakes = [Mistake(seed, binding, wrong_s, why) for seed, wrong_s in zip(failed, ended, strict=True)]
+        return NewWorldsResult(outcomes.finished, outcomes.seconds, tuple(mistakes))
+
+    def _find_end_of_progress(
+        self,
+        seeds: Sequence[int],
+        library: Library,
+        behavior: str,
+        binding: Mapping[str, str],
+        limit_s: float,
+    ) -> list[float]:
+        """Find when progress towards the scenario's goal ended in each of some failing worlds, s."""
+        if not seeds:
+            return []
+        run = self.setup.start(seeds, library, behavior, binding)
+        world, last = _get_world(run), 0
+        progress = ProgressRecord(world)
+        ticks = int(limit_s / world.tick_s + 1e-9)
+        while last < ticks:
+            more = min(TICKS_AT_ONCE, ticks - last)
+            run.advance(more)
+            last += more
+            progress.update(last * world.tick_s, running=np.isnan(world.finished_s))
+        ended: list[float] = progress.last_s.tolist()
+        return ended
 
     def _run_goal(
         self,
@@ -174,12 +210,11 @@ class NewWorlds:
         progress: Progress,
     ) -> NewWorldsResult:
         """Run worlds until it is known whether a chosen goal holds."""
-        world = World(self.scenario, self.seeds)
-        run = ProgramRun(world, link(library, behavior, binding), library, binding, worlds=world.worlds)
-        flags = find_flags(library, behavior)
-        outcomes = monitor_property(goal, run, flags, progress=progress)
+        run = self.setup.start(self.seeds, library, behavior, binding)
+        outcomes = monitor_property(goal, run, find_flags(library, behavior), progress=progress)
         limit_s = goal.seconds if goal.is_timed else goal.start.limit_s
-        seconds = np.where(np.isnan(outcomes.reached_s), limit_s or self.scenario.limit_s, outcomes.reached_s)
+        limit_s = self.setup.scenario.limit_s if limit_s is None else limit_s
+        seconds = np.where(np.isnan(outcomes.reached_s), limit_s, outcomes.reached_s)
         why = f"this does not hold: it {goal.name}" if goal.name else f"this does not hold: {goal.claim}"
         mistakes = [
             Mistake(self.seeds[row], binding, float(outcomes.failed_s[row]), why)
@@ -188,33 +223,37 @@ class NewWorlds:
         return NewWorldsResult(outcomes.held, np.where(outcomes.held, seconds, np.nan), tuple(mistakes))
 
 
-def has_own_goal(library: Library, behavior: str) -> bool:
-    """Return whether a behavior has a goal of its own, so that the scenario's does not count."""
-    chosen = find_chosen_goal(library, behavior) is not None
-    return chosen or find_success_flag(library, behavior) is not None
+def _get_world(run: ProgramRun | CoordinatorRun) -> World:
+    """Return the world of a run."""
+    if not isinstance(run.body, World):
+        raise TypeError("a body that is not simulated")
+    return run.body
 
 
 def _run_to_flag(
-    run: ProgramRun,
-    world: World,
+    run: ProgramRun | CoordinatorRun,
     binding: Mapping[str, str],
     flag: str,
     shown: ShownRange | None,
     progress: Progress,
 ) -> NewWorldsResult:
-    """Run worlds until their robots have raised a flag, or for LONGEST_RUN_S."""
+    """Run worlds until the trained agent of each has raised a flag, or for LONGEST_RUN_S."""
+    world = _get_world(run)
     read = None if shown is None else run.find_reading(str(shown.feature)).read
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
     nearest, nearest_s = np.full(world.worlds, np.inf), np.zeros(world.worlds)
-    values = np.full((world.worlds, world.robots), np.nan)
+    values = np.full((world.worlds, 1), np.nan)
     raised, first = np.zeros(world.worlds, np.bool_), np.zeros(world.worlds)
-    for tick in range(TICKS_BETWEEN_READINGS, round(limit_s / world.tick_s) + 1, TICKS_BETWEEN_READINGS):
-        run.advance_all(TICKS_BETWEEN_READINGS)
+    # A robot with a flag stays where it is. A coordinator's members get another order, and no longer report the same.
+    step = TICKS_BETWEEN_READINGS if run.team is None or read is None else 1
+    for tick in range(step, round(limit_s / world.tick_s) + 1, step):
+        before = read() if read is not None and step == 1 else None
+        run.advance_all(step)
         if read is not None and shown is not None:
-            now = read()
+            now = read() if before is None else before
             values[~raised] = now[~raised]
             gap = shown.measure_gap(now).max(axis=1)
-            first = gap if tick == TICKS_BETWEEN_READINGS else first
+            first = gap if tick == step else first
             nearer = ~raised & (gap < nearest - NEARER * first)
             nearest[nearer], nearest_s[nearer] = gap[nearer], tick * world.tick_s
         raised |= run.find_raised(flag)
@@ -223,9 +262,11 @@ def _run_to_flag(
             break
     times = run.find_raised_s(flag).max(axis=1)
     works: NDArray[np.bool_] = raised if shown is None else raised & shown.contains(values).all(axis=1)
+    measured = shown is not None and not isinstance(shown.feature.kind, Categorical)
+    no_nearer = "it comes no nearer, and " if measured else "it "
     mistakes = []
     for row in np.flatnonzero(~works).tolist():
-        wrong_s, why = float(nearest_s[row]), f"it comes no nearer, and is not {flag} after {limit_s:.0f} s"
+        wrong_s, why = float(nearest_s[row]), f"{no_nearer}is not {flag} after {limit_s:.0f} s"
         if raised[row] and shown is not None:
             at = format_value(shown.feature, float(values[row, ~shown.contains(values[row])][0]))
             wrong_s, why = (

@@ -12,6 +12,7 @@ from math import inf, isinf
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.learning._growth_kernels import ENOUGH_STAYS
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature, Feature
@@ -127,40 +128,51 @@ def find_shown_range(lesson: Lesson, flag: str) -> ShownRange | None:
     Returns
     -------
     ShownRange | None
-        The range of the feature of which the presses cover the smallest share of all its values in the lesson. None if
-        there are fewer than FEWEST_PRESSES, or they cover more than LARGEST_SHARE of each feature.
+        The range of a feature beyond all values at which something else was right, if there is one, as in learning
+        flags first: few presses often agree by chance in a range that has other values on both sides. Of several, the
+        one of which the presses cover the smallest share of all its values in the lesson. None if there are fewer than
+        FEWEST_PRESSES, or they cover more than LARGEST_SHARE of each feature.
     """
-    best = min(_list_ranges(lesson, flag), key=lambda each: each[0], default=None)
-    return None if best is None else best[1]
+    best = min(_list_ranges(lesson, flag), key=lambda each: each[:2], default=None)
+    return None if best is None else best[2]
 
 
-def _list_ranges(lesson: Lesson, flag: str) -> Iterator[tuple[float, ShownRange]]:
-    """Yield the features that the presses for a flag have in common, each after the share that they cover."""
+def _list_ranges(lesson: Lesson, flag: str) -> Iterator[tuple[bool, float, ShownRange]]:
+    """Yield the features that the presses for a flag have in common: not beyond all else, the share, the range."""
     automaton = lesson.automaton
     raising = {state.name for state in automaton.states if state.flag == flag}
     ends = {state.name for state in automaton.states if state.flag is not None}
     teaching = [each for each in select_teaching_examples(lesson) if each.state not in ends]
     presses = np.array([each.values for each in teaching if each.next in raising and each.is_shown])
-    others = np.array([each.values for each in teaching if each.next not in ends])
+    others = [each for each in teaching if each.next not in ends]
+    pressed = np.array([each.is_from_press for each in others], np.bool_)
     if len(presses) < FEWEST_PRESSES:
         return
     for index, feature in enumerate(automaton.features):
         if not isinstance(feature.feature, Feature):
             continue  # of the automaton itself: no other world has it
         column = presses[:, index]
-        rest = others[:, index] if len(others) else np.empty(0)
-        rest = rest[~np.isnan(rest)]
+        rest = np.array([each.values[index] for each in others])
+        here = ~np.isnan(rest)
+        asked, watched, rest = rest[pressed & here], rest[~pressed & here], rest[here]
         if np.isnan(column).any():
             continue
-        shown = _find_range(feature, column, rest)
+        shown = _find_range(feature, column, asked, watched)
         size = _find_size(feature, np.concatenate([column, rest]))
         share = (shown.high - shown.low) / size if size > 0 else inf
         several = isinstance(feature.kind, Categorical) and shown.low != shown.high
         if share <= LARGEST_SHARE and not several and not shown.contains(rest).all():
-            yield share, shown
+            within = ((asked >= shown.low) & (asked <= shown.high)).any()
+            beyond = isinf(shown.below) or isinf(shown.above) or isinstance(feature.kind, Categorical)
+            yield bool(within) or not beyond, share, shown
 
 
-def _find_range(feature: BoundFeature, presses: Column, others: Column) -> ShownRange:
+def _find_range(feature: BoundFeature, presses: Column, asked: Column, watched: Column) -> ShownRange:
+    """Find the range of presses between what else was right: where presses asked for it, or enough silence shows it.
+
+    That a flag was not pressed at once does not say that it is wrong. So watched examples limit it as they limit other
+    decisions, ENOUGH_STAYS of them together, and only towards values at which presses asked for something else.
+    """
     values = np.unique(presses)
     if isinstance(feature.kind, Toroidal):  # begin after the widest gap
         gaps = np.diff(values, append=values[0] + feature.kind.period)
@@ -168,11 +180,23 @@ def _find_range(feature: BoundFeature, presses: Column, others: Column) -> Shown
     low, high = float(values.min()), float(values.max())
     if isinstance(feature.kind, Categorical):
         return ShownRange(feature, low, high, low - 0.5, high + 0.5, len(presses))
-    placed = place_above(low, others, feature)
+    sides = zip(*(_list_beside(feature, low, high, values) for values in (asked, watched)), strict=True)
+    below, above = (_list_limits(*side, alone=not len(asked)) for side in sides)
+    return ShownRange(feature, low, high, max(below, default=-inf), min(above, default=inf), len(presses))
+
+
+def _list_beside(feature: BoundFeature, low: float, high: float, values: Column) -> tuple[Column, Column]:
+    """Return the values below and above a range, the nearest first; on a circle, each is on both sides."""
+    placed = np.sort(place_above(low, values, feature))
     above = placed[placed > high]
     below = above - feature.kind.period if isinstance(feature.kind, Toroidal) else placed[placed < low]
-    nearest = float(below.max(initial=-inf)), float(above.min(initial=inf))
-    return ShownRange(feature, low, high, *nearest, len(presses))
+    return below[::-1], above
+
+
+def _list_limits(asked: Column, watched: Column, *, alone: bool) -> list[float]:
+    """List the nearest value that presses asked for, and the one at which enough silence shows what was right."""
+    silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(asked) or alone else watched[:0]
+    return [*asked[:1].tolist(), *silent.tolist()]
 
 
 def _find_size(feature: BoundFeature, values: Column) -> float:

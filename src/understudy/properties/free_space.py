@@ -25,13 +25,15 @@ CELL_M = 0.5
 NONE = np.zeros((1, 1), np.bool_)
 
 
-def make_clearance(world: World) -> Callable[[], Column]:
+def make_clearance(world: World, of: NDArray[np.bool_] | None = None) -> Callable[[], Column]:
     """Make a function that measures the free space around each robot.
 
     Parameters
     ----------
     world
         The worlds.
+    of
+        Which robots of a world count [N]. None: all.
 
     Returns
     -------
@@ -39,18 +41,19 @@ def make_clearance(world: World) -> Callable[[], Column]:
         Returns the distance from each robot's rim to the nearest wall, obstacle, solid object or other robot that can
         be run into, or to the edge of the arena [B, n], m; infinite for a robot that runs into nothing.
     """
-    rules = world.rules
+    rules, chosen = world.rules, _list_chosen(world, of)
     slots = np.flatnonzero(rules.classes["solid"][rules.class_of] != 0)
 
     def read() -> Column:
         state, robots = world.state, world.state.robots.reshape(world.worlds, -1)
-        x, y, radius = robots["x"], robots["y"], rules.types["radius"][robots["type"]]
-        collides = rules.types["collides"][robots["type"]] != 0
+        collides, radius = rules.types["collides"][robots["type"]] != 0, rules.types["radius"][robots["type"]]
+        x, y = robots["x"][:, chosen], robots["y"][:, chosen]
+        others_x = np.where(collides, robots["x"], np.nan)
         edge = np.minimum(np.minimum(x, rules.width - x), np.minimum(y, rules.height - y))
         objects, discs = state.objects[:, slots], state.discs
         objects_x = np.where(objects["present"] != 0, objects["x"], np.nan)
         sizes = rules.classes["radius"][rules.class_of[slots]]
-        own = np.eye(robots.shape[1], dtype=np.bool_)
+        own = np.eye(robots.shape[1], dtype=np.bool_)[chosen]
         nearest = reduce(
             np.fmin,
             [
@@ -60,10 +63,10 @@ def make_clearance(world: World) -> Callable[[], Column]:
                     x, y, np.where(discs["radius"] > 0, discs["x"], np.nan), discs["y"], discs["radius"]
                 ),
                 _measure_to_discs(x, y, objects_x, objects["y"], sizes),
-                _measure_to_discs(x, y, np.where(collides, x, np.nan), y, radius, except_for=own),
+                _measure_to_discs(x, y, others_x, robots["y"], radius, except_for=own),
             ],
         )
-        return np.where(collides, nearest - radius, np.inf)
+        return np.where(collides[:, chosen], nearest - radius[:, chosen], np.inf)
 
     return read
 
@@ -96,13 +99,15 @@ def _measure_to_segments(x: Column, y: Column, segments: NDArray[np.void]) -> Co
     return nearest
 
 
-def make_covered(world: World) -> Callable[[], Column]:
+def make_covered(world: World, of: NDArray[np.bool_] | None = None) -> Callable[[], Column]:
     """Make a function that measures the ground that each robot has covered since the function was made.
 
     Parameters
     ----------
     world
         The worlds. The function has to be called at each tick that counts.
+    of
+        Which robots of a world count [N]. None: all.
 
     Returns
     -------
@@ -111,11 +116,12 @@ def make_covered(world: World) -> Callable[[], Column]:
     """
     across = int(np.ceil(world.rules.width / CELL_M))
     up = int(np.ceil(world.rules.height / CELL_M))
-    visited = np.zeros((world.agents, across * up), np.bool_)
-    rows = np.arange(world.agents)
+    chosen = _list_chosen(world, of)
+    rows = np.arange(world.worlds * len(chosen))
+    visited = np.zeros((len(rows), across * up), np.bool_)
 
     def read() -> Column:
-        robots = world.state.robots
+        robots = world.state.robots.reshape(world.worlds, -1)[:, chosen].ravel()
         column = np.clip((robots["x"] / CELL_M).astype(np.int64), 0, across - 1)
         row = np.clip((robots["y"] / CELL_M).astype(np.int64), 0, up - 1)
         visited[rows, row * across + column] = True
@@ -123,3 +129,8 @@ def make_covered(world: World) -> Callable[[], Column]:
         return area
 
     return read
+
+
+def _list_chosen(world: World, of: NDArray[np.bool_] | None) -> NDArray[np.intp]:
+    """List the robots of a world that count; all if None."""
+    return np.arange(world.robots) if of is None else np.flatnonzero(of)

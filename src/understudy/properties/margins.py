@@ -101,8 +101,8 @@ def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Ma
     if world is not None and clause.subject in COUNTS:
         return _bind_count(clause, world)
     if world is not None and clause.subject in UNITS:
-        read = make_clearance(world) if clause.subject == CLEARANCE else make_covered(world)
-        return _bind_number(clause, read, unit=UNITS[clause.subject], scale=None)
+        make = make_clearance if clause.subject == CLEARANCE else make_covered
+        return _bind_number(clause, make(world, run.counted_robots), unit=UNITS[clause.subject], scale=None)
     return _bind_reading(clause, run)
 
 

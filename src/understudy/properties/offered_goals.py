@@ -38,7 +38,28 @@ COVERED_SHARE = 0.25
 """The share that is demanded of the ground that a robot can cover: of the whole arena, or straight ahead."""
 
 
-def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
+@dataclass(frozen=True, slots=True)
+class _Words:
+    """What the goals of a robot, or of a coordinator about its robots, are called."""
+
+    never_touching: str
+    touching_nothing: str
+    each: str
+
+
+WORDS_OF_ROBOT = _Words("never touches anything", " and touches nothing", "")
+WORDS_OF_COORDINATOR = _Words(
+    "never lets its robots touch anything", " and lets its robots touch nothing", " with each of its robots"
+)
+
+
+def offer_goals(
+    lesson: Lesson,
+    world: World,
+    *,
+    robots: NDArray[np.bool_] | None = None,
+    of_coordinator: bool = False,
+) -> tuple[Property, ...]:
     """List goals that fit what was shown, of which a person can pick one.
 
     Parameters
@@ -47,6 +68,10 @@ def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
         The lesson.
     world
         The world in which it is taught.
+    robots
+        Which robots of the world the goals are about [N]: the trained one, or those of a coordinator. None: all.
+    of_coordinator
+        Whether a coordinator is trained, so that they are about its robots.
 
     Returns
     -------
@@ -54,14 +79,15 @@ def offer_goals(lesson: Lesson, world: World) -> tuple[Property, ...]:
         At most three: a reading is kept in a range, nothing is touched, ground is covered. `name` says it in words.
     """
     start = SeededWorlds(world.scenario.name, (), min(RUN_S, world.scenario.limit_s))
-    collides = bool(world.rules.types["collides"][world.state.robots["type"]].all())
-    found = [_make_kept_goal(each, start, collides=collides) for each in _list_kept(lesson, start)[:1]]
-    if collides:
-        name = "never touches anything"
-        found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=name))
-    if (area := _compute_demanded_area(world, start)) > CELL_M**2:
+    types = world.rules.types[world.state.robots["type"][slice(None) if robots is None else robots]]
+    words = WORDS_OF_COORDINATOR if of_coordinator else WORDS_OF_ROBOT
+    touching = words.touching_nothing if types["collides"].all() else ""
+    found = [_make_kept_goal(each, start, touching) for each in _list_kept(lesson, start)[:1]]
+    if touching:
+        found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=words.never_touching))
+    if (area := _compute_demanded_area(world, start, float(types["speed"].min()) / world.tick_s)) > CELL_M**2:
         text = f"{area:g} {UNITS[COVERED]}"
-        name = f"covers at least {text} of ground in {start.limit_s:g} s"
+        name = f"covers at least {text} of ground in {start.limit_s:g} s{words.each}"
         what = f"{COVERED} is at least {text}"
         found.append(
             Property(kind=PropertyKind.ALWAYS, what=what, seconds=start.limit_s, start=start, name=name)
@@ -173,8 +199,11 @@ def _measure_longest_break(inside: NDArray[np.bool_], seconds: Column) -> float:
     return max(LEAST_BREAK_S, float(ceil(BREAK * longest)))
 
 
-def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, *, collides: bool) -> Property:
-    """Make the goal that a range is kept; a robot that is stuck at something keeps nothing."""
+def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, touching: str) -> Property:
+    """Make the goal that a range is kept; a robot that is stuck at something keeps nothing.
+
+    `touching` says that in words; empty if robots run into nothing.
+    """
     feature, unit = kept.feature, kept.feature.feature.unit
     low, high = (f"{end:g} {unit}".strip() for end in (kept.low, kept.high))
     what = f"{feature} is below {low}"
@@ -184,17 +213,15 @@ def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, *, collides: bool) ->
         name = f"keeps {feature} between {kept.low:g} and {high}"
     if kept.was_absent:
         what += " or absent"
-    if collides:
+    if touching:
         what += f" or {TOUCHED}"
-        name += " and touches nothing"
+        name += touching
     name += f", but for at most {kept.break_s:g} s at a time"
     return Property(kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept.break_s, start=start, name=name)
 
 
-def _compute_demanded_area(world: World, start: SeededWorlds) -> float:
-    """Return the area that each robot is to cover, m²: whole squares."""
-    types, used = world.rules.types, world.state.robots["type"]
-    speed = float(types["speed"][used].min()) / world.tick_s
+def _compute_demanded_area(world: World, start: SeededWorlds, speed: float) -> float:
+    """Return the area that each robot is to cover at a speed, m/s, in m²: whole squares."""
     straight = speed * (start.limit_s or RUN_S) / CELL_M
     whole = world.rules.width * world.rules.height / CELL_M**2
     return floor(COVERED_SHARE * min(straight, whole)) * CELL_M**2

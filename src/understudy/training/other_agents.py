@@ -10,7 +10,7 @@ from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Library
 from understudy.runtime.body import Body, Rewindable, is_rewindable
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.run_loop import Run
 from understudy.training.journal import OthersChanged
 from understudy.training.trainee import FlagEntry, Mode
@@ -47,6 +47,11 @@ class OtherAgents:
         if past is not None:
             with suppress(UnderstudyError):  # the library has it no more: they idle
                 self.set_behavior(past.behavior, past.targets)
+
+    @property
+    def programs(self) -> tuple[Program, ...]:
+        """What each agent of the body runs while it is not trained."""
+        return tuple(member.program for member in self._members)
 
     def run(self, agent: int, driver: Interpreter) -> Run:
         """Make the run in which `driver` drives one agent, and the others do what they are set to."""

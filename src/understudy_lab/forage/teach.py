@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.measurement import Progress
 from understudy.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
@@ -91,7 +94,9 @@ def teach_until_it_holds(
     scenario, continued = Forage([0]).scenario, dict[str, Continued]()
     for number, (topic, bindings) in enumerate(((GOTO, GOTO_BINDINGS), (FORAGE, [{}]))):
         before = teacher.presses
-        result = teacher.go_on(topic, HoldingTest(scenario, FIRST_TESTED + number * FIRST_TESTED), bindings)
+        first = FIRST_TESTED + number * FIRST_TESTED
+        tested = HoldingTest(partial(NewWorlds, SessionSetup(scenario)), first)
+        result = teacher.go_on(topic, tested, bindings, watch=partial(teacher.watch_mistake, scenario))
         continued[topic.name] = Continued(result, teacher.presses - before)
     return TeachingResult(teacher.library, teacher.accounts), continued
 

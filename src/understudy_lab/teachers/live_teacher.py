@@ -6,10 +6,11 @@ The teacher looks at one situation after the other. A lesson is finished when se
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -54,6 +55,9 @@ MOST_PRESSES = 60
 MOST_FAILED = 30
 """The number of situations that may need presses before a lesson is discarded."""
 
+WatchesMistake: TypeAlias = Callable[[str, Mistake], None]
+"""A function that watches a behavior, given by its name, in a world where it went wrong, and presses there."""
+
 
 class Expectations:
     """The expectations of a demonstrator: which state a robot should be in.
@@ -73,6 +77,12 @@ class Expectations:
         self._left: SessionView | None = None  # the last moment before the switch
         self._repeats = ""
         """The state in which the robot has said that it repeats itself."""
+
+    def begin_again(self) -> Expectations:
+        """Return what the same demonstrator expects of a robot that they have not watched so far."""
+        expected = Expectations(self._topic)
+        expected._shown = self._shown
+        return expected
 
     def wish(self, screen: SessionView) -> str | None:
         """Return the state that the robot should be in; None if it may go on."""
@@ -189,8 +199,12 @@ class LivePerson(SimulatedPerson):
         if right is None:
             return
         expected.note_press(question.state, right)
+        self.press_paused(session, right)
+
+    def press_paused(self, session: Session, right: str) -> None:
+        """Press what is right while the robot is paused."""
         session.paused = True
-        if right == question.state:
+        if right == session.view().state:
             session.confirm()
         else:
             session.direct(right)
@@ -249,6 +263,7 @@ class LiveTeacher(ScriptedTeacher):
         tested: HoldingTest,
         bindings: Sequence[Mapping[str, str]],
         *,
+        watch: WatchesMistake,
         most_presses: int = MOST_PRESSES,
     ) -> HoldingResult:
         """Go on with a topic where it goes wrong in new worlds, until it works in the wanted share of them.
@@ -261,6 +276,8 @@ class LiveTeacher(ScriptedTeacher):
             Tests whether it holds.
         bindings
             The targets that it is tested with.
+        watch
+            Watches the behavior where it went wrong, and presses there.
         most_presses
             The number of presses after which it ends.
 
@@ -280,7 +297,7 @@ class LiveTeacher(ScriptedTeacher):
                 return result
             before = self.presses
             for mistake in result.mistakes[:MOST_LOOKS]:
-                self._go_on_in(topic.name, tested.scenario, mistake)
+                watch(topic.name, mistake)
                 if self.presses > before:
                     break
             idle = idle + 1 if self.presses == before else 0
@@ -290,7 +307,7 @@ class LiveTeacher(ScriptedTeacher):
         """The number of presses of all lessons."""
         return sum(account.presses for account in self.accounts.values())
 
-    def _go_on_in(self, behavior: str, scenario: Scenario, mistake: Mistake) -> None:
+    def watch_mistake(self, scenario: Scenario, behavior: str, mistake: Mistake) -> None:
         """Watch the automaton that ran at a mistake, from shortly before it on, and press where it is wrong."""
         facts = FailureFacts(
             behavior=behavior,

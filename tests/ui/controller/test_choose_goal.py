@@ -6,14 +6,18 @@ from pathlib import Path
 
 import pytest
 from msgspec import structs
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import Wall
 
 from understudy.errors import SessionError
 from understudy.learning.fit import learn
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
+from understudy.sim.world import World
 from understudy.storage.library_folder import open_library
 from understudy.training.session import Session
 from understudy.ui.controller.lesson_actions import choose_goal, choose_next_goal
@@ -64,6 +68,47 @@ def test_it_is_asked_chosen_measured_and_undone(opened: OpenSession) -> None:
     assert score.describe() == "wander works in 3 of 3 new worlds"
     choose_goal(trainer, None)
     assert (score.describe(), score.goal) == (ASKS, "")
+    opened.close()
+
+
+def open_in_squad(folder: Path, *, leads: bool) -> OpenSession:
+    """Open a lesson without a flag for the third of four robots, or for their coordinator, with one press."""
+    body: World | CoordinatorBody
+    if leads:
+        libraries = collect_libraries(SCENARIO, ROBOTS)
+        body, library = make_coordinator_body(SCENARIO, "patrol", libraries, seed=1), libraries["patrol"]
+        choices = LessonChoices(states=["out=wander"], features=["someone_sees(intruder)"], flags=[])
+    else:
+        body, library = World(SCENARIO, [1]), ROBOTS
+        choices = LessonChoices(states=["left"], features=["sonar_rear"], flags=[])
+    plan = TrainingPlan("new", folder, SCENARIO, library, choices, 1)
+    start = make_session_start(plan)
+    assert start is not None
+    opened = begin_session(plan, start, Wall(), body=body, agent=0 if leads else 2)
+    trainer = opened.trainer
+    trainer.score = LessonScoreKeeper(trainer.session, begin=lambda work: work(), worlds=6)
+    trainer.press("out" if leads else "left")
+    trainer.tick()
+    return opened
+
+
+IN_SQUAD = [  # whether the coordinator is in training, the first offer -> the score
+    (False, "never touches anything", "new works in 3 of 3 new worlds (the other robots idle)"),
+    (True, "never lets its robots touch anything", "new works in 3 of 3 new worlds"),
+]
+
+
+@pytest.mark.parametrize(("leads", "goal", "score"), IN_SQUAD, ids=["robot", "coordinator"])
+def test_it_is_chosen_and_measured_among_others(tmp_path: Path, leads: bool, goal: str, score: str) -> None:
+    opened = open_in_squad(tmp_path, leads=leads)
+    trainer = opened.trainer
+    assert (trainer.score.describe(), trainer.score.offers[0].name) == (ASKS, goal)
+    with pytest.raises(SessionError, match="not measured: choose what success means first"):
+        trainer.continuation.begin()
+    choose_goal(trainer, goal)
+    assert (trainer.score.describe(), trainer.score.goal) == (score, goal)
+    result = trainer.continuation.begin()()
+    assert result.held + len(result.mistakes) == result.worlds >= 121
     opened.close()
 
 

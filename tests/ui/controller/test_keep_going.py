@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import Wall, plan, right
 
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import HoldingResult
 from understudy.falsification.new_worlds import Mistake
+from understudy.falsification.session_setup import SessionSetup
+from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
+from understudy.sim.world import World
 from understudy.training.trainee import Mode
 from understudy.ui.controller import keep_going
 from understudy.ui.controller.open_session import OpenSession, begin_session
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.controller.training_plan import make_session_start
+from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
 
 
 @pytest.fixture
@@ -83,6 +90,77 @@ def test_the_situation_is_three_seconds_before_the_mistake(opened: OpenSession) 
     opened.close()
 
 
+def open_on(
+    folder: Path, body: World | CoordinatorBody, library: Library, choices: LessonChoices, agent: int
+) -> Trainer:
+    """Open a lesson on a body in which other agents are, and press its first state and *done* in it."""
+    chosen = TrainingPlan("new", folder, SCENARIO, library, choices, 1)
+    start = make_session_start(chosen)
+    assert start is not None
+    trainer = begin_session(chosen, start, Wall(), body=body, agent=agent).trainer
+    assert choices.states is not None
+    trainer.press(str(choices.states[0]).partition("=")[0])
+    for _ in range(10):
+        trainer.tick()
+    trainer.press("done")
+    trainer.tick()
+    return trainer
+
+
+def open_robot(folder: Path) -> Trainer:
+    choices = LessonChoices(states=["forwards"], features=["stuck"], flags=["done"])
+    trainer = open_on(folder, World(SCENARIO, [1]), ROBOTS, choices, 2)
+    trainer.session.set_other_agents("left")
+    return trainer
+
+
+def open_coordinator(folder: Path) -> Trainer:
+    libraries = collect_libraries(SCENARIO, ROBOTS)
+    choices = LessonChoices(states=["out=wander"], features=["someone_sees(intruder)"], flags=["done"])
+    body = make_coordinator_body(SCENARIO, "patrol", libraries, seed=1)
+    return open_on(folder, body, libraries["patrol"], choices, 0)
+
+
+AMONG_OTHERS = [(open_robot, " (the other robots run left)"), (open_coordinator, "")]
+
+
+@pytest.mark.parametrize(("make", "others"), AMONG_OTHERS, ids=["robot among others", "coordinator"])
+def test_among_others_the_situation_is_that_of_the_test(
+    tmp_path: Path, make: Callable[[Path], Trainer], others: str
+) -> None:
+    """Three seconds before the mistake all robots are where they were in the test, bit for bit."""
+    trainer = make(tmp_path)
+    session = trainer.session
+    trainer.continuation.begin()
+    said = trainer.continuation.finish(make_result(Mistake(77, {}, 9.0, "done where stuck is no"))).text
+    assert said.startswith(
+        f"new works in 80 of 121 new worlds{others}. Here, in 3.0 s: done where stuck is no."
+    )
+    setup = SessionSetup.from_session(session)
+    assert setup is not None
+    library = session.library.with_automaton(session.make_trained_automaton())
+    run = setup.start([77], library, "new", {})
+    run.advance_all(round(6.0 / SCENARIO.tick_s))
+    assert isinstance(run.body, World)
+    for what in ("x", "y", "heading"):
+        there = run.body.state.robots[what]
+        assert trainer.body.state.robots[what].tolist() == there.tolist()
+    session.close()
+
+
+@pytest.mark.parametrize("make", [open_robot, open_coordinator], ids=["robot among others", "coordinator"])
+def test_among_others_it_is_tested_until_it_is_decided(
+    tmp_path: Path, make: Callable[[Path], Trainer]
+) -> None:
+    """Once shown, *done* comes at once or never."""
+    trainer = make(tmp_path)
+    result = trainer.continuation.begin()()
+    assert result.worlds >= 121
+    assert result.verdict is (Verdict.HOLDS if result.held == result.worlds else Verdict.FAILS)
+    assert result.held + len(result.mistakes) == result.worlds
+    trainer.session.close()
+
+
 def test_a_limit_of_presses_ends_it(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
     trainer = opened.trainer
     show(trainer, range(3, 4))
@@ -98,7 +176,7 @@ def test_what_cannot_be_tested_is_refused(opened: OpenSession, monkeypatch: pyte
     trainer = opened.trainer
     with pytest.raises(SessionError, match="nothing to test yet"):
         trainer.keep_going()
-    monkeypatch.setattr(keep_going, "World", int)
+    monkeypatch.setattr(SessionSetup, "from_session", lambda _: None)
     with pytest.raises(SessionError, match="no other worlds"):
         trainer.keep_going()
     opened.close()

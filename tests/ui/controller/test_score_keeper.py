@@ -6,13 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import right
 
 from understudy.falsification.lesson_score import LessonScore, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.controller import score_keeper
@@ -94,6 +97,35 @@ def test_presses_during_runs_are_scored_together() -> None:
     assert keeper.take_change() is None
 
 
+def test_one_robot_among_others_is_scored_beside_what_they_do() -> None:
+    lesson = new_lesson(ROBOTS, "roam", states=["forwards"], flags=["done"], features=["stuck"], live=True)
+    session, begin = Session(World(SCENARIO, [1]), ROBOTS, lesson, agent=2), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forwards", keeper)
+    begin.finish()
+    assert keeper.describe() == "roam works in 0 of 2 new worlds (the other robots idle)"
+    session.set_other_agents("left")
+    press(session, "done", keeper)
+    begin.finish()
+    assert keeper.describe() == "roam works in 2 of 2 new worlds (the other robots run left)"
+
+
+@pytest.mark.parametrize(
+    ("most_robots", "worlds"), [(6_000, 100), (160, 40), (100, 30)]
+)  # of four robots: at most as many worlds as robots allow, and at least 30
+def test_many_robots_are_run_in_fewer_worlds(
+    monkeypatch: pytest.MonkeyPatch, most_robots: int, worlds: int
+) -> None:
+    monkeypatch.setattr(score_keeper, "MOST_ROBOTS", most_robots)
+    lesson = new_lesson(ROBOTS, "roam", states=["forwards"], flags=["done"], features=["stuck"], live=True)
+    session, begin = Session(World(SCENARIO, [1]), ROBOTS, lesson), Later()
+    keeper = LessonScoreKeeper(session, begin=begin)
+    press(session, "forwards", keeper)
+    begin.finish()
+    assert keeper.change is not None
+    assert keeper.change.after.worlds == worlds
+
+
 def test_taught_well_it_works_and_what_spoils_it_is_announced() -> None:
     """Shown by a person's eye in six worlds; then all that was shown of being done is deleted, and comes back."""
     session, begin = make_session(), Later()
@@ -142,7 +174,7 @@ def test_what_is_not_measured_is_said_and_nothing_waits(
     elif why == "one core":
         monkeypatch.setattr("os.cpu_count", lambda: 1)
     else:
-        monkeypatch.setattr(score_keeper, "World", int)
+        monkeypatch.setattr(SessionSetup, "from_session", lambda _: None)
     press(session, "forward", keeper)
     assert keeper.describe() == said
     assert begin.work == []

@@ -147,6 +147,7 @@ class CoordinatorBody:
         if not isinstance(self.ground, Resettable):
             raise SessionError(f"this squad cannot be reset: {NO_SIMULATION}")
         self.ground.reset(seeds)
+        self.team.set_seeds(seeds)
         self.team.clear()
 
     def snapshot(self) -> bytes:

@@ -33,7 +33,7 @@ from understudy.runtime.team.members import (
     check_members,
 )
 from understudy.runtime.team.squad_body import SquadBody
-from understudy.runtime.team.team_programs import TeamPrograms
+from understudy.runtime.team.team_programs import NO_OTHERS, TeamPrograms
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,16 @@ class TeamTree:
         for squad, _ in reversed(self.squads):
             if squad.name in found:
                 found |= {role.of for role in squad.roles}
+        return found
+
+    def mark_robots_below(self, name: str, number: int) -> NDArray[np.bool_]:
+        """Return which robots [N] follow a squad of a sort, by its number, themselves or through squads below it."""
+        found, types = np.zeros(len(self.type_of), np.bool_), len(self.types)
+        for member in next(squads for squad, squads in self.squads if squad.name == name)[number]:
+            if member.band < types:
+                found[member.row] = True
+            else:
+                found |= self.mark_robots_below(self.names[member.band], member.row)
         return found
 
 
@@ -102,6 +112,8 @@ class Team:
         Share of these messages that gets lost, 0 to 1.
     seeds
         The seed of each world, from which lost messages are drawn.
+    programs
+        For sorts of squads, the program of each coordinator of a world, in place of the root.
     """
 
     def __init__(
@@ -117,10 +129,15 @@ class Team:
         delay_s: float = 0.0,
         loss: float = 0.0,
         seeds: Sequence[int] = (),
+        programs: Mapping[str, Sequence[Program]] = NO_OTHERS,
     ) -> None:
         self._radio = round(delay_s / ground.tick_s), loss, np.array(seeds or range(worlds), np.int64)
+        self._channels = list[tuple[int, CommsChannel]]()
         self.ground, self.tree = ground, tree
-        self._programs = TeamPrograms(tree.names, [squad for squad, _ in tree.squads], libraries, roots)
+        self._libraries, self._roots, self._trained = libraries, roots, trained
+        squads = [squad for squad, _ in tree.squads]
+        self._programs = TeamPrograms(tree.names, squads, libraries, roots, programs)
+        self._given = programs
         self._led = tree.close_downwards({*roots, *([] if trained is None else [trained])})
         self._began: dict[int, list[tuple[Program, NDArray[np.intp]]]] = {}
         self.layers = self._built(worlds, makes)
@@ -154,7 +171,8 @@ class Team:
                 continue
             roster = Membership.from_squads(members, worlds, rows)
             body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
-            layer = self._layer(body, [root[squad.name]] * body.agents, (squad.name,), makes)
+            each = self._given.get(squad.name, [root[squad.name]] * len(members))
+            layer = self._layer(body, [*each] * worlds, (squad.name,), makes)
             layers.append(layer)
             bands.append(MemberGroup(squad.name, layer, finds[squad.name]))
             self._layers_of[squad.name] = layer
@@ -163,7 +181,54 @@ class Team:
     def _radio_of(self, level: int, members: int) -> CommsChannel | None:
         ticks, loss, seeds = self._radio
         radio = CommsChannel(ticks, loss, make_member_draw_keys(seeds, members, level))
+        self._channels.append((level, radio))
         return None if radio.is_perfect else radio
+
+    def set_seeds(self, seeds: Sequence[int]) -> None:
+        """Draw lost messages from now on as in worlds of these seeds.
+
+        Parameters
+        ----------
+        seeds
+            The seed of each world.
+        """
+        for level, radio in self._channels:
+            members = len(radio.keys) // len(seeds)
+            radio.keys[:] = make_member_draw_keys(np.array(seeds, np.int64), members, level)
+
+    def with_ground(
+        self, ground: Body, seeds: Sequence[int], programs: Mapping[str, Sequence[Program]]
+    ) -> Team:
+        """Make the same team in other worlds, run by the compiled engine.
+
+        Parameters
+        ----------
+        ground
+            The body of all robots in these worlds.
+        seeds
+            The seed of each world.
+        programs
+            For sorts of squads, the program of each coordinator of a world.
+
+        Returns
+        -------
+        Team
+            The team at time 0; this one does not change.
+        """
+        ticks, loss, _ = self._radio
+        return Team(
+            ground,
+            self.tree,
+            self._libraries,
+            self._roots,
+            worlds=len(seeds),
+            makes=Engine,
+            trained=self._trained,
+            delay_s=ticks * ground.tick_s,
+            loss=loss,
+            seeds=seeds,
+            programs=programs,
+        )
 
     def _layer(
         self, body: Body, programs: Sequence[Program], names: Sequence[str], makes: Makes

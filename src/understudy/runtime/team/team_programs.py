@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from types import MappingProxyType
 
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
@@ -11,6 +12,8 @@ from understudy.model.library import Library
 from understudy.model.squad import Squad
 from understudy.runtime.program import IDLE_PROGRAM, Program, link
 from understudy.runtime.team.members import Finds, find_ordered_program
+
+NO_OTHERS: Mapping[str, Sequence[Program]] = MappingProxyType({})
 
 
 class TeamPrograms:
@@ -26,6 +29,8 @@ class TeamPrograms:
         The library of each sort.
     roots
         For each sort, the behavior and the binding that agents outside of any squad run.
+    others
+        For each sort, further programs that its agents run.
     """
 
     def __init__(
@@ -34,6 +39,7 @@ class TeamPrograms:
         squads: Sequence[Squad],
         libraries: Mapping[str, Library],
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        others: Mapping[str, Sequence[Program]] = NO_OTHERS,
     ) -> None:
         self.finds: dict[str, Finds] = {name: make_finder(libraries[name], name) for name in names}
         """For each sort, the function that makes a behavior ready to run."""
@@ -47,6 +53,9 @@ class TeamPrograms:
                 raise UnknownName(what="sort of agents", name=name, where="the team", known=list(names))
             self.roots[name] = self.finds[name](behavior, Binding(binding))
             self._collect(name, self.roots[name])
+        for name, programs in others.items():
+            for program in programs:
+                self._collect(name, program)
 
     def _collect(self, name: str, program: Program) -> None:
         """Note the programs that agents of a sort may run, and those that orders may give to agents below."""

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import WANTED, HoldingResult, HoldingTest
-from understudy.falsification.new_worlds import Mistake
+from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.falsification.open_failure import BEFORE_S
+from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
 from understudy.properties.run_property import Verdict
-from understudy.sim.world import World
 from understudy.training.trainee import Mode
 from understudy.ui.controller.status import StatusMessage
 
@@ -37,7 +38,7 @@ class LessonContinuation:
     def __init__(self, trainer: Trainer) -> None:
         self._trainer = trainer
         self._test: HoldingTest | None = None
-        self._began_with = 0
+        self._began_with, self._others = 0, ""
 
     @property
     def presses(self) -> int:
@@ -61,21 +62,18 @@ class LessonContinuation:
             If there are no other worlds, or nothing to test.
         """
         session, name = self._trainer.session, self._trainer.name
-        body = session.body
-        if not isinstance(body, World):
+        setup = SessionSetup.from_session(session)
+        if setup is None:
             raise SessionError(
                 "there are no other worlds to test it in: watch the robot, and press where it is wrong"
-            )
-        if body.agents > 1:
-            raise SessionError(
-                "in a world of several robots, look for failing worlds with understudy falsify"
             )
         if not self._trainer.score.goal:
             raise SessionError("success is not measured: choose what success means first")
         if not any(example.is_from_press for example in session.examples):
             raise SessionError("there is nothing to test yet: press a state to direct the robot first")
         if self._test is None:
-            self._test, self._began_with = HoldingTest(body.scenario, FIRST_SEED), self._count()
+            self._test, self._began_with = HoldingTest(partial(NewWorlds, setup), FIRST_SEED), self._count()
+        self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)
         lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
         test = self._test
 
@@ -88,7 +86,8 @@ class LessonContinuation:
     def finish(self, result: HoldingResult) -> StatusMessage:
         """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
         name, presses = self._trainer.name, self.presses
-        count = f"{result.held} of {result.worlds} new worlds"
+        others = f" ({self._others})" if self._others else ""
+        count = f"{result.held} of {result.worlds} new worlds{others}"
         after = f"after {presses} press{'es' * (presses != 1)}" if presses else "as it is"
         if result.verdict is Verdict.HOLDS:
             self._test = None

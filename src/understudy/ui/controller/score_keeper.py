@@ -11,18 +11,20 @@ from time import sleep
 from understudy.analysis.evaluate import choose_success_flag
 from understudy.errors import SessionError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
-from understudy.falsification.new_worlds import NewWorlds, has_own_goal
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup, offer_session_goals
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property
-from understudy.properties.offered_goals import describe_goal, offer_goals
-from understudy.sim.world import World
+from understudy.properties.offered_goals import describe_goal
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
 
 WORLDS = 100
 """The number of new worlds after each press; half as many without a flag, which takes longer."""
+MOST_ROBOTS, FEWEST_WORLDS = 6_000, 30
+"""The number of robots in all new worlds together, which decides how long it takes, and the fewest worlds with many."""
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
@@ -64,7 +66,7 @@ class LessonScoreKeeper:
         self._bindings: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}
         self._seed, self._lock = FIRST_SEED, Lock()
         self._scored: TrainedAutomaton | None = None
-        self._waiting: Lesson | None = None
+        self._waiting: tuple[Lesson, SessionSetup] | None = None
         self._fresh: ScoreChange | None = None
         self.change: ScoreChange | None = None
         """The newest score, beside the one before. None: there is none yet."""
@@ -76,10 +78,10 @@ class LessonScoreKeeper:
 
     def find_obstacle(self) -> str:
         """Say why there is no score; empty if there can be one."""
-        body = self._session.body
+        setup = SessionSetup.from_session(self._session)
         if not self.enabled:
             return "not measured: turned off"
-        if not isinstance(body, World):
+        if setup is None:
             return "not measured: there are no other worlds to run it in"
         if (os.cpu_count() or 1) < 2:
             return "not measured: this computer has a single core, which runs the world"
@@ -105,11 +107,10 @@ class LessonScoreKeeper:
     def _look_at_goals(self) -> tuple[str, tuple[Property, ...], bool]:
         """Return what success means, and what is offered; computed once for each change of the lesson."""
         if self._goals is None:
-            lesson, body = self._session.lesson, self._session.body
-            world = body if isinstance(body, World) else None
-            goal = describe_goal(lesson, of_world=world is not None and world.scenario.goal is not None)
+            lesson, setup = self._session.lesson, SessionSetup.from_session(self._session)
+            goal = describe_goal(lesson, of_world=setup is not None and setup.scenario.goal is not None)
             by_flag = choose_success_flag(lesson.automaton.flags) is not None
-            offers = () if world is None or by_flag else offer_goals(lesson, world)
+            offers = () if by_flag else offer_session_goals(self._session)
             self._goals = goal, offers, lesson.goal is not None
         return self._goals
 
@@ -142,10 +143,11 @@ class LessonScoreKeeper:
         if not any(example.is_from_press for example in self._session.examples):
             self._scored = self.change = None
             return
-        if self.find_obstacle():
+        setup = SessionSetup.from_session(self._session)
+        if setup is None or self.find_obstacle():
             return
         with self._lock:
-            self._waiting = self._session.lesson
+            self._waiting = self._session.lesson, setup
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
@@ -156,20 +158,21 @@ class LessonScoreKeeper:
         return fresh
 
     def _run(self) -> None:
-        while (lesson := self._take_waiting()) is not None:
+        while (waiting := self._take_waiting()) is not None:
+            lesson, setup = waiting
             try:
-                self._score(TrainedAutomaton(learn_automaton(lesson), lesson))
+                self._score(TrainedAutomaton(learn_automaton(lesson), lesson), setup)
             except CancelledError:
                 pass
             except Exception as error:
                 self._scored, self.problem = None, describe_error(error)
 
-    def _take_waiting(self) -> Lesson | None:
-        """Return the lesson to score next; None if there is none, which ends the runs."""
+    def _take_waiting(self) -> tuple[Lesson, SessionSetup] | None:
+        """Return the lesson to score next, and what the session runs; None if there is none, which ends the runs."""
         with self._lock:
-            lesson, self._waiting = self._waiting, None
-            self.is_running = lesson is not None
-            return lesson
+            waiting, self._waiting = self._waiting, None
+            self.is_running = waiting is not None
+            return waiting
 
     def turn(self, enabled: bool) -> None:
         """Turn the score on or off; what is running ends."""
@@ -177,17 +180,14 @@ class LessonScoreKeeper:
         if enabled:
             self.note_change()
 
-    def _score(self, taught: TrainedAutomaton) -> None:
+    def _score(self, taught: TrainedAutomaton, setup: SessionSetup) -> None:
         """Score an automaton, and the one before, in worlds that were never used."""
-        body = self._session.body
-        if not isinstance(body, World):
-            return
-        own_goal = has_own_goal(self._session.library.with_automaton(taught), taught.automaton.name)
         by_flag = _get_goal(taught) is None and choose_success_flag(taught.automaton.flags) is not None
         count = self._worlds if by_flag else self._worlds // 2
+        count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
         self._seed += count
-        worlds = NewWorlds.from_seeds(body.scenario, seeds, own_goal=own_goal)
+        worlds = NewWorlds(setup, seeds)
         former = self._scored
         if former is not None and _get_goal(former) != _get_goal(taught):
             former = None  # another goal cannot be compared with this one

@@ -1,0 +1,51 @@
+"""Among other robots, the page scores one of them, or their coordinator, as it runs here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
+from tests.sim.patrollers import ROBOTS
+
+from understudy.model.library import TrainedAutomaton
+from understudy.storage.library_folder import save_automaton
+
+
+@pytest.fixture
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    """A studio with four robots in a squad, which runs what is trained in new worlds after each press."""
+    for name in ROBOTS.taught:
+        save_automaton(tmp_path / "library", TrainedAutomaton(ROBOTS.automaton(name)))
+    made = Studio(tmp_path / "library", "patrol", scores=True)
+    made.start()
+    yield made
+    made.stop()
+
+
+@pytest.mark.parametrize(
+    ("group", "reading", "others"),
+    [("patrol", "present", ""), ("robot 3", "stuck", " (the other robots idle)")],
+    ids=["coordinator", "robot"],
+)
+def test_what_is_trained_among_others_is_scored(
+    visit: Callable[[], Page], snap: Callable[[Page, str], None], group: str, reading: str, others: str
+) -> None:
+    teacher = Teacher(visit())
+    page = teacher.page
+    page.get_by_role("button", name=f"{group} ·").click()
+    teacher.click("Teach something new")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("lead")
+    for label in ("wander", reading):
+        form.get_by_role("checkbox", name=label, exact=True).check()
+    teacher.click("Begin")
+    teacher.directing("wander").click()
+    line = page.get_by_label("In new worlds")
+    expect(line).to_contain_text(f"lead works in 0 of 100 new worlds{others}")
+    line.get_by_role("button", name="Keep going").click()
+    expect(page.get_by_text("Press what it should do, and resume")).to_be_visible()
+    snap(page, f"keep going {group}")
