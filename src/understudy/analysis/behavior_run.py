@@ -66,7 +66,7 @@ class BehaviorRun(Protocol):
         ...
 
     @property
-    def counted_robots(self) -> NDArray[np.bool_] | None:
+    def own_robots(self) -> NDArray[np.bool_] | None:
         """Which simulated robots of a world [N] run the behavior, or follow who does. None: all count."""
         ...
 
@@ -131,7 +131,7 @@ class ProgramRun:
     ) -> None:
         self.body, self.worlds = body, worlds
         self._chosen = mark_agent(agent, body.agents // worlds)
-        self.counted_robots = None if agent is None or not isinstance(body, World) else self._chosen
+        self.own_robots = None if agent is None or not isinstance(body, World) else self._chosen
         programs = [program] * (body.agents // worlds)
         if agent is not None:
             programs = [*others]
@@ -208,7 +208,7 @@ class TeamRun:
         self.team, self.body = team, team.ground
         self._libraries, self._roots, self._agent = libraries, roots, agent
         self.worlds = self.body.worlds if isinstance(self.body, World) else 1
-        self.counted_robots: NDArray[np.bool_] | None = None
+        self.own_robots: NDArray[np.bool_] | None = None
 
     def tick(self) -> None:
         """Let all agents sense, decide and act once."""

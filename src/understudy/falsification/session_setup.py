@@ -35,7 +35,7 @@ class CoordinatorRun(TeamRun):
         super().__init__(team, {sort: library}, {sort: call}, agent=agent)
         self._runner = team.layer(sort).runner
         self._chosen = agent
-        self.counted_robots = team.tree.mark_robots_below(sort, agent)
+        self.own_robots = team.tree.mark_robots_below(sort, agent)
 
     @property
     def is_fused(self) -> bool:
@@ -103,7 +103,7 @@ class SessionSetup:
         return max(1, len(self.others)) if self.team is None else len(self.team.tree.type_of)
 
     @property
-    def counted_robots(self) -> NDArray[np.bool_]:
+    def own_robots(self) -> NDArray[np.bool_]:
         """Which robots of a world a goal is about [N]: the one that is trained, or those that follow who is."""
         if self.team is not None:
             return self.team.tree.mark_robots_below(self.sort, self.agent)
@@ -164,7 +164,7 @@ def offer_session_goals(session: Session) -> tuple[Property, ...]:
     world = body.ground if isinstance(body, CoordinatorBody) else body
     if setup is None or not isinstance(world, World):
         return ()
-    robots, leads = setup.counted_robots, setup.team is not None
+    robots, leads = setup.own_robots, setup.team is not None
     return offer_goals(session.lesson, world, robots=robots, of_coordinator=leads)
 
 

@@ -102,7 +102,7 @@ def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Ma
         return _bind_count(clause, world)
     if world is not None and clause.subject in UNITS:
         make = make_clearance if clause.subject == CLEARANCE else make_covered
-        return _bind_number(clause, make(world, run.counted_robots), unit=UNITS[clause.subject], scale=None)
+        return _bind_number(clause, make(world, run.own_robots), unit=UNITS[clause.subject], scale=None)
     return _bind_reading(clause, run)
 
 

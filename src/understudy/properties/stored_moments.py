@@ -104,7 +104,7 @@ class MomentRun:
 
     team: Team | None = None
     is_fused = False
-    counted_robots: NDArray[np.bool_] | None = None
+    own_robots: NDArray[np.bool_] | None = None
 
     def __init__(
         self, subject: Property, start: StoredMoment, name: str, library: Library, libraries: Libraries
