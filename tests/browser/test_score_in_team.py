@@ -26,6 +26,22 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     made.stop()
 
 
+def begin(page: Page, group: str, reading: str, *, flags: str | None = None) -> Teacher:
+    """Begin a lesson for a robot or a coordinator, and press *wander*."""
+    teacher = Teacher(page)
+    page.get_by_role("button", name=f"{group} ·").click()
+    teacher.click("Teach something new")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("lead")
+    for label in ("wander", reading):
+        form.get_by_role("checkbox", name=label, exact=True).check()
+    if flags is not None:
+        form.get_by_label("Flags").fill(flags)
+    teacher.click("Begin")
+    teacher.directing("wander").click()
+    return teacher
+
+
 @pytest.mark.parametrize(
     ("group", "reading", "others"),
     [("patrol", "present", ""), ("robot 3", "stuck", " (the other robots idle)")],
@@ -34,18 +50,24 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
 def test_what_is_trained_among_others_is_scored(
     visit: Callable[[], Page], snap: Callable[[Page, str], None], group: str, reading: str, others: str
 ) -> None:
-    teacher = Teacher(visit())
-    page = teacher.page
-    page.get_by_role("button", name=f"{group} ·").click()
-    teacher.click("Teach something new")
-    form = page.locator("form.choice")
-    form.get_by_role("textbox", name="Name", exact=True).fill("lead")
-    for label in ("wander", reading):
-        form.get_by_role("checkbox", name=label, exact=True).check()
-    teacher.click("Begin")
-    teacher.directing("wander").click()
+    page = begin(visit(), group, reading).page
     line = page.get_by_label("In new worlds")
     expect(line).to_contain_text(f"lead works in 0 of 100 new worlds{others}")
     line.get_by_role("button", name="Keep going").click()
     expect(page.get_by_text("Press what it should do, and resume")).to_be_visible()
     snap(page, f"keep going {group}")
+
+
+def test_a_goal_of_a_coordinator_is_chosen_and_measured(
+    visit: Callable[[], Page], snap: Callable[[Page, str], None]
+) -> None:
+    """Without a flag, the page offers goals about the robots that follow it."""
+    page = begin(visit(), "patrol", "present", flags="").page
+    line = page.get_by_label("In new worlds")
+    expect(line).to_contain_text("not measured: choose what success means")
+    snap(page, "goal of a coordinator offered")
+    line.get_by_role("button", name="never lets its robots touch anything").click()
+    expect(line).to_contain_text("of 50 new worlds")
+    expect(line).to_contain_text("Success: never lets its robots touch anything")
+    expect(line.get_by_role("button", name="Keep going")).to_be_visible()
+    snap(page, "goal of a coordinator chosen")
