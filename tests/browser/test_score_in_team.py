@@ -66,6 +66,12 @@ def test_a_goal_of_a_coordinator_is_chosen_and_measured(
     line = page.get_by_label("In new worlds")
     expect(line).to_contain_text("not measured: choose what success means")
     snap(page, "goal of a coordinator offered")
+    pane = line.bounding_box()
+    for each in line.get_by_role("listitem").get_by_role("button").all():
+        box = each.bounding_box()
+        assert box is not None
+        assert pane is not None
+        assert box["x"] + box["width"] <= pane["x"] + pane["width"], "a long goal is wrapped"
     line.get_by_role("button", name="never lets its robots touch anything").click()
     expect(line).to_contain_text("of 50 new worlds")
     expect(line).to_contain_text("Success: never lets its robots touch anything")
