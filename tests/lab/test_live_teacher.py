@@ -213,10 +213,10 @@ def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
     result = teacher.go_on(GOTO, tested, GOTO_BINDINGS, watch=partial(teacher.watch_mistake, scenario))
     assert result.verdict is Verdict.HOLDS
     assert 0 < teacher.presses - before < 20
-    mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"})
+    measured = ["distance_to(A)"]
+    mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"}, metrics=measured)
     assert mended.success == 1.0
-    assert mended.raised is not None
-    assert mended.raised.elsewhere < 10
+    assert mended.metrics["distance_to(A)"].max() < 0.5
 
 
 @pytest.mark.parametrize(

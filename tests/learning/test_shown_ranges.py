@@ -61,8 +61,29 @@ def test_what_lies_beyond_all_else_comes_before_what_agrees_by_chance(tmp_path: 
     header = NEAR.splitlines()[0] + "\n"
     found = find(tmp_path, header + few + others)
     assert (str(found.feature), found.high) == ("distance", 0.4)
-    nearer = "forward,forward,default,0.1,0.3\n"  # now it is amid others, too, and the angle covers less
-    assert str(find(tmp_path, header + few + others + nearer).feature) == "angle"
+    nearer = (
+        "forward,forward,default,0.1,0.3\n"  # now the distance is amid others, too: 3 of 10 times by chance
+    )
+    assert find_shown_range(read(tmp_path, header + few + others + nearer), "done") is None
+
+
+CHANCES = {  # presses for done and other presses, by distance -> the range that is found, or nothing
+    "two of two, four others": ([0.2, 0.4], [1, 2, 3, 4], (0.2, 0.4)),  # 1 of 15 by chance
+    "two of three are near": ([0.2, 0.4, 3.5], [1, 2, 3, 4], (0.2, 0.4)),  # a slip: 1 of 7
+    "one of two is": ([0.2, 3.5], [1, 2, 3, 4], None),  # which one?
+    "a slip nearer by": ([0.2, 0.3, 0.4], [0.1, 1, 2, 3, 4, 5], (0.2, 0.4)),
+    "two of two, amid others": ([2.2, 2.4], [1, 2, 3, 4], None),  # 6 x 1 of 15
+    "four of four, amid others": ([2.2, 2.4, 2.6, 2.8], [1, 2, 3, 4, 5, 6, 7, 8], (2.2, 2.8)),
+}
+
+
+@pytest.mark.parametrize("why", CHANCES)
+def test_what_is_likely_by_chance_is_not_concluded(tmp_path: Path, why: str) -> None:
+    presses, others, expected = CHANCES[why]
+    rows = "".join(f"forward,done,directive,{each}\n" for each in presses)
+    rows += "".join(f"forward,left,directive,{each}\n" for each in others)
+    found = find_shown_range(read(tmp_path, "state,next,kind,distance:continuous\n" + rows), "done")
+    assert (None if found is None else (found.low, found.high)) == expected
 
 
 SILENCE = {  # watched examples at 0.6 and beyond -> the limit, between presses for done up to 0.4 and for left at 4
@@ -76,7 +97,8 @@ SILENCE = {  # watched examples at 0.6 and beyond -> the limit, between presses 
 def test_silence_limits_it_from_four_on_and_never_on_the_open_side(tmp_path: Path, count: int) -> None:
     watched = "".join(f"forward,forward,watched,{0.6 + 0.1 * each}\n" for each in range(count))
     nearer = "left,left,watched,0.1\n" * 5  # it had turned beside it, and nobody pressed done
-    rows = "forward,done,directive,0.2\nforward,done,directive,0.4\nforward,left,directive,4\n"
+    pressed = (("done", 0.2), ("done", 0.4), ("left", 4.0), ("left", 5.0))
+    rows = "".join(f"forward,{following},directive,{value}\n" for following, value in pressed)
     found = find(tmp_path, "state,next,kind,distance:continuous\n" + rows + watched + nearer)
     assert (found.below, found.above) == (-inf, pytest.approx(SILENCE[count]))
 
@@ -105,9 +127,8 @@ def test_a_label(tmp_path: Path) -> None:
 
 
 def test_on_a_circle_it_may_cross_the_seam(tmp_path: Path) -> None:
-    rows = (
-        "".join(f"a,done,directive,{angle}\n" for angle in (350, 5, 10))
-        + "a,b,directive,40\na,b,directive,300\n"
+    rows = "".join(f"a,done,directive,{angle}\n" for angle in (350, 5, 10)) + "".join(
+        f"a,b,directive,{angle}\n" for angle in (40, 300, *range(100, 280, 10))
     )
     found = find(tmp_path, "state,next,kind,angle:toroidal(360)\n" + rows)
     assert (found.low, found.high, found.below, found.above) == (350.0, 370.0, 300.0, 400.0)
@@ -125,9 +146,7 @@ def test_presses_lie_in_their_own_range(presses: list[float], turn: float) -> No
     away = (turn + 0.1 * TAU + radians(170)) % TAU
     rows = "".join(f"a,done,directive,{value!r}\n" for value in turned.tolist())
     with TemporaryDirectory() as folder:
-        found = find(
-            Path(folder),
-            "state,next,kind,angle:toroidal(6.283185307179586)\n" + rows + f"a,b,directive,{away!r}\n",
-        )
+        rows += "".join(f"a,b,directive,{away + 1e-9 * each!r}\n" for each in range(20))
+        found = find(Path(folder), "state,next,kind,angle:toroidal(6.283185307179586)\n" + rows)
     assert found.contains(turned).all()
     assert not found.contains(np.array([away])).any()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf, isinf
+from math import comb, inf, isinf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,9 @@ from understudy.model.tree_text import FeatureText
 
 FEWEST_PRESSES = 2
 """The least number of presses from which it is concluded what they had in common."""
-LARGEST_SHARE = 0.25
-"""The largest share of a feature's values in a lesson that presses can cover and still have the feature in common."""
+CHANCE, CHANCE_BETWEEN = 0.5, 0.05
+"""The largest p-values (Fisher's exact test, times the number of ranges) at which presses are not together by chance:
+beyond other values or at a label, and between other values, where a few presses soon lie side by side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +116,11 @@ def describe_range(feature: BoundFeature, low: float, high: float) -> str:
     return last if first == last else f"{format_value(feature, low, unit=False)} to {last}"
 
 
-def find_shown_range(lesson: Lesson, flag: str) -> ShownRange | None:
-    """Find the feature whose values the presses for a flag have most in common, and these values.
+def find_shown_range(lesson: Lesson, flag: str, *, fewest: int = FEWEST_PRESSES) -> ShownRange | None:
+    """Find the feature whose values the presses for a flag have in common, and these values.
+
+    The values of most of these presses are compared with those at which presses asked for something else, by Fisher's
+    exact test: presses to which the demonstrator slipped may lie elsewhere, on either side.
 
     Parameters
     ----------
@@ -124,65 +128,109 @@ def find_shown_range(lesson: Lesson, flag: str) -> ShownRange | None:
         The lesson.
     flag
         The flag.
+    fewest
+        The least number of presses.
 
     Returns
     -------
     ShownRange | None
-        The range of a feature beyond all values at which something else was right, if there is one, as in learning
-        flags first: few presses often agree by chance in a range that has other values on both sides. Of several, the
-        one of which the presses cover the smallest share of all its values in the lesson. None if there are fewer than
-        FEWEST_PRESSES, or they cover more than LARGEST_SHARE of each feature.
+        The range of a feature beyond other values if there is one, as in learning flags first; of several, the one that
+        is the least likely by chance. None if there are too few presses, or each range is too likely.
     """
-    best = min(_list_ranges(lesson, flag), key=lambda each: each[:2], default=None)
-    return None if best is None else best[2]
-
-
-def _list_ranges(lesson: Lesson, flag: str) -> Iterator[tuple[bool, float, ShownRange]]:
-    """Yield the features that the presses for a flag have in common: not beyond all else, the share, the range."""
     automaton = lesson.automaton
     raising = {state.name for state in automaton.states if state.flag == flag}
     ends = {state.name for state in automaton.states if state.flag is not None}
     teaching = [each for each in select_teaching_examples(lesson) if each.state not in ends]
-    presses = np.array([each.values for each in teaching if each.next in raising and each.is_shown])
+    presses = [each.values for each in teaching if each.next in raising and each.is_shown]
     others = [each for each in teaching if each.next not in ends]
-    pressed = np.array([each.is_from_press for each in others], np.bool_)
-    if len(presses) < FEWEST_PRESSES:
-        return
+    asked = list(dict.fromkeys(each.values for each in others if each.is_from_press))  # a press makes two
+    watched = [each.values for each in others if not each.is_from_press]
+    best: tuple[_Candidate, ShownRange] | None = None
     for index, feature in enumerate(automaton.features):
-        if not isinstance(feature.feature, Feature):
+        columns = [np.array([values[index] for values in rows]) for rows in (presses, asked, watched)]
+        if not isinstance(feature.feature, Feature) or np.isnan(columns[0]).any():
             continue  # of the automaton itself: no other world has it
-        column = presses[:, index]
-        rest = np.array([each.values[index] for each in others])
-        here = ~np.isnan(rest)
-        asked, watched, rest = rest[pressed & here], rest[~pressed & here], rest[here]
-        if np.isnan(column).any():
-            continue
-        shown = _find_range(feature, column, asked, watched)
-        size = _find_size(feature, np.concatenate([column, rest]))
-        share = (shown.high - shown.low) / size if size > 0 else inf
-        several = isinstance(feature.kind, Categorical) and shown.low != shown.high
-        if share <= LARGEST_SHARE and not several and not shown.contains(rest).all():
-            within = ((asked >= shown.low) & (asked <= shown.high)).any()
-            beyond = isinf(shown.below) or isinf(shown.above) or isinstance(feature.kind, Categorical)
-            yield bool(within) or not beyond, share, shown
+        shown, *rest = (column[~np.isnan(column)] for column in columns)
+        for candidate in _list_candidates(feature, shown, rest[0], fewest):
+            if best is None or candidate.rank < best[0].rank:
+                best = candidate, _limit_range(feature, candidate, shown, *rest)
+    return None if best is None else best[1]
 
 
-def _find_range(feature: BoundFeature, presses: Column, asked: Column, watched: Column) -> ShownRange:
-    """Find the range of presses between what else was right: where presses asked for it, or enough silence shows it.
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A range from press to press, how likely it is by chance, and whether it is open below or above, or at a label."""
+
+    likelihood: float
+    low: float
+    high: float
+    below: bool = False
+    above: bool = False
+    label: bool = False
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """The key by which candidates are compared, the best first."""
+        return not (self.below or self.above or self.label), self.likelihood
+
+    @property
+    def is_likely(self) -> bool:
+        """Whether presses may well lie there by chance."""
+        return self.likelihood > (CHANCE_BETWEEN if self.rank[0] else CHANCE)
+
+
+def _list_candidates(
+    feature: BoundFeature, shown: Column, asked: Column, fewest: int
+) -> Iterator[_Candidate]:
+    """Yield the ranges that most presses have in common, unless they may well be chance."""
+    for low in np.unique(shown).tolist():
+        placed, others = place_above(low, shown, feature), place_above(low, asked, feature)
+        for high in np.unique(placed[placed >= low]).tolist():
+            inside = int(((placed >= low) & (placed <= high)).sum())
+            if inside < max(fewest, len(shown) // 2 + 1):
+                continue
+            sides: list[tuple[float, float, dict[str, bool], int]]
+            sides = [(low, high, {}, len(shown) + len(asked))]
+            if isinstance(feature.kind, Categorical):
+                sides = [(low, high, {"label": True}, len(feature.kind.labels))] if low == high else []
+            elif not isinstance(feature.kind, Toroidal):
+                sides += [(-inf, high, {"below": True}, 2)] if low == shown.min() else []
+                sides += [(low, inf, {"above": True}, 2)] if high == shown.max() else []
+            for first, last, how, ranges in sides:
+                wrong = int(((others >= first) & (others <= last)).sum())
+                likelihood = ranges * _compute_fisher_p(inside, len(shown), wrong, len(asked))
+                found = _Candidate(likelihood, low, high, **how)
+                if not found.is_likely:
+                    yield found
+
+
+def _compute_fisher_p(inside: int, shown: int, wrong: int, asked: int) -> float:
+    """Return the probability that by chance at least so many of all inside of a range are presses for the flag."""
+    total = inside + wrong
+    ways = sum(
+        comb(shown, count) * comb(asked, total - count) for count in range(inside, min(shown, total) + 1)
+    )
+    return ways / comb(shown + asked, total)
+
+
+def _limit_range(
+    feature: BoundFeature, of: _Candidate, shown: Column, asked: Column, watched: Column
+) -> ShownRange:
+    """Find how far a range reaches: to where presses asked for something else, or enough silence shows it.
 
     That a flag was not pressed at once does not say that it is wrong. So watched examples limit it as they limit other
     decisions, ENOUGH_STAYS of them together, and only towards values at which presses asked for something else.
     """
-    values = np.unique(presses)
-    if isinstance(feature.kind, Toroidal):  # begin after the widest gap
-        gaps = np.diff(values, append=values[0] + feature.kind.period)
-        values = place_above(float(values[(int(gaps.argmax()) + 1) % len(values)]), values, feature)
-    low, high = float(values.min()), float(values.max())
-    if isinstance(feature.kind, Categorical):
-        return ShownRange(feature, low, high, low - 0.5, high + 0.5, len(presses))
-    sides = zip(*(_list_beside(feature, low, high, values) for values in (asked, watched)), strict=True)
-    below, above = (_list_limits(*side, alone=not len(asked)) for side in sides)
-    return ShownRange(feature, low, high, max(below, default=-inf), min(above, default=inf), len(presses))
+    placed = place_above(of.low, shown, feature)
+    presses = int(((placed >= of.low) & (placed <= of.high)).sum())
+    if of.label:
+        return ShownRange(feature, of.low, of.high, of.low - 0.5, of.high + 0.5, presses)
+    beside = (_list_beside(feature, of.low, of.high, values) for values in (asked, watched))
+    below, above = (_list_limits(*side) for side in zip(*beside, strict=True))
+    lowest, highest = max(below, default=-inf), min(above, default=inf)
+    return ShownRange(
+        feature, of.low, of.high, -inf if of.below else lowest, inf if of.above else highest, presses
+    )
 
 
 def _list_beside(feature: BoundFeature, low: float, high: float, values: Column) -> tuple[Column, Column]:
@@ -193,18 +241,10 @@ def _list_beside(feature: BoundFeature, low: float, high: float, values: Column)
     return below[::-1], above
 
 
-def _list_limits(asked: Column, watched: Column, *, alone: bool) -> list[float]:
+def _list_limits(asked: Column, watched: Column) -> list[float]:
     """List the nearest value that presses asked for, and the one at which enough silence shows what was right."""
-    silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(asked) or alone else watched[:0]
+    silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(asked) else watched[:0]
     return [*asked[:1].tolist(), *silent.tolist()]
-
-
-def _find_size(feature: BoundFeature, values: Column) -> float:
-    if isinstance(feature.kind, Toroidal):
-        return feature.kind.period
-    if isinstance(feature.kind, Categorical):
-        return float(len(feature.kind.labels))
-    return float(values.max() - values.min())
 
 
 def place_above(low: float, values: Column, feature: BoundFeature) -> Column:
