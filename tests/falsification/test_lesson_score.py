@@ -88,6 +88,19 @@ def test_changes(
     assert (change.has_fallen, change.has_risen, change.describe()) == (fell, rose, said)
 
 
+def test_a_flag_at_its_own_word_does_not_fall() -> None:
+    """Where it counts wherever it is raised, raising it less often may be a mend."""
+    scores = make_score([1] * 10, 10.0), make_score([0] * 10, 10.0)
+    assert not ScoreChange(*scores, is_measured=False).has_fallen
+    assert ScoreChange(*scores).has_fallen
+
+
+def test_a_few_of_many_worlds_are_no_fall() -> None:
+    """Nine lost of 200 are beyond chance, and less than 5 %."""
+    ways = [make_score([1] * (200 - lost) + [0] * lost, 10.0) for lost in (0, 9, 10)]
+    assert [ScoreChange(ways[0], each).has_fallen for each in ways] == [False, False, True]
+
+
 def test_the_first_score_has_nothing_to_compare_with() -> None:
     change = ScoreChange(None, make_score([0, 1], 10.0))
     assert not change.has_fallen

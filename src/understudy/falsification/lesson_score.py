@@ -19,6 +19,8 @@ Trend: TypeAlias = Literal["", "rising", "falling", "slower"]
 """What changed between two scores."""
 CHANCE = 0.1
 """The largest p-value (McNemar's test, two-sided) at which a difference between the same worlds is no chance."""
+LEAST_FALL = 0.05
+"""The smallest share of worlds that a behavior has to lose to be called worse."""
 SLOWER = 1.25
 """How many times as long a behavior takes to be called slower, in the worlds in which it works before and after."""
 
@@ -70,15 +72,25 @@ class ScoreChange:
         The score before it. None: there was nothing to run.
     after
         The score after it.
+    goal
+        Where a flag counted in both, in words: "done was shown at distance_to(A) 0.17 to 0.44 m". Empty if there is
+        another goal.
+    is_measured
+        Whether success is measured: a flag that counts wherever it is raised is only the robot's own word.
     """
 
     before: LessonScore | None
     after: LessonScore
+    goal: str = ""
+    is_measured: bool = True
 
     @property
     def has_fallen(self) -> bool:
-        """Whether the behavior works in fewer worlds than before, by more than chance."""
-        return self._is_beyond_chance(-1)
+        """Whether the behavior works in fewer worlds than before, by more than chance; False if it is not measured."""
+        if self.before is None or not self.is_measured:
+            return False
+        lost = self.before.count - self.after.count
+        return lost >= LEAST_FALL * self.after.worlds and self._is_beyond_chance(-1)
 
     @property
     def has_risen(self) -> bool:
@@ -115,7 +127,7 @@ class ScoreChange:
         """Return the change in words."""
         said, was = self.after.describe(), 0 if self.before is None else self.before.count
         words = {
-            "falling": f", and before this press in {was}",
+            "falling": f", and before this press in {was}{self.goal and f' ({self.goal})'}",
             "rising": f", up from {was}",
             "slower": f", and takes {self.times_slower:.1f} times as long as before",
             "": "",

@@ -107,10 +107,13 @@ class NewWorlds:
         Who is trained where, and what the others do.
     seeds
         The seed of each world.
+    shown
+        Where a flag counts. None: where the presses for it in the behavior's own lesson have most in common.
     """
 
     setup: SessionSetup
     seeds: Sequence[int]
+    shown: ShownRange | None = None
 
     @cached_property
     def limits_s(self) -> float | Column:
@@ -166,7 +169,7 @@ class NewWorlds:
             return self._run_goal(library, behavior, binding, goal, progress)
         flag = find_success_flag(library, behavior)
         if flag is not None:
-            shown = find_shown_goal(library, behavior, flag)
+            shown = self.shown or find_shown_goal(library, behavior, flag)
             run = self.setup.start(self.seeds, library, behavior, binding)
             return _run_to_flag(run, binding, flag, shown, progress)
         task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)

@@ -156,6 +156,30 @@ def test_taught_well_it_works_and_what_spoils_it_is_announced() -> None:
     assert keeper.describe().endswith("up from 0")
 
 
+def test_a_slip_far_off_is_announced_where_it_says_that_more_is_right() -> None:
+    """Done was pressed twice beside the station. Then it is pressed 3 m away, as if that were right, too."""
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=20)
+    session.teach()
+    for seed in (3, 4):
+        session.reset(seed)
+        for _ in range(400):
+            wanted = right(session.view())
+            if wanted is not None and wanted != session.view().state:
+                session.direct(wanted)
+            session.tick()
+    session.reset(6)
+    while not 2.0 < session.view().features["distance_to(A)"] < 5.0 or session.view().state == "start":
+        session.tick()
+    keeper.note_change()
+    begin.finish()
+    press(session, "done", keeper)
+    begin.finish()
+    assert keeper.change is not None
+    assert keeper.change.has_fallen
+    assert "distance_to(A) was 0." in keeper.describe()
+
+
 OBSTACLES = [
     ("turned off", "not measured: turned off"),
     ("one core", "not measured: this computer has a single core, which runs the world"),

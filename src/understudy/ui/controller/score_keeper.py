@@ -14,6 +14,7 @@ from understudy.falsification.lesson_score import LessonScore, ScoreChange, Tren
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup, offer_session_goals
 from understudy.learning.fit import learn_automaton
+from understudy.learning.shown_ranges import ShownRange, find_shown_range
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property
@@ -187,14 +188,17 @@ class LessonScoreKeeper:
         count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
         self._seed += count
-        worlds = NewWorlds(setup, seeds)
         former = self._scored
         if former is not None and _get_goal(former) != _get_goal(taught):
             former = None  # another goal cannot be compared with this one
+        shown = find_compared_range(former, taught) if by_flag else None
+        worlds = NewWorlds(setup, seeds, shown)
         before = None if former is None else self._run_worlds(former, worlds)
         after = self._run_worlds(taught, worlds)
         self._scored = taught
-        self.problem, self.change = "", ScoreChange(before, after)
+        goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
+        self.problem = ""
+        self.change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
         self._fresh = self.change
 
     def list_bindings(self) -> list[Mapping[str, str]]:
@@ -212,6 +216,21 @@ class LessonScoreKeeper:
         if not self.enabled:
             raise CancelledError
         sleep(YIELD_S)
+
+
+def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomaton) -> ShownRange | None:
+    """Find where a flag counts for two versions: where it was shown before the last press, also if only once.
+
+    The last press may be a slip, which says that something far off is right, too. Without presses for the flag before
+    it, the range is that of the present lesson; None if there is none.
+    """
+    flag = choose_success_flag(taught.automaton.flags)
+    if flag is None or taught.lesson is None:
+        return None
+    found = None
+    if former is not None and former.lesson is not None and flag in former.automaton.flags:
+        found = find_shown_range(former.lesson, flag, fewest=1)
+    return found or find_shown_range(taught.lesson, flag)
 
 
 def _get_goal(taught: TrainedAutomaton) -> Property | None:
