@@ -15,6 +15,7 @@ from tests.browser.teacher import KEYS, Teacher
 from tests.browser.test_doubt import show
 
 from understudy.learning.fit import learn_automaton
+from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import FORAGE_KIT, Forage
@@ -33,7 +34,7 @@ BEHIND = "Show me what to do in state forward when A is behind you"
 
 @pytest.fixture
 def studio(tmp_path: Path) -> Iterator[Studio]:
-    """A studio with goto as it was shown in two worlds."""
+    """A studio with goto as it was shown in two worlds; learned by the highest gain, a check finds something in it."""
     lesson = new_lesson(
         Library(FORAGE_KIT),
         "goto",
@@ -41,6 +42,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
+        options=LearnerOptions(learner=TreeOptions(order="gain first")),
         live=False,
     )
     session = Session(Forage([SHOWN[0]]), Library(FORAGE_KIT), lesson, targets={"A": "station"})
