@@ -180,6 +180,27 @@ def test_a_slip_far_off_is_announced_where_it_says_that_more_is_right() -> None:
     assert "distance_to(A) was 0." in keeper.describe()
 
 
+OTHER_DESIGNS = [  # what is changed -> the score of what is learned then, which is compared with nothing
+    ({"flags": []}, "goto works in 0 of 1 new worlds"),
+    ({"flags": ["arrived"], "names": {"done": "arrived"}}, "goto works in 0 of 2 new worlds"),
+    ({"parameters": ["A", "B"], "targets": {"B": "nearest_food"}}, "goto works in 0 of 2 new worlds"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), OTHER_DESIGNS, ids=["no flag", "another flag", "parameter"])
+def test_another_goal_or_other_parameters_are_not_compared(change: Any, said: str) -> None:
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forward", keeper)
+    begin.finish()
+    session.change_design(**change)
+    keeper.note_change()
+    begin.finish()
+    assert keeper.describe() == said
+    assert keeper.change is not None
+    assert keeper.change.before is None
+
+
 OBSTACLES = [
     ("turned off", "not measured: turned off"),
     ("one core", "not measured: this computer has a single core, which runs the world"),

@@ -15,6 +15,7 @@ from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup, offer_session_goals
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
+from understudy.model.automaton import Automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property
@@ -183,14 +184,14 @@ class LessonScoreKeeper:
 
     def _score(self, taught: TrainedAutomaton, setup: SessionSetup) -> None:
         """Score an automaton, and the one before, in worlds that were never used."""
-        by_flag = _get_goal(taught) is None and choose_success_flag(taught.automaton.flags) is not None
+        by_flag = isinstance(find_success(taught.automaton, taught.lesson), str)
         count = self._worlds if by_flag else self._worlds // 2
         count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
         self._seed += count
         former = self._scored
-        if former is not None and _get_goal(former) != _get_goal(taught):
-            former = None  # another goal cannot be compared with this one
+        if former is not None and not is_comparable(former, taught):
+            former = None
         shown = find_compared_range(former, taught) if by_flag else None
         worlds = NewWorlds(setup, seeds, shown)
         before = None if former is None else self._run_worlds(former, worlds)
@@ -233,5 +234,13 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
     return found or find_shown_range(taught.lesson, flag)
 
 
-def _get_goal(taught: TrainedAutomaton) -> Property | None:
-    return None if taught.lesson is None else taught.lesson.goal
+def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
+    """Return whether success means the same for two versions, and they can be run with the same targets."""
+    success = [find_success(each.automaton, each.lesson) for each in (former, taught)]
+    return success[0] == success[1] and former.automaton.parameters == taught.automaton.parameters
+
+
+def find_success(automaton: Automaton, lesson: Lesson | None) -> Property | str | None:
+    """Find what success means: the chosen goal, or the flag that says so; None if the world's goal counts."""
+    goal = None if lesson is None else lesson.goal
+    return choose_success_flag(automaton.flags) if goal is None else goal
