@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
+from dataclasses import replace
 from threading import Lock, Thread
 from time import sleep
 
@@ -15,7 +16,6 @@ from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup, offer_session_goals
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
-from understudy.model.automaton import Automaton
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property
@@ -70,6 +70,7 @@ class LessonScoreKeeper:
         self._scored: TrainedAutomaton | None = None
         self._waiting: tuple[Lesson, SessionSetup] | None = None
         self._fresh: ScoreChange | None = None
+        self._present: Lesson | None = None
         self.change: ScoreChange | None = None
         """The newest score, beside the one before. None: there is none yet."""
         self.problem = ""
@@ -142,17 +143,30 @@ class LessonScoreKeeper:
         self._goals = None
         targets = dict(self._session.view().targets)
         self._bindings.setdefault(tuple(targets.items()), targets)
-        if not any(example.is_from_press for example in self._session.examples):
-            self._scored = self.change = None
-            return
-        setup = SessionSetup.from_session(self._session)
-        if setup is None or self.find_obstacle():
+        has_press = any(example.is_from_press for example in self._session.examples)
+        self._present, setup = self._session.lesson if has_press else None, SessionSetup.from_session(self._session)
+        self._forget_outdated()
+        if self._present is None or setup is None or self.find_obstacle():
             return
         with self._lock:
-            self._waiting = self._session.lesson, setup
+            self._waiting = self._present, setup
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
+
+    def _forget_outdated(self) -> None:
+        """Forget a score if there is nothing to score, or success has another meaning; and a fall by an undone press.
+
+        Any thread may call it: what it finds depends on the present lesson and the newest score only.
+        """
+        with self._lock:
+            now, scored = self._present, None if self._scored is None else self._scored.lesson
+            if now is None:
+                self._scored, self.problem = None, ""
+            if now is None or (scored is not None and not is_success_same(scored, now)):
+                self.change = self._fresh = None
+            elif self.change is not None and scored is not None and not has_presses_of(now, scored):
+                self.change, self._fresh = replace(self.change, before=None), None
 
     def take_change(self) -> ScoreChange | None:
         """Return the newest score on the first call after it was taken, else None."""
@@ -163,7 +177,7 @@ class LessonScoreKeeper:
         while (waiting := self._take_waiting()) is not None:
             lesson, setup = waiting
             try:
-                self._score(TrainedAutomaton(learn_automaton(lesson), lesson), setup)
+                self._score(lesson, setup)
             except CancelledError:
                 pass
             except Exception as error:
@@ -182,9 +196,10 @@ class LessonScoreKeeper:
         if enabled:
             self.note_change()
 
-    def _score(self, taught: TrainedAutomaton, setup: SessionSetup) -> None:
-        """Score an automaton, and the one before, in worlds that were never used."""
-        by_flag = isinstance(find_success(taught.automaton, taught.lesson), str)
+    def _score(self, lesson: Lesson, setup: SessionSetup) -> None:
+        """Score what is learned from a lesson, and the version before, in worlds that were never used."""
+        taught = TrainedAutomaton(learn_automaton(lesson), lesson)
+        by_flag = isinstance(find_success(lesson), str)
         count = self._worlds if by_flag else self._worlds // 2
         count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
@@ -201,6 +216,7 @@ class LessonScoreKeeper:
         self.problem = ""
         self.change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
         self._fresh = self.change
+        self._forget_outdated()
 
     def list_bindings(self) -> list[Mapping[str, str]]:
         """List the targets that the parameters had at presses, in order; the present ones if there was no press."""
@@ -236,11 +252,23 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
 
 def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
     """Return whether success means the same for two versions, and they can be run with the same targets."""
-    success = [find_success(each.automaton, each.lesson) for each in (former, taught)]
-    return success[0] == success[1] and former.automaton.parameters == taught.automaton.parameters
+    if former.lesson is None or taught.lesson is None:
+        return False
+    same_targets = former.automaton.parameters == taught.automaton.parameters
+    return same_targets and is_success_same(former.lesson, taught.lesson)
 
 
-def find_success(automaton: Automaton, lesson: Lesson | None) -> Property | str | None:
+def is_success_same(first: Lesson, second: Lesson) -> bool:
+    """Return whether success means the same in two lessons."""
+    return find_success(first) == find_success(second)
+
+
+def find_success(lesson: Lesson) -> Property | str | None:
     """Find what success means: the chosen goal, or the flag that says so; None if the world's goal counts."""
-    goal = None if lesson is None else lesson.goal
-    return choose_success_flag(automaton.flags) if goal is None else goal
+    return choose_success_flag(lesson.automaton.flags) if lesson.goal is None else lesson.goal
+
+
+def has_presses_of(lesson: Lesson, scored: Lesson) -> bool:
+    """Return whether a lesson has all presses of one that was scored: none was undone, deleted or changed since."""
+    presses = {(example.number, example.next) for example in lesson.examples}
+    return all((each.number, each.next) in presses for each in scored.examples if each.is_from_press)
