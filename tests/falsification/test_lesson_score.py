@@ -72,7 +72,7 @@ def test_neither_flag_nor_goal() -> None:
 CHANGES = [  # works before and after in the same worlds, times slower -> fell, rose, words
     ([1] * 10, [1] * 10, 1.0, False, False, "x works in 10 of 10 new worlds"),
     ([1] * 10, [1] * 6 + [0] * 4, 1.0, False, False, "x works in 6 of 10 new worlds"),
-    ([1] * 10, [1] * 5 + [0] * 5, 1.0, True, False, "x works in 5 of 10 new worlds, and before this press in 10"),
+    ([1] * 10, [1] * 5 + [0] * 5, 1.0, True, False, "x works in 5 of 10 new worlds, and before the last change in 10"),
     ([0] * 10, [1] * 5 + [0] * 5, 1.0, False, True, "x works in 5 of 10 new worlds, up from 0"),
     ([1] * 6 + [0] * 4, [0] * 2 + [1] * 8, 1.0, False, False, "x works in 8 of 10 new worlds"),
     ([1] * 10, [1] * 10, 1.5, False, False, "x works in 10 of 10 new worlds, and takes 1.5 times as long as before"),

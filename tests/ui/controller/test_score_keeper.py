@@ -148,7 +148,7 @@ def test_taught_well_it_works_and_what_spoils_it_is_announced() -> None:
         session.delete(number)
     keeper.note_change()
     begin.finish()
-    assert "before this press in" in keeper.describe()
+    assert "before the last change in" in keeper.describe()
     assert (keeper.trend, keeper.change.has_fallen) == ("falling", True)
     for _ in arrivals:
         session.undo()
