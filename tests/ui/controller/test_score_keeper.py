@@ -202,6 +202,21 @@ def test_another_goal_or_other_parameters_are_not_compared(change: Any, said: st
     assert keeper.change.before is None
 
 
+def test_targets_are_those_of_presses() -> None:
+    """A target that it is only turned to, before an undo, was not taught."""
+    session = make_session()
+    keeper = LessonScoreKeeper(session, begin=Later(), worlds=2)
+    assert keeper.list_bindings() == [{"A": "station"}]
+    press(session, "forward", keeper)
+    session.bind_targets(A="nearest_food")
+    keeper.note_change()
+    assert keeper.list_bindings() == [{"A": "station"}]
+    press(session, "rotate_left", keeper)
+    assert keeper.list_bindings() == [{"A": "station"}, {"A": "nearest_food"}]
+    again = Session(Forage([4]), session.library, session.lesson, targets={"A": "station"})
+    assert LessonScoreKeeper(again).list_bindings() == keeper.list_bindings(), "opened again"
+
+
 def test_what_is_undone_while_it_is_scored_has_no_score() -> None:
     session, begin = make_session(), Later()
     keeper = LessonScoreKeeper(session, begin=begin, worlds=2)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
+from functools import partial
 from threading import Lock, Thread
 from time import sleep
 
@@ -65,10 +66,9 @@ class LessonScoreKeeper:
     ) -> None:
         self._session, self._worlds = session, worlds
         self._begin = begin_in_thread if begin is None else begin
-        self._bindings: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}
         self._seed, self._lock = FIRST_SEED, Lock()
         self._scored: TrainedAutomaton | None = None
-        self._waiting: tuple[Lesson, SessionSetup] | None = None
+        self._waiting: Callable[[], None] | None = None
         self._fresh: ScoreChange | None = None
         self._present: Lesson | None = None
         self.change: ScoreChange | None = None
@@ -141,15 +141,17 @@ class LessonScoreKeeper:
     def note_change(self) -> None:
         """Take the score of what is learned now, after a press or another change; what is running is finished first."""
         self._goals = None
-        targets = dict(self._session.view().targets)
-        self._bindings.setdefault(tuple(targets.items()), targets)
         has_press = any(example.is_from_press for example in self._session.examples)
-        self._present, setup = self._session.lesson if has_press else None, SessionSetup.from_session(self._session)
+        self._present, setup = (
+            self._session.lesson if has_press else None,
+            SessionSetup.from_session(self._session),
+        )
         self._forget_outdated()
         if self._present is None or setup is None or self.find_obstacle():
             return
         with self._lock:
-            self._waiting = self._present, setup
+            bindings = self.list_bindings()[:MOST_BINDINGS]
+            self._waiting = partial(self._score, self._present, setup, bindings)
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
@@ -174,17 +176,16 @@ class LessonScoreKeeper:
         return fresh
 
     def _run(self) -> None:
-        while (waiting := self._take_waiting()) is not None:
-            lesson, setup = waiting
+        while (score := self._take_waiting()) is not None:
             try:
-                self._score(lesson, setup)
+                score()
             except CancelledError:
                 pass
             except Exception as error:
                 self._scored, self.problem = None, describe_error(error)
 
-    def _take_waiting(self) -> tuple[Lesson, SessionSetup] | None:
-        """Return the lesson to score next, and what the session runs; None if there is none, which ends the runs."""
+    def _take_waiting(self) -> Callable[[], None] | None:
+        """Return what scores the lesson that is next; None if there is none, which ends the runs."""
         with self._lock:
             waiting, self._waiting = self._waiting, None
             self.is_running = waiting is not None
@@ -196,7 +197,7 @@ class LessonScoreKeeper:
         if enabled:
             self.note_change()
 
-    def _score(self, lesson: Lesson, setup: SessionSetup) -> None:
+    def _score(self, lesson: Lesson, setup: SessionSetup, bindings: Sequence[Mapping[str, str]]) -> None:
         """Score what is learned from a lesson, and the version before, in worlds that were never used."""
         taught = TrainedAutomaton(learn_automaton(lesson), lesson)
         by_flag = isinstance(find_success(lesson), str)
@@ -209,8 +210,8 @@ class LessonScoreKeeper:
             former = None
         shown = find_compared_range(former, taught) if by_flag else None
         worlds = NewWorlds(setup, seeds, shown)
-        before = None if former is None else self._run_worlds(former, worlds)
-        after = self._run_worlds(taught, worlds)
+        before = None if former is None else self._run_worlds(former, worlds, bindings)
+        after = self._run_worlds(taught, worlds, bindings)
         self._scored = taught
         goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
         self.problem = ""
@@ -219,14 +220,18 @@ class LessonScoreKeeper:
         self._forget_outdated()
 
     def list_bindings(self) -> list[Mapping[str, str]]:
-        """List the targets that the parameters had at presses, in order; the present ones if there was no press."""
-        parameters = set(self._session.automaton.parameters)
-        known = [each for each in self._bindings.values() if set(each) == parameters]
-        return known or [dict(self._session.view().targets)]
+        """List the targets that the parameters had at presses, in order; the present ones if there was none here."""
+        session, parameters = self._session, set(self._session.automaton.parameters)
+        shown = dict.fromkeys(each.binding for each in session.examples if each.is_from_press)
+        here = set(session.body.targets)
+        known: list[Mapping[str, str]]
+        known = [dict(each) for each in shown if set(each) == parameters and here >= set(each.values())]
+        return known or [dict(session.view().targets)]
 
-    def _run_worlds(self, taught: TrainedAutomaton, worlds: NewWorlds) -> LessonScore:
+    def _run_worlds(
+        self, taught: TrainedAutomaton, worlds: NewWorlds, bindings: Sequence[Mapping[str, str]]
+    ) -> LessonScore:
         library, name = self._session.library.with_automaton(taught), taught.automaton.name
-        bindings = self.list_bindings()[:MOST_BINDINGS]
         return score_behavior(library, name, worlds, bindings, progress=self._report)
 
     def _report(self, through: int, worlds: int) -> None:
