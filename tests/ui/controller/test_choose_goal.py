@@ -149,6 +149,17 @@ def test_keep_going_counts_what_was_chosen(opened: OpenSession) -> None:
     opened.close()
 
 
+def test_a_chosen_goal_can_be_taken_back_beside_a_flag_that_came_later(opened: OpenSession) -> None:
+    trainer, score = opened.trainer, opened.trainer.score
+    choose_goal(trainer, TOUCHES)
+    trainer.change_design(LessonChoices(flags=["done"]))
+    assert (score.goal, score.is_goal_chosen) == (TOUCHES, True)
+    assert TOUCHES in [each.name for each in score.offers]
+    choose_goal(trainer, None)
+    assert (score.goal, score.offers) == ("done is raised", ())
+    opened.close()
+
+
 QUIET_CHANGES: dict[str, Callable[[Trainer], object]] = {
     "quarantine": lambda trainer: quarantine_examples(trainer, [1]),
     "release": lambda trainer: release_examples(trainer, [1]),

@@ -99,7 +99,7 @@ class LessonScoreKeeper:
 
     @property
     def offers(self) -> tuple[Property, ...]:
-        """The goals of which a person can pick one; none for a behavior with a flag that says what success is."""
+        """The goals of which a person can pick one; none if a flag says what success is, and no goal was chosen."""
         return self._look_at_goals()[1]
 
     @property
@@ -113,7 +113,7 @@ class LessonScoreKeeper:
             lesson, setup = self._session.lesson, SessionSetup.from_session(self._session)
             goal = describe_goal(lesson, of_world=setup is not None and setup.scenario.goal is not None)
             by_flag = choose_success_flag(lesson.automaton.flags) is not None
-            offers = () if by_flag else offer_session_goals(self._session)
+            offers = () if by_flag and lesson.goal is None else offer_session_goals(self._session)
             self._goals = goal, offers, lesson.goal is not None
         return self._goals
 
