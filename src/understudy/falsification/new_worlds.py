@@ -246,7 +246,7 @@ def _run_to_flag(
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
     nearest, nearest_s = np.full(world.worlds, np.inf), np.zeros(world.worlds)
     values = np.full((world.worlds, 1), np.nan)
-    raised, first = np.zeros(world.worlds, np.bool_), np.zeros(world.worlds)
+    raised, first = np.zeros(world.worlds, np.bool_), np.full(world.worlds, np.inf)
     # A robot with a flag stays where it is. A coordinator's members get another order, and no longer report the same.
     step = TICKS_BETWEEN_READINGS if run.team is None or read is None else 1
     for tick in range(step, round(limit_s / world.tick_s) + 1, step):
@@ -256,8 +256,8 @@ def _run_to_flag(
             now = read() if before is None else before
             values[~raised] = now[~raised]
             gap = shown.measure_gap(now).max(axis=1)
-            first = gap if tick == step else first
-            nearer = ~raised & (gap < nearest - NEARER * first)
+            first = np.where(np.isinf(first), gap, first)  # it may be absent for a while
+            nearer = ~raised & (gap + NEARER * first < nearest)
             nearest[nearer], nearest_s[nearer] = gap[nearer], tick * world.tick_s
         raised |= run.find_raised(flag)
         progress(int(raised.sum()), world.worlds)
