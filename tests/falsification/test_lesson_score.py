@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from msgspec import structs
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis.evaluate import evaluate
@@ -14,10 +15,13 @@ from understudy.errors import SettingError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup
+from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.runtime.program import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
+from understudy.training.lesson_design import new_lesson
 
 FORAGE = find_scenario("forage")
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
@@ -60,6 +64,27 @@ def test_a_flag_far_from_where_it_was_shown_does_not_count() -> None:
 def test_without_a_flag_the_goal_of_the_world_counts() -> None:
     score = score_behavior(LIBRARY, "forage", NewWorlds(SessionSetup(FORAGE), range(5, 9)), [{}])
     assert score.works.tolist() == evaluate(LIBRARY, "forage", FORAGE, range(5, 9)).taught.finished.tolist()
+
+
+def test_where_others_move_it_is_read_at_the_flag() -> None:
+    """A robot stops 1.1 m before another one, which drives on: 0.9 s later it is elsewhere."""
+    lesson = new_lesson(ROBOTS, "roam", states=["forwards"], flags=["done"], features=["sonar_front_left"])
+    shown = [
+        (0.8, "done"),
+        (0.7, "done"),
+        (0.9, "done"),
+        (1.1, "forwards"),
+        (1.2, "forwards"),
+        (3.0, "forwards"),
+    ]
+    examples = [Example(1, "start", (2.0,), "forwards", ExampleKind.DIRECTIVE)] + [
+        Example(number, "forwards", (meters,), following, ExampleKind.CONFIRMATION)
+        for number, (meters, following) in enumerate(shown, 2)
+    ]
+    lesson = replace(lesson, examples=tuple(examples))
+    library = ROBOTS.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    setup = SessionSetup(SCENARIO, 0, [link(ROBOTS, "wander", {})] * 4)
+    assert score_behavior(library, "roam", NewWorlds(setup, (500, 539)), [{}]).works.all()
 
 
 def test_neither_flag_nor_goal() -> None:
