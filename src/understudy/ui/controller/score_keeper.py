@@ -126,12 +126,14 @@ class LessonScoreKeeper:
         raise SessionError(f"this goal is not offered: {name!r:.80}; offered are: {known}")
 
     def describe(self) -> str:
-        """Return the score in words, or why there is none; empty before the first press."""
+        """Return the score in words, or why there is none; empty before the first one."""
         if obstacle := self.find_obstacle():
             return obstacle
         if self.problem:
             return f"not measured: {self.problem}"
-        return "" if self.change is None else self.change.describe()
+        if self.change is None:
+            return "" if self._scored is None else f"{self._session.automaton.name} runs in new worlds…"
+        return self.change.describe()
 
     @property
     def trend(self) -> Trend:
