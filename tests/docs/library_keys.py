@@ -217,7 +217,7 @@ PARTS: Parts = {
             "kind": "form of the property",
             "what": "its [condition](../properties.md#conditions), or `progress`",
             "within_s": "its time, s; positive; left out for the kind `never` only",
-            "limit_s": "for how long it runs, s; by default the scenario's limit",
+            "limit_s": "for how long it runs, s; positive; by default the scenario's limit",
             "world": "name of the scenario in which it was chosen; it is measured in any",
         },
     ),

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from random import Random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distances
 
+from understudy.analysis.behavior_run import ProgramRun
 from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.falsification.session_setup import SessionSetup
@@ -58,6 +60,24 @@ def test_a_flag_never_raised_goes_wrong_where_it_came_no_nearer() -> None:
     assert len(found) >= 8
     assert {each.why for each in found} == {"it comes no nearer, and is not done after 120 s"}
     assert sorted(each.wrong_s for each in found)[len(found) // 2] < 30.0
+
+
+def test_it_comes_nearer_after_it_was_out_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Absent in the first 2 s, and then as it is: where it goes wrong is found as if it had been there all the time."""
+    at_once, find_reading = (
+        find_mistakes(leave_out_turning(), "goto", range(5, 15), STATION),
+        ProgramRun.find_reading,
+    )
+
+    def find_later(run: ProgramRun, text: str) -> SimpleNamespace:
+        read = find_reading(run, text).read
+        return SimpleNamespace(read=lambda: read() * (1.0 if run.body.time_s > 2.05 else np.nan))
+
+    monkeypatch.setattr(ProgramRun, "find_reading", find_later)
+    later = find_mistakes(leave_out_turning(), "goto", range(5, 15), STATION)
+    late = [each.wrong_s > 3.0 for each in at_once]
+    assert any(late)
+    assert [each.wrong_s > 3.0 for each in later] == late
 
 
 def test_without_a_flag_the_goal_of_the_world_counts() -> None:

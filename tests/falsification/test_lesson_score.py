@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from msgspec import structs
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis.evaluate import evaluate
@@ -14,10 +15,13 @@ from understudy.errors import SettingError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup
+from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.runtime.program import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
+from understudy.training.lesson_design import new_lesson
 
 FORAGE = find_scenario("forage")
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
@@ -62,6 +66,27 @@ def test_without_a_flag_the_goal_of_the_world_counts() -> None:
     assert score.works.tolist() == evaluate(LIBRARY, "forage", FORAGE, range(5, 9)).taught.finished.tolist()
 
 
+def test_where_others_move_it_is_read_at_the_flag() -> None:
+    """A robot stops 1.1 m before another one, which drives on: 0.9 s later it is elsewhere."""
+    lesson = new_lesson(ROBOTS, "roam", states=["forwards"], flags=["done"], features=["sonar_front_left"])
+    shown = [
+        (0.8, "done"),
+        (0.7, "done"),
+        (0.9, "done"),
+        (1.1, "forwards"),
+        (1.2, "forwards"),
+        (3.0, "forwards"),
+    ]
+    examples = [Example(1, "start", (2.0,), "forwards", ExampleKind.DIRECTIVE)] + [
+        Example(number, "forwards", (meters,), following, ExampleKind.CONFIRMATION)
+        for number, (meters, following) in enumerate(shown, 2)
+    ]
+    lesson = replace(lesson, examples=tuple(examples))
+    library = ROBOTS.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    setup = SessionSetup(SCENARIO, 0, [link(ROBOTS, "wander", {})] * 4)
+    assert score_behavior(library, "roam", NewWorlds(setup, (500, 539)), [{}]).works.all()
+
+
 def test_neither_flag_nor_goal() -> None:
     with pytest.raises(SettingError, match="goal"):
         score_behavior(
@@ -72,7 +97,7 @@ def test_neither_flag_nor_goal() -> None:
 CHANGES = [  # works before and after in the same worlds, times slower -> fell, rose, words
     ([1] * 10, [1] * 10, 1.0, False, False, "x works in 10 of 10 new worlds"),
     ([1] * 10, [1] * 6 + [0] * 4, 1.0, False, False, "x works in 6 of 10 new worlds"),
-    ([1] * 10, [1] * 5 + [0] * 5, 1.0, True, False, "x works in 5 of 10 new worlds, and before this press in 10"),
+    ([1] * 10, [1] * 5 + [0] * 5, 1.0, True, False, "x works in 5 of 10 new worlds, and before the last change in 10"),
     ([0] * 10, [1] * 5 + [0] * 5, 1.0, False, True, "x works in 5 of 10 new worlds, up from 0"),
     ([1] * 6 + [0] * 4, [0] * 2 + [1] * 8, 1.0, False, False, "x works in 8 of 10 new worlds"),
     ([1] * 10, [1] * 10, 1.5, False, False, "x works in 10 of 10 new worlds, and takes 1.5 times as long as before"),

@@ -76,6 +76,7 @@ NOT_KEPT = [
     ("too few moments", {"values": (3.0, 0.5, 0.5, 0.5)}),
     ("always the same", {"values": (0.5,) * 10}),
     ("left for most of the time", {"values": (*(2.9,) * 20, 3.0, *(0.5, 0.4) * 46)}),
+    ("a lower limit that nothing can miss", {"values": (0.02, 0.3, 0.9, 1.4, 2.0, 2.5, 3.0, 3.9, 4.5, 5.0)}),
     ("not from examples without a record", {"values": (3.0, 0.5, 0.4, 0.5, 0.4, 0.5), "record": False}),
 ]  # fmt: skip
 

@@ -44,6 +44,11 @@ def node(document: Any, index: int, **changes: Any) -> None:
     document["built"]["trees"]["start"][index].update(changes)
 
 
+def goal(document: Any, **changes: Any) -> None:
+    kept = {"kind": "always", "what": "done is raised", "within_s": 5.0, "world": "forage"}
+    document["lesson"]["goal"] = kept | changes
+
+
 Edit = Callable[[Any], None]
 EDITS: dict[str, tuple[Edit, str, str]] = {  # what is done -> where and what the error must say
     "two states of a name": (lambda d: state(d, 1, name="start"), "$.automaton.states[1]", "twice"),
@@ -82,6 +87,9 @@ EDITS: dict[str, tuple[Edit, str, str]] = {  # what is done -> where and what th
         "[4]",
         "twice",
     ),
+    "goal of no kind": (lambda d: goal(d, kind="mostly"), "$.lesson.goal.kind", "mostly"),
+    "goal within no time": (lambda d: goal(d, within_s=0.0), "$.lesson.goal", "above 0"),
+    "goal of no run": (lambda d: goal(d, limit_s=0.0), "$.lesson.goal.limit_s", "> 0"),
     "unknown state": (
         lambda d: example(d, state="x"),
         "$.lesson.examples[0].state",

@@ -127,7 +127,7 @@ class ScoreChange:
         """Return the change in words."""
         said, was = self.after.describe(), 0 if self.before is None else self.before.count
         words = {
-            "falling": f", and before this press in {was}{self.goal and f' ({self.goal})'}",
+            "falling": f", and before the last change in {was}{self.goal and f' ({self.goal})'}",
             "rising": f", up from {was}",
             "slower": f", and takes {self.times_slower:.1f} times as long as before",
             "": "",

@@ -171,7 +171,10 @@ class NewWorlds:
         if flag is not None:
             shown = self.shown or find_shown_goal(library, behavior, flag)
             run = self.setup.start(self.seeds, library, behavior, binding)
-            return _run_to_flag(run, binding, flag, shown, progress)
+            # A robot with a flag stays where it is, and can be read later, unless others move. A coordinator's members
+            # get another order, and no longer report the same.
+            step = 1 if self.setup.do_others_move and shown is not None else TICKS_BETWEEN_READINGS
+            return _run_to_flag(run, binding, flag, shown, step, progress)
         task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)
         run = self.setup.start(self.seeds, library, behavior, binding)
         outcomes = run_side_by_side(run, self.seeds, task.criteria, self.limits_s, progress).outcomes
@@ -238,17 +241,16 @@ def _run_to_flag(
     binding: Mapping[str, str],
     flag: str,
     shown: ShownRange | None,
+    step: int,
     progress: Progress,
 ) -> NewWorldsResult:
-    """Run worlds until the trained agent of each has raised a flag, or for LONGEST_RUN_S."""
+    """Run worlds until the trained agent of each has raised a flag, or for LONGEST_RUN_S; look at each `step` ticks."""
     world = _get_world(run)
     read = None if shown is None else run.find_reading(str(shown.feature)).read
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
     nearest, nearest_s = np.full(world.worlds, np.inf), np.zeros(world.worlds)
     values = np.full((world.worlds, 1), np.nan)
-    raised, first = np.zeros(world.worlds, np.bool_), np.zeros(world.worlds)
-    # A robot with a flag stays where it is. A coordinator's members get another order, and no longer report the same.
-    step = TICKS_BETWEEN_READINGS if run.team is None or read is None else 1
+    raised, first = np.zeros(world.worlds, np.bool_), np.full(world.worlds, np.inf)
     for tick in range(step, round(limit_s / world.tick_s) + 1, step):
         before = read() if read is not None and step == 1 else None
         run.advance_all(step)
@@ -256,8 +258,8 @@ def _run_to_flag(
             now = read() if before is None else before
             values[~raised] = now[~raised]
             gap = shown.measure_gap(now).max(axis=1)
-            first = gap if tick == step else first
-            nearer = ~raised & (gap < nearest - NEARER * first)
+            first = np.where(np.isinf(first), gap, first)  # it may be absent for a while
+            nearer = ~raised & (gap + NEARER * first < nearest)
             nearest[nearer], nearest_s[nearer] = gap[nearer], tick * world.tick_s
         raised |= run.find_raised(flag)
         progress(int(raised.sum()), world.worlds)

@@ -94,6 +94,11 @@ class SessionSetup:
         """The number of other agents that idle."""
         return sum(program.root == IDLING for program in self._list_others())
 
+    @property
+    def do_others_move(self) -> bool:
+        """Whether other robots than the trained one may move."""
+        return self.team is not None or self.idle_agents < len(self._list_others())
+
     def _list_others(self) -> list[Program]:
         return [program for agent, program in enumerate(self.others) if agent != self.agent]
 

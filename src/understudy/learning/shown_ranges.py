@@ -5,8 +5,10 @@ A flag says that something is reached, and the presses show what: *done* was pre
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from math import comb, inf, isinf
 
 import numpy as np
@@ -183,10 +185,13 @@ def _list_candidates(
     feature: BoundFeature, shown: Column, asked: Column, fewest: int
 ) -> Iterator[_Candidate]:
     """Yield the ranges that most presses have in common, unless they may well be chance."""
+    lowest, highest = shown.min(initial=inf), shown.max(initial=-inf)
     for low in np.unique(shown).tolist():
-        placed, others = place_above(low, shown, feature), place_above(low, asked, feature)
-        for high in np.unique(placed[placed >= low]).tolist():
-            inside = int(((placed >= low) & (placed <= high)).sum())
+        placed = np.sort(place_above(low, shown, feature)).tolist()
+        others = np.sort(place_above(low, asked, feature)).tolist()
+        first_inside = bisect_left(placed, low)
+        for high in sorted(set(placed[first_inside:])):
+            inside = bisect_right(placed, high) - first_inside
             if inside < max(fewest, len(shown) // 2 + 1):
                 continue
             sides: list[tuple[float, float, dict[str, bool], int]]
@@ -194,16 +199,17 @@ def _list_candidates(
             if isinstance(feature.kind, Categorical):
                 sides = [(low, high, {"label": True}, len(feature.kind.labels))] if low == high else []
             elif not isinstance(feature.kind, Toroidal):
-                sides += [(-inf, high, {"below": True}, 2)] if low == shown.min() else []
-                sides += [(low, inf, {"above": True}, 2)] if high == shown.max() else []
+                sides += [(-inf, high, {"below": True}, 2)] if low == lowest else []
+                sides += [(low, inf, {"above": True}, 2)] if high == highest else []
             for first, last, how, ranges in sides:
-                wrong = int(((others >= first) & (others <= last)).sum())
+                wrong = bisect_right(others, last) - bisect_left(others, first)
                 likelihood = ranges * _compute_fisher_p(inside, len(shown), wrong, len(asked))
                 found = _Candidate(likelihood, low, high, **how)
                 if not found.is_likely:
                     yield found
 
 
+@lru_cache(10_000)
 def _compute_fisher_p(inside: int, shown: int, wrong: int, asked: int) -> float:
     """Return the probability that by chance at least so many of all inside of a range are presses for the flag."""
     total = inside + wrong

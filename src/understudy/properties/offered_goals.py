@@ -179,6 +179,8 @@ def _find_kept(feature: BoundFeature, values: Column, seconds: Column) -> Iterat
         if feature.binding or not known[0] > 0:
             return  # how far away a target is, is not free space
         low, high = _round_outward(float(known[0]), np.inf, float(known[-1] - known[0]))
+        if low <= 0:
+            return  # kept by whatever it does
     inside = (values >= low) & (values <= high)
     yield _KeptRange(feature, low, high, share, _measure_longest_break(inside, seconds), absent)
 

@@ -142,6 +142,8 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
     ]
     for index, group in enumerate(doc.watched):
         examples += reader.decode_watched(group, (*here, "watched", index))
+    with source.convert_errors((*here, "goal")):
+        goal = None if isinstance(doc.goal, UnsetType) else _make_goal(doc.goal)
     with source.convert_errors((*here, "options")):
         return Lesson(
             automaton,
@@ -149,7 +151,7 @@ def decode_lesson(doc: LessonDoc, automaton: Automaton, source: Source) -> Lesso
             _options(doc.options),
             record,
             _outcomes(doc, source, (*here, "outcomes")),
-            None if isinstance(doc.goal, UnsetType) else _make_goal(doc.goal),
+            goal,
         )
 
 

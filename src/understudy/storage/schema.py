@@ -180,7 +180,7 @@ class GoalDoc(DocStruct, kw_only=True):
     kind: Literal["never", "always", "never longer", "progress"]
     what: str
     within_s: float | UnsetType = UNSET
-    limit_s: float | UnsetType = UNSET
+    limit_s: Annotated[float, Meta(gt=0)] | UnsetType = UNSET
     world: str
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,16 @@ from understudy.sim.team.libraries import collect_libraries, make_coordinator_bo
 from understudy.sim.world import World
 from understudy.storage.library_folder import open_library
 from understudy.training.session import Session
-from understudy.ui.controller.lesson_actions import choose_goal, choose_next_goal
+from understudy.ui.controller.coach import change_reaction_time, correct_slip
+from understudy.ui.controller.lesson_actions import (
+    choose_goal,
+    choose_next_goal,
+    quarantine_examples,
+    release_examples,
+)
 from understudy.ui.controller.open_session import OpenSession, begin_session
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
+from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
 
 ARENA = structs.replace(find_scenario("arena"), goal=None)
@@ -140,6 +148,35 @@ def test_keep_going_counts_what_was_chosen(opened: OpenSession) -> None:
     assert (result.verdict, result.held) == (Verdict.FAILS, 0)
     said = trainer.continuation.finish(result).text
     assert f"Here, in 3.0 s: this does not hold: it {COVERS}. Press what it should do, and resume" in said
+    opened.close()
+
+
+def test_a_chosen_goal_can_be_taken_back_beside_a_flag_that_came_later(opened: OpenSession) -> None:
+    trainer, score = opened.trainer, opened.trainer.score
+    choose_goal(trainer, TOUCHES)
+    trainer.change_design(LessonChoices(flags=["done"]))
+    assert (score.goal, score.is_goal_chosen) == (TOUCHES, True)
+    assert TOUCHES in [each.name for each in score.offers]
+    choose_goal(trainer, None)
+    assert (score.goal, score.offers) == ("done is raised", ())
+    opened.close()
+
+
+QUIET_CHANGES: dict[str, Callable[[Trainer], object]] = {
+    "quarantine": lambda trainer: quarantine_examples(trainer, [1]),
+    "release": lambda trainer: release_examples(trainer, [1]),
+    "slip": lambda trainer: correct_slip(trainer, 1, "forward"),
+    "reaction": lambda trainer: change_reaction_time(trainer, 0.2),
+}
+
+
+@pytest.mark.parametrize("what", QUIET_CHANGES)
+def test_each_change_of_what_is_learned_from_is_scored(opened: OpenSession, what: str) -> None:
+    trainer = opened.trainer
+    choose_goal(trainer, TOUCHES)
+    before = trainer.score.change
+    QUIET_CHANGES[what](trainer)
+    assert trainer.score.change is not before
     opened.close()
 
 

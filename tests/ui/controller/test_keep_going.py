@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import Wall, plan, right
 
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import HoldingResult
-from understudy.falsification.new_worlds import Mistake
+from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.falsification.session_setup import SessionSetup
 from understudy.model.library import Library
 from understudy.properties.run_property import Verdict
@@ -169,6 +170,54 @@ def test_a_limit_of_presses_ends_it(opened: OpenSession, monkeypatch: pytest.Mon
     said = trainer.continuation.finish(make_result(Mistake(7, {"A": "station"}, 4.0, "")))
     assert said.text == "goto does not hold yet, as it is: it works in 80 of 121 new worlds"
     assert said.tone == "error"
+    opened.close()
+
+
+def list_seeds(trainer: Trainer, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Test the present lesson, and list the seeds of its worlds."""
+    seeds = list[int]()
+
+    def note(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
+        seeds.extend(worlds.seeds)
+        return NewWorldsResult(np.ones(len(worlds.seeds), np.bool_), np.ones(len(worlds.seeds)), ())
+
+    monkeypatch.setattr(NewWorlds, "run", note)
+    assert " holds, " in trainer.keep_going().text
+    return seeds
+
+
+def test_no_world_is_used_twice(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor after it held, as it may have been taught there; nor when the lesson is opened again."""
+    trainer = opened.trainer
+    show(trainer, range(3, 4))
+    first, second = list_seeds(trainer, monkeypatch), list_seeds(trainer, monkeypatch)
+    assert len(first) >= 100
+    show(trainer, range(4, 5))
+    trainer.continuation = keep_going.LessonContinuation(trainer)
+    third = list_seeds(trainer, monkeypatch)
+    assert len({*first, *second, *third}) == len(first) + len(second) + len(third)
+    opened.close()
+
+
+def test_what_was_changed_meanwhile_is_not_judged(opened: OpenSession) -> None:
+    trainer = opened.trainer
+    show(trainer, range(3, 4))
+    trainer.continuation.begin()
+    trainer.undo()
+    said = trainer.continuation.finish(make_result(verdict=Verdict.HOLDS))
+    assert said.text == "goto was changed while it was tested: keep going to test it as it is now"
+    opened.close()
+
+
+def test_presses_that_are_undone_do_not_count(opened: OpenSession) -> None:
+    trainer = opened.trainer
+    show(trainer, range(3, 4))
+    trainer.continuation.begin()
+    trainer.continuation.finish(make_result(Mistake(7, {"A": "station"}, 4.0, "")))
+    trainer.undo()
+    trainer.continuation.begin()
+    said = trainer.continuation.finish(make_result(verdict=Verdict.HOLDS))
+    assert said.text.startswith("goto holds, as it is: ")
     opened.close()
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.tui.desks import right
 
-from understudy.falsification.lesson_score import LessonScore, score_behavior
+from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup
 from understudy.model.learner_options import LearnerOptions
@@ -147,7 +148,7 @@ def test_taught_well_it_works_and_what_spoils_it_is_announced() -> None:
         session.delete(number)
     keeper.note_change()
     begin.finish()
-    assert "before this press in" in keeper.describe()
+    assert "before the last change in" in keeper.describe()
     assert (keeper.trend, keeper.change.has_fallen) == ("falling", True)
     for _ in arrivals:
         session.undo()
@@ -178,6 +179,90 @@ def test_a_slip_far_off_is_announced_where_it_says_that_more_is_right() -> None:
     assert keeper.change is not None
     assert keeper.change.has_fallen
     assert "distance_to(A) was 0." in keeper.describe()
+
+
+OTHER_DESIGNS = [  # what is changed -> the score of what is learned then, which is compared with nothing
+    ({"flags": []}, "goto works in 0 of 1 new worlds"),
+    ({"flags": ["arrived"], "names": {"done": "arrived"}}, "goto works in 0 of 2 new worlds"),
+    ({"parameters": ["A", "B"], "targets": {"B": "nearest_food"}}, "goto works in 0 of 2 new worlds"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), OTHER_DESIGNS, ids=["no flag", "another flag", "parameter"])
+def test_another_goal_or_other_parameters_are_not_compared(change: Any, said: str) -> None:
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forward", keeper)
+    begin.finish()
+    session.change_design(**change)
+    keeper.note_change()
+    begin.finish()
+    assert keeper.describe() == said
+    assert keeper.change is not None
+    assert keeper.change.before is None
+
+
+def test_targets_are_those_of_presses() -> None:
+    """A target that it is only turned to, before an undo, was not taught."""
+    session = make_session()
+    keeper = LessonScoreKeeper(session, begin=Later(), worlds=2)
+    assert keeper.list_bindings() == [{"A": "station"}]
+    press(session, "forward", keeper)
+    session.bind_targets(A="nearest_food")
+    keeper.note_change()
+    assert keeper.list_bindings() == [{"A": "station"}]
+    press(session, "rotate_left", keeper)
+    assert keeper.list_bindings() == [{"A": "station"}, {"A": "nearest_food"}]
+    again = Session(Forage([4]), session.library, session.lesson, targets={"A": "station"})
+    assert LessonScoreKeeper(again).list_bindings() == keeper.list_bindings(), "opened again"
+
+
+def test_what_is_undone_while_it_is_scored_has_no_score() -> None:
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forward", keeper)
+    session.undo()
+    keeper.note_change()
+    begin.finish()
+    assert keeper.describe() == ""
+    assert keeper.take_change() is None
+
+
+FALLEN = ScoreChange(
+    LessonScore("goto", np.ones(20, np.bool_), np.ones(20)),
+    LessonScore("goto", np.zeros(20, np.bool_), np.full(20, np.nan)),
+)
+
+
+@pytest.mark.parametrize("scored_first", [True, False])
+def test_a_fall_by_an_undone_press_is_announced_no_more(
+    monkeypatch: pytest.MonkeyPatch, scored_first: bool
+) -> None:
+    """Undo beside it would take back another press."""
+    monkeypatch.setattr(score_keeper, "ScoreChange", lambda *_, **__: FALLEN)
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forward", keeper)
+    press(session, "rotate_left", keeper)
+    if scored_first:
+        begin.finish()
+        assert keeper.trend == "falling"
+    session.undo()
+    if not scored_first:
+        keeper._run()
+    keeper.note_change()
+    assert (keeper.describe(), keeper.trend) == ("goto works in 0 of 20 new worlds", "")
+    assert keeper.take_change() is None
+
+
+def test_the_score_by_another_goal_is_not_shown() -> None:
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=2)
+    press(session, "forward", keeper)
+    begin.finish()
+    session.change_design(flags=[])
+    keeper.note_change()
+    assert keeper.describe() == "goto runs in new worlds…"
 
 
 OBSTACLES = [

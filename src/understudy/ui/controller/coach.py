@@ -316,7 +316,7 @@ def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
 def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
     """Change the assumed reaction time, s; examples are computed again from the record."""
     trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=reaction_s))
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     return StatusMessage(f"Reaction time is {reaction_s:g} s from now on; undo reverts this")
 
 
@@ -324,7 +324,7 @@ def change_reaction_time(trainer: Trainer, reaction_s: float) -> StatusMessage:
 def correct_slip(trainer: Trainer, number: int, next: str) -> StatusMessage:
     """Correct a press to the state that was intended."""
     trainer.session.correct_slip(number, next)
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     return StatusMessage(f"Example {number} goes to {next} now; undo reverts this")
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from understudy.errors import SessionError
-from understudy.falsification.holding_test import WANTED, HoldingResult, HoldingTest
+from understudy.falsification.holding_test import MOST_WORLDS, WANTED, HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.falsification.session_setup import SessionSetup
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 FIRST_SEED = 100_000
 """The first seed of new worlds; each is used for one version of a lesson, and for no score."""
+SEEDS_PER_EXAMPLE = 2 * MOST_WORLDS
+"""How many seeds further a lesson begins for each example, so that it is not tested where it was taught formerly."""
 MOST_PRESSES = 60
 """The number of presses after which it is said that the behavior does not hold yet."""
 
@@ -38,15 +40,23 @@ class LessonContinuation:
     def __init__(self, trainer: Trainer) -> None:
         self._trainer = trainer
         self._test: HoldingTest | None = None
-        self._began_with, self._others = 0, ""
+        self._began_with: int | None = None
+        self._tested: object = None
+        self._others = ""
 
     @property
     def presses(self) -> int:
         """The number of presses since the first test."""
-        return self._count() - self._began_with
+        return max(0, self._count() - (self._began_with or 0))
 
     def _count(self) -> int:
         return self._trainer.session_view.examples
+
+    def _describe_lesson(self) -> object:
+        """Return what differs after each change by a person of what is learned."""
+        lesson = self._trainer.session.lesson
+        presses = [each for each in self._trainer.session.examples if each.is_from_press]
+        return lesson.automaton, lesson.options, lesson.goal, presses
 
     def begin(self) -> Callable[[], HoldingResult]:
         """Return a function that tests the present lesson, which may run in another thread.
@@ -72,8 +82,12 @@ class LessonContinuation:
         if not any(example.is_from_press for example in session.examples):
             raise SessionError("there is nothing to test yet: press a state to direct the robot first")
         if self._test is None:
-            self._test, self._began_with = HoldingTest(partial(NewWorlds, setup), FIRST_SEED), self._count()
+            numbers = max(example.number for example in session.examples)
+            self._test = HoldingTest(partial(NewWorlds, setup), FIRST_SEED + SEEDS_PER_EXAMPLE * numbers)
+        if self._began_with is None:
+            self._began_with = self._count()
         self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)
+        self._tested = self._describe_lesson()
         lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
         test = self._test
 
@@ -86,17 +100,21 @@ class LessonContinuation:
     def finish(self, result: HoldingResult) -> StatusMessage:
         """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
         name, presses = self._trainer.name, self.presses
+        if self._describe_lesson() != self._tested:
+            return StatusMessage(
+                f"{name} was changed while it was tested: keep going to test it as it is now"
+            )
         others = f" ({self._others})" if self._others else ""
         count = f"{result.held} of {result.worlds} new worlds{others}"
         after = f"after {presses} press{'es' * (presses != 1)}" if presses else "as it is"
         if result.verdict is Verdict.HOLDS:
-            self._test = None
+            self._began_with = None
             share = f"{WANTED:.0%}".replace("%", " %")
             return StatusMessage(
                 f"{name} holds, {after}: in at least {share} of worlds ({count})", "recorded"
             )
         if presses >= MOST_PRESSES or not result.mistakes:
-            self._test = None
+            self._began_with = None
             return StatusMessage(f"{name} does not hold yet, {after}: it works in {count}", "error")
         mistake = result.mistakes[0]
         before_s = mistake.wrong_s - self._go_to(mistake)

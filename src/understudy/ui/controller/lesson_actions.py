@@ -25,7 +25,7 @@ def quarantine_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessa
     judgement = trainer.session.correction_diagnosis
     reasons = {} if judgement is None else judgement.reasons
     trainer.session.quarantine({number: reasons.get(number, BY_HAND) for number in numbers})
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     return StatusMessage(f"{_examples(numbers)} in quarantine; undo reverts this")
 
 
@@ -33,7 +33,7 @@ def quarantine_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessa
 def release_examples(trainer: Trainer, numbers: Sequence[int]) -> StatusMessage:
     """Take examples out of quarantine."""
     trainer.session.quarantine(dict.fromkeys(numbers, ""))
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     return StatusMessage(f"{_examples(numbers)} out of quarantine; undo reverts this")
 
 
@@ -75,8 +75,7 @@ def choose_goal(trainer: Trainer, name: str | None) -> StatusMessage:
     """Choose what success means among the offered goals by its name; None: nothing is chosen."""
     goal = None if name is None else trainer.score.find_offer(name)
     trainer.session.change_design(goal=goal)
-    trainer.score.note_change()
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     chosen = trainer.score.goal or "not chosen"
     return StatusMessage(f"Success: {chosen}; undo reverts this")
 
@@ -104,5 +103,5 @@ def change_pruning(trainer: Trainer, pruning: float) -> StatusMessage:
     """Learn the lesson with a pruning from now on; 0 turns pruning off."""
     lesson = get_simplifiable_lesson(trainer.session.make_trained_automaton())
     trainer.session.change_design(options=replace_pruning(lesson, pruning).options)
-    trainer.refresh_view()
+    trainer.note_lesson_change()
     return StatusMessage("Simplified as shown; undo reverts this" if pruning else "Pruning is off")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
+from dataclasses import replace
+from functools import partial
 from threading import Lock, Thread
 from time import sleep
 
@@ -64,11 +66,11 @@ class LessonScoreKeeper:
     ) -> None:
         self._session, self._worlds = session, worlds
         self._begin = begin_in_thread if begin is None else begin
-        self._bindings: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}
         self._seed, self._lock = FIRST_SEED, Lock()
         self._scored: TrainedAutomaton | None = None
-        self._waiting: tuple[Lesson, SessionSetup] | None = None
+        self._waiting: Callable[[], None] | None = None
         self._fresh: ScoreChange | None = None
+        self._present: Lesson | None = None
         self.change: ScoreChange | None = None
         """The newest score, beside the one before. None: there is none yet."""
         self.problem = ""
@@ -97,7 +99,7 @@ class LessonScoreKeeper:
 
     @property
     def offers(self) -> tuple[Property, ...]:
-        """The goals of which a person can pick one; none for a behavior with a flag that says what success is."""
+        """The goals of which a person can pick one; none if a flag says what success is, and no goal was chosen."""
         return self._look_at_goals()[1]
 
     @property
@@ -111,7 +113,7 @@ class LessonScoreKeeper:
             lesson, setup = self._session.lesson, SessionSetup.from_session(self._session)
             goal = describe_goal(lesson, of_world=setup is not None and setup.scenario.goal is not None)
             by_flag = choose_success_flag(lesson.automaton.flags) is not None
-            offers = () if by_flag else offer_session_goals(self._session)
+            offers = () if by_flag and lesson.goal is None else offer_session_goals(self._session)
             self._goals = goal, offers, lesson.goal is not None
         return self._goals
 
@@ -124,12 +126,14 @@ class LessonScoreKeeper:
         raise SessionError(f"this goal is not offered: {name!r:.80}; offered are: {known}")
 
     def describe(self) -> str:
-        """Return the score in words, or why there is none; empty before the first press."""
+        """Return the score in words, or why there is none; empty before the first one."""
         if obstacle := self.find_obstacle():
             return obstacle
         if self.problem:
             return f"not measured: {self.problem}"
-        return "" if self.change is None else self.change.describe()
+        if self.change is None:
+            return "" if self._scored is None else f"{self._session.automaton.name} runs in new worlds…"
+        return self.change.describe()
 
     @property
     def trend(self) -> Trend:
@@ -139,19 +143,34 @@ class LessonScoreKeeper:
     def note_change(self) -> None:
         """Take the score of what is learned now, after a press or another change; what is running is finished first."""
         self._goals = None
-        targets = dict(self._session.view().targets)
-        self._bindings.setdefault(tuple(targets.items()), targets)
-        if not any(example.is_from_press for example in self._session.examples):
-            self._scored = self.change = None
-            return
-        setup = SessionSetup.from_session(self._session)
-        if setup is None or self.find_obstacle():
+        has_press = any(example.is_from_press for example in self._session.examples)
+        self._present, setup = (
+            self._session.lesson if has_press else None,
+            SessionSetup.from_session(self._session),
+        )
+        self._forget_outdated()
+        if self._present is None or setup is None or self.find_obstacle():
             return
         with self._lock:
-            self._waiting = self._session.lesson, setup
+            bindings = self.list_bindings()[:MOST_BINDINGS]
+            self._waiting = partial(self._score, self._present, setup, bindings)
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
+
+    def _forget_outdated(self) -> None:
+        """Forget a score if there is nothing to score, or success has another meaning; and a fall by an undone press.
+
+        Any thread may call it: what it finds depends on the present lesson and the newest score only.
+        """
+        with self._lock:
+            now, scored = self._present, None if self._scored is None else self._scored.lesson
+            if now is None:
+                self._scored, self.problem = None, ""
+            if now is None or (scored is not None and not is_success_same(scored, now)):
+                self.change = self._fresh = None
+            elif self.change is not None and scored is not None and not has_presses_of(now, scored):
+                self.change, self._fresh = replace(self.change, before=None), None
 
     def take_change(self) -> ScoreChange | None:
         """Return the newest score on the first call after it was taken, else None."""
@@ -159,17 +178,16 @@ class LessonScoreKeeper:
         return fresh
 
     def _run(self) -> None:
-        while (waiting := self._take_waiting()) is not None:
-            lesson, setup = waiting
+        while (score := self._take_waiting()) is not None:
             try:
-                self._score(TrainedAutomaton(learn_automaton(lesson), lesson), setup)
+                score()
             except CancelledError:
                 pass
             except Exception as error:
                 self._scored, self.problem = None, describe_error(error)
 
-    def _take_waiting(self) -> tuple[Lesson, SessionSetup] | None:
-        """Return the lesson to score next, and what the session runs; None if there is none, which ends the runs."""
+    def _take_waiting(self) -> Callable[[], None] | None:
+        """Return what scores the lesson that is next; None if there is none, which ends the runs."""
         with self._lock:
             waiting, self._waiting = self._waiting, None
             self.is_running = waiting is not None
@@ -181,35 +199,41 @@ class LessonScoreKeeper:
         if enabled:
             self.note_change()
 
-    def _score(self, taught: TrainedAutomaton, setup: SessionSetup) -> None:
-        """Score an automaton, and the one before, in worlds that were never used."""
-        by_flag = _get_goal(taught) is None and choose_success_flag(taught.automaton.flags) is not None
+    def _score(self, lesson: Lesson, setup: SessionSetup, bindings: Sequence[Mapping[str, str]]) -> None:
+        """Score what is learned from a lesson, and the version before, in worlds that were never used."""
+        taught = TrainedAutomaton(learn_automaton(lesson), lesson)
+        by_flag = isinstance(find_success(lesson), str)
         count = self._worlds if by_flag else self._worlds // 2
         count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
         self._seed += count
         former = self._scored
-        if former is not None and _get_goal(former) != _get_goal(taught):
-            former = None  # another goal cannot be compared with this one
+        if former is not None and not is_comparable(former, taught):
+            former = None
         shown = find_compared_range(former, taught) if by_flag else None
         worlds = NewWorlds(setup, seeds, shown)
-        before = None if former is None else self._run_worlds(former, worlds)
-        after = self._run_worlds(taught, worlds)
+        before = None if former is None else self._run_worlds(former, worlds, bindings)
+        after = self._run_worlds(taught, worlds, bindings)
         self._scored = taught
         goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
         self.problem = ""
         self.change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
         self._fresh = self.change
+        self._forget_outdated()
 
     def list_bindings(self) -> list[Mapping[str, str]]:
-        """List the targets that the parameters had at presses, in order; the present ones if there was no press."""
-        parameters = set(self._session.automaton.parameters)
-        known = [each for each in self._bindings.values() if set(each) == parameters]
-        return known or [dict(self._session.view().targets)]
+        """List the targets that the parameters had at presses, in order; the present ones if there was none here."""
+        session, parameters = self._session, set(self._session.automaton.parameters)
+        shown = dict.fromkeys(each.binding for each in session.examples if each.is_from_press)
+        here = set(session.body.targets)
+        known: list[Mapping[str, str]]
+        known = [dict(each) for each in shown if set(each) == parameters and here >= set(each.values())]
+        return known or [dict(session.view().targets)]
 
-    def _run_worlds(self, taught: TrainedAutomaton, worlds: NewWorlds) -> LessonScore:
+    def _run_worlds(
+        self, taught: TrainedAutomaton, worlds: NewWorlds, bindings: Sequence[Mapping[str, str]]
+    ) -> LessonScore:
         library, name = self._session.library.with_automaton(taught), taught.automaton.name
-        bindings = self.list_bindings()[:MOST_BINDINGS]
         return score_behavior(library, name, worlds, bindings, progress=self._report)
 
     def _report(self, through: int, worlds: int) -> None:
@@ -233,5 +257,25 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
     return found or find_shown_range(taught.lesson, flag)
 
 
-def _get_goal(taught: TrainedAutomaton) -> Property | None:
-    return None if taught.lesson is None else taught.lesson.goal
+def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
+    """Return whether success means the same for two versions, and they can be run with the same targets."""
+    if former.lesson is None or taught.lesson is None:
+        return False
+    same_targets = former.automaton.parameters == taught.automaton.parameters
+    return same_targets and is_success_same(former.lesson, taught.lesson)
+
+
+def is_success_same(first: Lesson, second: Lesson) -> bool:
+    """Return whether success means the same in two lessons."""
+    return find_success(first) == find_success(second)
+
+
+def find_success(lesson: Lesson) -> Property | str | None:
+    """Find what success means: the chosen goal, or the flag that says so; None if the world's goal counts."""
+    return choose_success_flag(lesson.automaton.flags) if lesson.goal is None else lesson.goal
+
+
+def has_presses_of(lesson: Lesson, scored: Lesson) -> bool:
+    """Return whether a lesson has all presses of one that was scored: none was undone, deleted or changed since."""
+    presses = {(example.number, example.next) for example in lesson.examples}
+    return all((each.number, each.next) in presses for each in scored.examples if each.is_from_press)

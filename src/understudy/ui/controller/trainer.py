@@ -474,9 +474,13 @@ class Trainer:
         return self._saved.save(taught)
 
     def _changed(self, said: str) -> StatusMessage:
+        self.note_lesson_change()
+        return StatusMessage(said)
+
+    def note_lesson_change(self) -> None:
+        """Update the view and the score after a change of what is learned from."""
         self.refresh_view()
         self.score.note_change()
-        return StatusMessage(said)
 
     def refresh_view(self) -> None:
         """Update the view after a change of the lesson."""
