@@ -13,7 +13,8 @@ from understudy.falsification.lesson_score import LessonScore, ScoreChange, Tren
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Lesson
-from understudy.model.library import TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
@@ -110,6 +111,13 @@ class LessonScoreKeeper:
             begins, self.is_running = not self.is_running, True
         if begins:
             self._begin(self._run)
+
+    def find_scored(self) -> tuple[Library, Scenario, LessonScore] | None:
+        """Return what was scored last, in its library, with the scenario and its score; None if nothing was."""
+        change, taught, body = self.change, self._scored, self._session.body
+        if change is None or taught is None or not isinstance(body, World) or self.find_obstacle():
+            return None
+        return self._session.library.with_automaton(taught), body.scenario, change.after
 
     def take_change(self) -> ScoreChange | None:
         """Return the newest score on the first call after it was taken, else None."""
