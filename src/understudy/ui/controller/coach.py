@@ -120,7 +120,7 @@ class CoachController:
         returns None until the report is ready.
         """
         lesson, transitions = self._explainer.learn_lesson()
-        made_for = lesson, self._score.change
+        made_for = lesson, None if self._score.is_running else self._score.change
         if self._made_for is None or any(
             new is not old for new, old in zip(made_for, self._made_for, strict=True)
         ):

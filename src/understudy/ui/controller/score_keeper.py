@@ -113,9 +113,14 @@ class LessonScoreKeeper:
             self._begin(self._run)
 
     def find_scored(self) -> tuple[Library, Scenario, LessonScore] | None:
-        """Return what was scored last, in its library, with the scenario and its score; None if nothing was."""
+        """Return what was scored last, in its library, with the scenario and its score.
+
+        None if nothing was, it is turned off, or the next score is being taken.
+        """
         change, taught, body = self.change, self._scored, self._session.body
-        if change is None or taught is None or not isinstance(body, World) or self.find_obstacle():
+        if self.is_running or self.find_obstacle():
+            return None
+        if change is None or taught is None or not isinstance(body, World):
             return None
         return self._session.library.with_automaton(taught), body.scenario, change.after
 
