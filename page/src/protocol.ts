@@ -630,6 +630,8 @@ export interface Moved {
 export interface Advice {
   kind: string;
   sentence: string;
+  /** In how many new worlds the behavior went wrong for that; empty if in none. */
+  evidence: string;
   /** The importance from 0 to 1; advice above 0.5 is clearly worth following. */
   weight: number;
   examples: readonly number[];

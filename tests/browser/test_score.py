@@ -40,3 +40,18 @@ def test_a_lesson_is_scored_until_that_is_turned_off(
     expect(page.get_by_text("goto works in 0 of")).to_have_count(2)
     expect(page.get_by_text("Press what it should do, and resume")).to_be_visible()
     snap(page, "keep going")
+
+
+def test_the_coach_advises_first_on_what_went_wrong_there(
+    visit: Callable[..., Page], studio: Studio, snap: Callable[[Page, str], None]
+) -> None:
+    page = visit(prompt=True)
+    person = Forager(page, studio.clock)
+    person.begin(GOTO)
+    for state in ("rotate_left", "forward", "rotate_left", "forward"):
+        person.direct(state)
+        person.go(1)
+    page.get_by_role("tab", name="Coach").click()
+    first = page.get_by_label("Advice", exact=True).get_by_role("listitem").first
+    expect(first).to_contain_text("I went wrong there in")
+    snap(page, "coach")

@@ -66,7 +66,9 @@ def test_a_lesson_in_a_failing_world_corrects_it() -> None:
     by_failures = teach_by_failures(exercise.person(careful, 0), library, 0)
     assert len(by_failures.presses) == len(by_failures.found) == LESSONS
     assert by_failures.found[0] > 900
-    assert by_failures.found[-1] < 900  # never shown anything else, it learns from five worlds, slowly: the slip stays
+    assert (
+        by_failures.found[-1] < 900
+    )  # never shown anything else, it learns from five worlds, slowly: the slip stays
     before = ArrivalMeasure(library).count_failures(SEEDS)
     assert ArrivalMeasure(by_failures.library).count_failures(SEEDS) < before
     at_random = teach_at_random(exercise.person(careful, 0), library, by_failures.presses)

@@ -47,8 +47,8 @@ interface Coached {
   late: Late | null;
 }
 
-/** What the coach says of the lesson; asked again when that has changed. */
-function useCoach(studio: Studio, edition: number): readonly [Coached | null, () => void] {
+/** What the coach says of the lesson; asked again when that has changed, and when its score is taken. */
+function useCoach(studio: Studio, edition: number, scoring: boolean): readonly [Coached | null, () => void] {
   const [coached, setCoached] = useState<Coached | null>(null);
   const [asked, setAsked] = useState(0);
   const last = useRef(-REST_MS);
@@ -66,7 +66,7 @@ function useCoach(studio: Studio, edition: number): readonly [Coached | null, ()
       over = true;
       clearTimeout(due);
     };
-  }, [edition, asked]);
+  }, [edition, scoring, asked]);
   const again = (): void => {
     last.current = -REST_MS;
     setAsked((count) => count + 1);
@@ -80,7 +80,7 @@ interface Part {
 }
 
 function Advised({ desk, studio }: Part) {
-  const [coached, again] = useCoach(studio, desk.edition);
+  const [coached, again] = useCoach(studio, desk.edition, desk.score.running);
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (coached === null) return null;
@@ -197,7 +197,7 @@ interface ItemProps {
 
 function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
-  const { sentence, examples, says, kind, weight, place } = advice;
+  const { sentence, evidence, examples, says, kind, weight, place } = advice;
   const show = (): void => {
     const [number] = examples;
     panel.showExamples(examples);
@@ -211,6 +211,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
         <p>{plain(sentence)}</p>
         {place && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
+      {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
       {says !== null && (
         <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
       )}

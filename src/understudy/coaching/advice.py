@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise, product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,7 @@ class Advice:
     for each of the lesson's features (None: no situation in particular), and `at` is one of them that represents it.
     `examples` are the numbers of the examples concerned. `weight` says how useful the advice is, from 0 to 1; it is
     plainly useful above 0.5. `doubt` says how strongly other examples contradict a press that looks like a slip.
+    `evidence` says in another sentence in how many new worlds a behavior went wrong for that; empty if in none.
     """
 
     kind: AdviceKind
@@ -70,6 +72,28 @@ class Advice:
     examples: tuple[int, ...] = ()
     at: tuple[float, ...] | None = None
     doubt: float = 0.0
+    evidence: str = ""
+
+
+class DecisionMet(NamedTuple):
+    """A decision in a world: the state, and the feature vector."""
+
+    state: str
+    values: tuple[float, ...]
+
+
+class FailedRun(NamedTuple):
+    """A world in which a behavior went wrong: what happened, in words, and what it decided there."""
+
+    why: str
+    decisions: Sequence[DecisionMet]
+
+
+class WrongDecisions(NamedTuple):
+    """The number of new worlds in which a behavior ran, and those in which it went wrong."""
+
+    worlds: int
+    failed: Sequence[FailedRun]
 
 
 def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:

@@ -18,6 +18,8 @@ from understudy.coaching.advice import (
     MOST_ADVICE,
     Advice,
     AdviceKind,
+    DecisionMet,
+    WrongDecisions,
     advise_on_contradictions,
     advise_on_isolated_presses,
     advise_on_mislabels,
@@ -53,6 +55,8 @@ GOOD = 0.95
 """With this share of cases decided as shown, a lesson has enough examples."""
 UNSURE = 0.3
 """No advice on a lesson of hardly any examples weighs more."""
+IN_WORLDS = 0.95
+"""No advice weighs more without a trial in worlds; advice on what goes wrong there does."""
 
 
 def give_advice(
@@ -62,12 +66,14 @@ def give_advice(
     kit: Kit | None = None,
     situations: NDArray[np.float64] | None = None,
     meant: Mapping[int, float] = MappingProxyType({}),
+    wrong: WrongDecisions | None = None,
 ) -> tuple[Advice, ...]:
     """List what a lesson lacks, most useful first, given the transition functions learned from it.
 
     With a `kit`, its unused features are tried on contradictions. `situations` [M, F] are feature vectors that the
     robot may meet (see `sample_posed_situations`); None: they are sampled from the examples. `meant` has the presses
-    that the demonstrator has confirmed, by number, with the `doubt` at that time.
+    that the demonstrator has confirmed, by number, with the `doubt` at that time. Advice that would change most of the
+    `wrong` decisions in new worlds comes first.
     """
     analysis = LessonAnalysis(lesson, transitions, situations)
     found = [
@@ -87,7 +93,37 @@ def give_advice(
         found += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
         found += advise_on_accuracy(analysis)
         found += advise_on_unused_features(analysis)
+        if wrong is not None:
+            found = [_weigh_by_worlds(each, analysis, wrong) for each in found]
     return tuple(sorted(found, key=lambda each: -each.weight))
+
+
+def _weigh_by_worlds(advice: Advice, analysis: LessonAnalysis, wrong: WrongDecisions) -> Advice:
+    """Return advice with the number of new worlds that went wrong for what it states; such advice comes first."""
+    runs = [run for run in wrong.failed if any(_concerns(advice, met, analysis) for met in run.decisions)]
+    if not runs:
+        return advice
+    said = f"I went wrong there in {len(runs)} of {wrong.worlds} new worlds ({runs[0].why})."
+    weight = IN_WORLDS + (1.0 - IN_WORLDS) * len(runs) / wrong.worlds
+    return replace(advice, weight=weight, evidence=said)
+
+
+def _concerns(advice: Advice, met: DecisionMet, analysis: LessonAnalysis) -> bool:
+    """Return whether advice is about a decision: about its leaf, its situation, or an example that it rests on."""
+    state = next((each for each in analysis.states.values() if each.place in ("", met.state)), None)
+    if advice.kind in (AdviceKind.GAP, AdviceKind.NEVER_LEFT):
+        parts = zip(met.values, advice.region or (), strict=advice.region is not None)
+        return advice.state in ("", met.state) and all(value in part for value, part in parts)
+    if state is None or not isinstance(state.transition, Tree) or advice.state != state.place:
+        return False
+    if advice.kind is AdviceKind.STRETCHED and advice.at is not None:
+        return state.transition.path(met.values)[1] == state.transition.path(advice.at)[1]
+    answers: dict[str, list[int]] = {}
+    for row, example in enumerate(state.examples):
+        if example.number in advice.examples:
+            answers.setdefault(example.next, []).append(row)
+    now = state.transition.decide(met.values)
+    return any(state.fit_without(tuple(rows)).decide(met.values) != now for rows in answers.values())
 
 
 def _advise_on_few_presses(analysis: LessonAnalysis) -> Advice:

@@ -255,33 +255,37 @@ class _Watch:
         for cell in cells:
             both = np.ones(len(self._in), np.bool_)
             for what, region in cell:
-                values = columns[what] if isinstance(what, int) else self._read_own(what, place, level, now)
+                if isinstance(what, int):
+                    values = columns[what]
+                else:
+                    values = read_own_column(self.engine, what, place, level=level, now=now)
                 both &= _contains(region, values)
             inside |= both
-        return (
-            inside & (self._find_flags(level) >= 0) if self.finding.kind is FindingKind.DEAD_END else inside
-        )
+        is_over = self.finding.kind is FindingKind.DEAD_END
+        return inside & (find_flags_below(self.engine, level) >= 0) if is_over else inside
 
-    def _find_flags(self, level: int) -> NDArray[np.int64]:
-        """Return the number of the flag that the automaton below a level has raised [N]; less than 0 for none."""
-        tables, states = self.engine.compiled.tables.states, self.engine.stacks.state
-        if level + 1 == states.shape[1]:
-            return np.full(len(states), -1)
-        return np.where(tables["child"][states[:, level]] >= 0, tables["flag"][states[:, level + 1]], -1)
 
-    def _read_own(self, feature: AnyFeature, place: StateSlot, level: int, now: float) -> Column:
-        """Read an own feature of the automaton at a level, as its tree does [N]."""
-        stacks, compiled = self.engine.stacks, self.engine.compiled
-        if isinstance(feature, FlagFeature):
-            return np.asarray(self._find_flags(level) == compiled.flags.get(feature.name, -2), np.float64)
-        if isinstance(feature, CounterFeature):
-            return np.nan_to_num(stacks.memory[:, place.memory["counter", feature.name]])
-        is_timer = isinstance(feature, TimerFeature)
-        since = (
-            stacks.memory[:, place.memory["timer", feature.name]] if is_timer else stacks.entered[:, level]
-        )
-        elapsed: Column = np.round(now - since, 9)
-        return elapsed
+def find_flags_below(engine: Engine, level: int) -> NDArray[np.int64]:
+    """Return the number of the flag that the automaton below a level has raised [N]; less than 0 for none."""
+    tables, states = engine.compiled.tables.states, engine.stacks.state
+    if level + 1 == states.shape[1]:
+        return np.full(len(states), -1)
+    return np.where(tables["child"][states[:, level]] >= 0, tables["flag"][states[:, level + 1]], -1)
+
+
+def read_own_column(
+    engine: Engine, feature: AnyFeature, place: StateSlot, *, level: int, now: float
+) -> Column:
+    """Read an own feature of the automaton at a level, as its tree does [N]."""
+    stacks, compiled = engine.stacks, engine.compiled
+    if isinstance(feature, FlagFeature):
+        return np.asarray(find_flags_below(engine, level) == compiled.flags.get(feature.name, -2), np.float64)
+    if isinstance(feature, CounterFeature):
+        return np.nan_to_num(stacks.memory[:, place.memory["counter", feature.name]])
+    is_timer = isinstance(feature, TimerFeature)
+    since = stacks.memory[:, place.memory["timer", feature.name]] if is_timer else stacks.entered[:, level]
+    elapsed: Column = np.round(now - since, 9)
+    return elapsed
 
 
 def _contains(region: ValueSet, values: Column) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.paired_tests import compute_mcnemar_p
-from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.model.kinds import Column
 from understudy.model.library import Library
 
@@ -39,12 +39,15 @@ class LessonScore:
         How long it took [K], s; NaN where it did not.
     others
         What the other agents did: "the other robots idle"; empty if there are none.
+    mistakes
+        The worlds in which it did not, with the target of each parameter and the time.
     """
 
     behavior: str
     works: NDArray[np.bool_]
     seconds: Column
     others: str = ""
+    mistakes: tuple[Mistake, ...] = ()
 
     @property
     def worlds(self) -> int:
@@ -174,4 +177,5 @@ def score_behavior(
     results = [worlds.run(library, behavior, binding, progress=progress) for binding in bindings]
     works = np.logical_and.reduce([each.works for each in results])
     seconds = np.sum([each.seconds for each in results], axis=0)
-    return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior))
+    mistakes = tuple(mistake for each in results for mistake in each.mistakes)
+    return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior), mistakes)

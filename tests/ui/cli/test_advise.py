@@ -43,8 +43,12 @@ def test_a_region_is_plain_data_without_what_may_be_anything(folder: Path) -> No
 
 
 def test_with_a_world_situations_are_those_of_its_robot(folder: Path) -> None:
-    told = said("advise", "goto", "-l", folder, "--world", "forage", "--bind", "A=nearest_food")
+    asked = ("advise", "goto", "-l", folder, "--world", "forage", "--bind", "A=nearest_food")
+    told = said(*asked, "--most", 20)
     assert {"gap", "contradiction"} <= {each["kind"] for each in told["advice"]}
+    assert told["advice"][0]["evidence"].startswith("I went wrong there in ")
+    assert "I went wrong there in" in run(*asked).stdout
+    assert not any(each["evidence"] for each in said("advise", "goto", "-l", folder)["advice"])
     bad = run("advise", "goto", "-l", folder, "--world", "forage", "--bind", "A=moon")
     assert bad.exit_code == 2
     assert "no target 'moon'" in bad.output

@@ -20,6 +20,8 @@ from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.controller import score_keeper
+from understudy.ui.controller.coach import CoachController
+from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.score_keeper import FIRST_SEED, LessonScoreKeeper
 
 STATES = ["forward", "rotate_left", "rotate_right"]
@@ -316,3 +318,24 @@ def test_turned_off_runs_end() -> None:
     keeper.turn(True)
     begin.finish()
     assert keeper.change is not None
+
+
+def test_the_coach_advises_first_on_what_went_wrong_in_the_worlds_of_the_score() -> None:
+    session, begin = make_session(), Later()
+    keeper = LessonScoreKeeper(session, begin=begin, worlds=4)
+    coach = CoachController(session, DecisionExplainer(session), keeper)
+    for state in ("rotate_left", "forward", "rotate_left", "forward"):
+        press(session, state, keeper)
+        session.run_for(1.0)
+    before = coach.compute_report()
+    assert before is coach.compute_report()
+    assert before is not None
+    assert not any(each.evidence for each in before.advice)
+    begin.finish()
+    after = coach.compute_report()
+    assert after is coach.compute_report()
+    assert after is not None
+    assert after.advice[0].evidence.startswith("I went wrong there in 4 of 4 new worlds")
+    assert {each.sentence for each in after.advice} == {each.sentence for each in before.advice}
+    keeper.turn(False)
+    assert keeper.find_scored() is None

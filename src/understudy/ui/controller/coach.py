@@ -17,6 +17,9 @@ from understudy.coaching.raised_elsewhere import find_raised_elsewhere
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
+from understudy.falsification.lesson_score import LessonScore, ScoreChange
+from understudy.falsification.session_setup import SessionSetup
+from understudy.falsification.wrong_decisions import find_wrong_decisions
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
@@ -27,6 +30,7 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.lesson_check import check_lesson
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.verification.finding import Finding
 
@@ -73,8 +77,10 @@ def _advised(
     library: Library,
     body: Body,
     meant: Mapping[int, float],
+    scored: tuple[Library, SessionSetup, LessonScore] | None,
 ) -> AdviceReport:
-    advice = give_advice(lesson, transitions, kit=library.kit, meant=meant)
+    wrong = None if scored is None else find_wrong_decisions(*scored)
+    advice = give_advice(lesson, transitions, kit=library.kit, meant=meant, wrong=wrong)
     return AdviceReport(
         lesson,
         advice,
@@ -85,20 +91,21 @@ def _advised(
 
 
 class CoachController:
-    """Advice on one session's lesson, computed again only when the lesson changed.
+    """Advice on one session's lesson, computed again only when the lesson or its score changed.
 
     At first, a lesson that is taught live marks where it is unsure, and any other does not ask.
     """
 
-    def __init__(self, session: Session, why: DecisionExplainer) -> None:
+    def __init__(self, session: Session, why: DecisionExplainer, score: LessonScoreKeeper) -> None:
         live = session.lesson.options.live
         self.asking = UncertaintyQueries(session, QueryPolicy.MARK if live else QueryPolicy.NEVER)
         self.chosen_policy: QueryPolicy | None = None
         self.skipping = UncertaintyQueries(session)
         self.quiet = QuietSituations()
-        self._session, self._explainer = session, why
+        self._session, self._explainer, self._score = session, why, score
         self.last_report: AdviceReport | None = None  # last
-        self._making: tuple[Lesson, Future[AdviceReport]] | None = None
+        self._made_for: tuple[Lesson, ScoreChange | None] | None = None
+        self._making: Future[AdviceReport] | None = None
         self._meant: dict[int, float] = {}
         self._next = 0
         self._question: Question | None = None
@@ -114,26 +121,24 @@ class CoachController:
         returns None until the report is ready.
         """
         lesson, transitions = self._explainer.learn_lesson()
-        if self.last_report is not None and self.last_report.lesson is lesson:
+        made_for = lesson, None if self._score.is_running else self._score.change
+        if self._made_for is None or any(
+            new is not old for new, old in zip(made_for, self._made_for, strict=True)
+        ):
+            self._made_for, self._making, self.last_report = made_for, None, None
+        if self.last_report is not None:
             return self.last_report
-        session = self._session
-        given = (
-            lesson,
-            transitions,
-            session.library,
-            session.body,
-            dict(self._meant),
-        )
+        session, meant = self._session, dict(self._meant)
+        given = lesson, transitions, session.library, session.body, meant, self._score.find_scored()
         if beside is None:
             self.last_report = _advised(*given)
         else:
-            making = self._making
-            if making is None or making[0] is not lesson:
-                making = self._making = lesson, beside.submit(_advised, *given)
+            if self._making is None:
+                self._making = beside.submit(_advised, *given)
             else:
                 patience_s = 0.0  # that was waited for already
             try:
-                self.last_report = making[1].result(patience_s)
+                self.last_report = self._making.result(patience_s)
             except TimeoutError:
                 return None
         self._next = 0

@@ -18,7 +18,7 @@ from understudy.falsification.session_setup import SessionSetup, offer_session_g
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
 from understudy.model.lesson import Lesson
-from understudy.model.library import TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property
 from understudy.properties.offered_goals import describe_goal
 from understudy.training.session import Session
@@ -171,6 +171,18 @@ class LessonScoreKeeper:
                 self.change = self._fresh = None
             elif self.change is not None and scored is not None and not has_presses_of(now, scored):
                 self.change, self._fresh = replace(self.change, before=None), None
+
+    def find_scored(self) -> tuple[Library, SessionSetup, LessonScore] | None:
+        """Return what was scored last, in its library, with what ran in new worlds and its score.
+
+        None if nothing was, it is turned off, the next score is being taken, or a coordinator is trained.
+        """
+        change, taught, setup = self.change, self._scored, SessionSetup.from_session(self._session)
+        if self.is_running or self.find_obstacle():
+            return None
+        if change is None or taught is None or setup is None or setup.team is not None:
+            return None
+        return self._session.library.with_automaton(taught), setup, change.after
 
     def take_change(self) -> ScoreChange | None:
         """Return the newest score on the first call after it was taken, else None."""

@@ -81,8 +81,8 @@ class Trainer:
         self.note = body.record_action if isinstance(body, DigitalTwin) else skip_note
         self.folder, self.seed = folder, seed
         self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
-        self.coach = CoachController(session, self.explainer)
         self.score, self.continuation = LessonScoreKeeper(session), LessonContinuation(self)
+        self.coach = CoachController(session, self.explainer, self.score)
         self.status = StatusMessage("")
         self.corrected = False
         self.driving = False

@@ -54,6 +54,8 @@ def render_advice(report: AdviceReport) -> Text:
     text = Text.assemble(("What to show next", TITLE))
     for each in report.advice[:MOST_ADVICE]:
         text.append("\n• ").append(format_names(each.sentence))
+        if each.evidence:
+            text.append(" ").append(format_names(each.evidence))
     if not report.advice:
         text.append("\nno suggestions: the lesson is consistent", DIM)
     elif len(report.advice) > MOST_ADVICE:

@@ -11,10 +11,16 @@ import typer
 from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, LibraryOption, SomeWorld
 
 if TYPE_CHECKING:
-    from understudy.coaching.advice import Advice, AdviceKind
+    from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
     from understudy.model.lesson import Lesson
+    from understudy.model.library import Library
+    from understudy.sim.world import World
 
 MOST = 8
+FIRST_SEED = 1_100_000_000
+"""The first seed of the new worlds in which the automaton runs."""
+WORLDS, WORLDS_BY_GOAL = 100, 30
+"""The number of new worlds for an automaton with a flag, and for one that is judged by the goal of the world."""
 
 
 def advise(
@@ -28,12 +34,14 @@ def advise(
 ) -> None:
     """Suggest what to show next in a lesson, most useful first.
 
-    With --world, situations are taken from that world, and features that the lesson left out are tried on
-    contradictions. Without it, situations are made up from the examples.
+    With --world, the automaton runs in new worlds, and what made it go wrong there comes first; situations are taken
+    from that world, and features that the lesson left out are tried on contradictions. Without it, situations are made
+    up from the examples.
 
     [dim]understudy advise goto --library demo/library --world forage[/]
     """
     from understudy.coaching.give_advice import give_advice
+    from understudy.coaching.pose_sampling import sample_posed_situations
     from understudy.learning.fit import learn
     from understudy.storage.library_folder import open_each_automaton
     from understudy.ui.cli.options import find_optional_kit, import_learner
@@ -51,8 +59,12 @@ def advise(
         raise _refused(
             f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"
         )
-    situations = None if world is None else _situations(lesson, world, bind)
-    found = give_advice(lesson, learn(lesson), kit=parts, situations=situations)
+    situations, wrong = None, None
+    if world is not None:
+        body, targets = _place(lesson, world, bind)
+        situations = sample_posed_situations(body, lesson.automaton.features, targets)
+        wrong = _run_in_new_worlds(lesson, listing.library, body, _list_bindings(lesson, body, targets, bind))
+    found = give_advice(lesson, learn(lesson), kit=parts, situations=situations, wrong=wrong)
     if as_json:
         print_json({"name": name, "advice": [_make_row(each, lesson) for each in found[:most]]})
     else:
@@ -65,26 +77,60 @@ def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
     return SettingError(where=where, setting=setting, problem=problem, remedy=remedy)
 
 
-def _situations(lesson: Lesson, world: str, bind: list[str] | None) -> Any:
-    """Sample readings of a robot at many places in the scenario; own features are as in the examples."""
-    from understudy.coaching.pose_sampling import sample_posed_situations
+def _place(lesson: Lesson, world: str, bind: list[str] | None) -> tuple[World, Mapping[str, str]]:
+    """Return a world of a scenario, and the target of each parameter there: its first one if none was named."""
     from understudy.sim.world import World
     from understudy.training.lesson_design import check_parameter_targets
     from understudy.ui.cli.options import open_scenario, parse_bindings
 
     body = World(open_scenario(world))
-    automaton = lesson.automaton
-    targets = dict.fromkeys(automaton.parameters, body.targets[0]) | parse_bindings(bind)
-    check_parameter_targets(automaton, targets, body.targets)
-    return sample_posed_situations(body, automaton.features, targets)
+    targets = dict.fromkeys(lesson.automaton.parameters, body.targets[0]) | parse_bindings(bind)
+    check_parameter_targets(lesson.automaton, targets, body.targets)
+    return body, targets
+
+
+def _list_bindings(
+    lesson: Lesson, body: World, targets: Mapping[str, str], bind: list[str] | None
+) -> list[Mapping[str, str]]:
+    """List the targets at presses that this world has, each once; those that were named, if there are any."""
+    shown = {tuple(each.binding.items()): dict(each.binding) for each in lesson.examples}
+    names, known = set(lesson.automaton.parameters), set(body.targets)
+    usual = [each for each in shown.values() if set(each) == names and set(each.values()) <= known]
+    return [targets] if bind or not usual else [*usual]
+
+
+def _run_in_new_worlds(
+    lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]]
+) -> WrongDecisions | None:
+    """Run what was learned in new worlds, with each of some targets; None if nothing says where it works."""
+    from understudy.analysis.evaluate import choose_success_flag
+    from understudy.falsification.lesson_score import score_behavior
+    from understudy.falsification.new_worlds import NewWorlds
+    from understudy.falsification.session_setup import SessionSetup
+    from understudy.falsification.wrong_decisions import find_wrong_decisions
+    from understudy.learning.fit import learn_automaton
+    from understudy.model.library import TrainedAutomaton
+
+    taught = TrainedAutomaton(learn_automaton(lesson), lesson)
+    by_flag = choose_success_flag(taught.automaton.flags) is not None
+    if not lesson.examples or not (by_flag or lesson.goal or body.scenario.goal):
+        return None
+    seeds = range(FIRST_SEED, FIRST_SEED + (WORLDS if by_flag else WORLDS_BY_GOAL))
+    setup, whole = SessionSetup(body.scenario), library.with_automaton(taught)
+    score = score_behavior(whole, taught.automaton.name, NewWorlds(setup, seeds), bindings)
+    return find_wrong_decisions(whole, setup, score)
 
 
 @dataclass(frozen=True, kw_only=True)
 class AdviceRow:
-    """One suggestion as `--json` prints it; `region` holds the ranges of feature values concerned."""
+    """One suggestion as `--json` prints it.
+
+    `region` holds the ranges of feature values concerned; `evidence` says in how many new worlds it went wrong so.
+    """
 
     kind: AdviceKind
     sentence: str
+    evidence: str | None
     state: str | None
     weight: float
     examples: Sequence[int]
@@ -95,6 +141,7 @@ def _make_row(each: Advice, lesson: Lesson) -> AdviceRow:
     return AdviceRow(
         kind=each.kind,
         sentence=each.sentence,
+        evidence=each.evidence or None,
         state=each.state or None,
         weight=round(each.weight, 3),
         examples=each.examples,
@@ -131,6 +178,7 @@ def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
         out.print("No suggestions: the lesson is consistent")
     for number, each in enumerate(found[:most], 1):
         color = "yellow" if each.weight > 0.7 else "default" if each.weight > 0.3 else "dim"
-        out.print(Padding(f"[{color}]{number}. {escape(each.sentence)}[/]", (0, 0, 0, 2), expand=False))
+        text = escape(f"{number}. {each.sentence} {each.evidence}".rstrip())
+        out.print(Padding(f"[{color}]{text}[/]", (0, 0, 0, 2), expand=False))
     if len(found) > most:
         out.print(f"[dim]{len(found) - most} more: --most {len(found)}[/]")

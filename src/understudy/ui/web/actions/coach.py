@@ -36,6 +36,8 @@ class AdviceData(Data, frozen=True, kw_only=True):
 
     kind: str
     sentence: str
+    evidence: str
+    """In how many new worlds the behavior went wrong for that; empty if in none."""
     weight: float
     """The importance from 0 to 1; advice above 0.5 is clearly worth following."""
     examples: list[int]
@@ -102,6 +104,7 @@ def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
     return AdviceData(
         kind=advice.kind.value,
         sentence=advice.sentence,
+        evidence=advice.evidence,
         weight=round(advice.weight, 3),
         examples=list(advice.examples),
         says=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
