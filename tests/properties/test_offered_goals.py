@@ -93,7 +93,7 @@ TOUCHES, COVERS = "never touches anything", "covers at least 3.75 m² of ground 
 
 
 def test_goals_of_a_coordinator_are_about_its_robots() -> None:
-    lesson = make_lesson(*KEPT[0][1], name="share")  # type: ignore[misc]
+    lesson = make_lesson(*KEPT[0][1], name="share")
     assert [each.name for each in offer_goals(lesson, WORLD, of_coordinator=True)] == [
         "keeps share between 0.4 and 0.5 m and lets its robots touch nothing, but for at most 6 s at a time",
         "never lets its robots touch anything",

@@ -157,7 +157,7 @@ class LessonScoreKeeper:
             self._begin(self._run)
 
     def _forget_outdated(self) -> None:
-        """Forget a score if there is nothing to score, or success has another meaning; and a fall by an undone press."""
+        """Forget a score if nothing is to be scored or success has another meaning, and the fall by an undone press."""
         with self._lock:
             now, scored = self._present, None if self._scored is None else self._scored.lesson
             if now is None:
