@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
 from functools import partial
-from threading import Lock, Thread
+from threading import RLock, Thread
 from time import sleep
 
 from understudy.analysis.evaluate import choose_success_flag
@@ -66,7 +66,7 @@ class LessonScoreKeeper:
     ) -> None:
         self._session, self._worlds = session, worlds
         self._begin = begin_in_thread if begin is None else begin
-        self._seed, self._lock = FIRST_SEED, Lock()
+        self._seed, self._lock = FIRST_SEED, RLock()
         self._scored: TrainedAutomaton | None = None
         self._waiting: Callable[[], None] | None = None
         self._fresh: ScoreChange | None = None
@@ -144,10 +144,8 @@ class LessonScoreKeeper:
         """Take the score of what is learned now, after a press or another change; what is running is finished first."""
         self._goals = None
         has_press = any(example.is_from_press for example in self._session.examples)
-        self._present, setup = (
-            self._session.lesson if has_press else None,
-            SessionSetup.from_session(self._session),
-        )
+        self._present = self._session.lesson if has_press else None
+        setup = SessionSetup.from_session(self._session)
         self._forget_outdated()
         if self._present is None or setup is None or self.find_obstacle():
             return
@@ -159,10 +157,7 @@ class LessonScoreKeeper:
             self._begin(self._run)
 
     def _forget_outdated(self) -> None:
-        """Forget a score if there is nothing to score, or success has another meaning; and a fall by an undone press.
-
-        Any thread may call it: what it finds depends on the present lesson and the newest score only.
-        """
+        """Forget a score if nothing is to be scored or success has another meaning, and the fall by an undone press."""
         with self._lock:
             now, scored = self._present, None if self._scored is None else self._scored.lesson
             if now is None:
@@ -186,7 +181,8 @@ class LessonScoreKeeper:
 
     def take_change(self) -> ScoreChange | None:
         """Return the newest score on the first call after it was taken, else None."""
-        fresh, self._fresh = self._fresh, None
+        with self._lock:
+            fresh, self._fresh = self._fresh, None
         return fresh
 
     def _run(self) -> None:
@@ -226,12 +222,12 @@ class LessonScoreKeeper:
         worlds = NewWorlds(setup, seeds, shown)
         before = None if former is None else self._run_worlds(former, worlds, bindings)
         after = self._run_worlds(taught, worlds, bindings)
-        self._scored = taught
         goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
-        self.problem = ""
-        self.change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
-        self._fresh = self.change
-        self._forget_outdated()
+        change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
+        with self._lock:
+            self._scored, self.problem = taught, ""
+            self.change = self._fresh = change
+            self._forget_outdated()
 
     def list_bindings(self) -> list[Mapping[str, str]]:
         """List the targets that the parameters had at presses, in order; the present ones if there was none here."""
