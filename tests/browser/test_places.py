@@ -44,6 +44,7 @@ def test_a_world_of_ones_own(teacher: Teacher, snap: Callable[[Page, str], None]
 def test_a_library_of_ones_own(teacher: Teacher) -> None:
     page = teacher.page
     teacher.click("Save")
+    expect(page.get_by_text("goto is saved")).to_be_visible()
     page.get_by_role("combobox", name="Library").select_option(label="new library …")
     page.get_by_label("New library").fill("lesson two")
     teacher.click("Begin it")
