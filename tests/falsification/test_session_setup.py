@@ -125,6 +125,7 @@ def test_a_session_in_another_world_runs_as_its_run_there_bit_for_bit(
         for _ in range(TICKS):
             session.tick()
         ground = getattr(session.body, "ground", session.body)
+        assert isinstance(ground, World)
         for what in ("x", "y", "heading"):
             there = run.body.state.robots[what].reshape(len(SEEDS), -1)[row]
             assert np.array_equal(ground.state.robots[what], there), (seed, what)

@@ -67,7 +67,9 @@ def test_what_lies_beyond_all_else_comes_before_what_agrees_by_chance(tmp_path: 
     assert find_shown_range(read(tmp_path, header + few + others + nearer), "done") is None
 
 
-CHANCES = {  # presses for done and other presses, by distance -> the range that is found, or nothing
+CHANCES: dict[
+    str, tuple[list[float], list[float], tuple[float, float] | None]
+] = {  # presses for done and other presses, by distance -> the range that is found, or nothing
     "two of two, four others": ([0.2, 0.4], [1, 2, 3, 4], (0.2, 0.4)),  # 1 of 15 by chance
     "two of three are near": ([0.2, 0.4, 3.5], [1, 2, 3, 4], (0.2, 0.4)),  # a slip: 1 of 7
     "one of two is": ([0.2, 3.5], [1, 2, 3, 4], None),  # which one?
@@ -100,7 +102,8 @@ def test_silence_limits_it_from_four_on_and_never_on_the_open_side(tmp_path: Pat
     pressed = (("done", 0.2), ("done", 0.4), ("left", 4.0), ("left", 5.0))
     rows = "".join(f"forward,{following},directive,{value}\n" for following, value in pressed)
     found = find(tmp_path, "state,next,kind,distance:continuous\n" + rows + watched + nearer)
-    assert (found.below, found.above) == (-inf, pytest.approx(SILENCE[count]))
+    assert found.below == -inf
+    assert found.above == pytest.approx(SILENCE[count])
 
 
 NOTHING = {  # why -> next state, kind and value of each example
