@@ -57,7 +57,7 @@ def take_new(exchange: dict[str, Any]) -> None:
     These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
     can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, what a check finds,
     failing worlds, the properties of the library's file, the recordings that examples were made from, what
-    changed, and the score in new worlds.
+    changed, the score in new worlds, and how often advice is about what went wrong there.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
@@ -66,6 +66,8 @@ def take_new(exchange: dict[str, Any]) -> None:
             (answer.get("desk") or {}).pop(key, None)
         for example in (answer.get("desk") or {}).get("examples") or ():
             example.pop("source", None)
+        for advice in answer.get("advice") or ():
+            advice.pop("evidence", None)
         (answer.get("scene") or {}).pop("drawing", None)
         for key in ("places", "can_take", "said_number", "exports", "findings", "failures", "properties"):
             answer.pop(key, None)

@@ -173,10 +173,9 @@ def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Property
                 ) from error
         with source.convert_errors((*here, index)):
             scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
-            targets = Binding(each.targets)
             limit_s = None if isinstance(each.limit_s, UnsetType) else each.limit_s
             start = StoredMoment(each.world, scenario, snapshot, each.agent, each.sort, limit_s)
-            found.append(_make_property(each, start, targets))
+            found.append(_make_property(each, start, Binding(each.targets)))
     return tuple(found)
 
 
@@ -196,10 +195,9 @@ def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Pr
 
 
 def _make_goal(doc: GoalDoc) -> Property:
-    seconds = None if isinstance(doc.within_s, UnsetType) else doc.within_s
-    limit_s = None if isinstance(doc.limit_s, UnsetType) else doc.limit_s
-    start = SeededWorlds(doc.world, (), limit_s)
-    return Property(kind=PropertyKind(doc.kind), what=doc.what, seconds=seconds, start=start, name=doc.name)
+    seconds, limit_s = (None if isinstance(each, UnsetType) else each for each in (doc.within_s, doc.limit_s))
+    kind, start = PropertyKind(doc.kind), SeededWorlds(doc.world, (), limit_s)
+    return Property(kind=kind, what=doc.what, seconds=seconds, start=start, name=doc.name)
 
 
 def _options(doc: OptionsDoc) -> LearnerOptions:

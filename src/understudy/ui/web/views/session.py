@@ -10,7 +10,6 @@ from msgspec import UNSET, UnsetType, field, structs
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
-from understudy.falsification.lesson_score import Trend
 from understudy.learning.report import find_contradictions
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
@@ -22,11 +21,11 @@ from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, describe_tree_outcomes
 from understudy.ui.controller.key_bindings import Arrow
-from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import AskingData
 from understudy.ui.web.views.scene import FeatureData, describe_kind
+from understudy.ui.web.views.score import ScoreData, describe_score
 
 MOST_LISTED = 100
 """The greatest number of failed worlds that are listed."""
@@ -265,34 +264,6 @@ class EvaluationData(Data, frozen=True, kw_only=True):
     """The error that ended the evaluation; empty if there was none."""
 
 
-class OfferedGoalData(Data, frozen=True, kw_only=True):
-    """A goal of which a person can pick one."""
-
-    name: str
-    """What it says, shortly."""
-    claim: str
-    """What is measured, exactly."""
-
-
-class ScoreData(Data, frozen=True, kw_only=True):
-    """The share of new worlds in which the automaton in training works, taken after each press."""
-
-    text: str
-    """The score in words, or why there is none; empty before the first press."""
-    trend: Trend
-    """What changed since the press before, by more than chance."""
-    enabled: bool
-    """Whether scores are taken."""
-    running: bool
-    """Whether one is being taken."""
-    goal: str
-    """What success means, in words; empty if it is not known."""
-    chosen: bool
-    """Whether a person has chosen that."""
-    offers: list[OfferedGoalData]
-    """Goals of which a person can pick one."""
-
-
 class SessionData(LessonData, frozen=True, kw_only=True):
     """The state of the open session."""
 
@@ -362,7 +333,7 @@ class SessionViewBuilder:
             others=others,
             doing=doing,
             asking=asking,
-            score=_score(trainer.score),
+            score=describe_score(trainer.score),
             evaluation=evaluation,
         )
 
@@ -434,18 +405,6 @@ def _success(found: Evaluation) -> str:
     if found.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
     return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
-
-
-def _score(score: LessonScoreKeeper) -> ScoreData:
-    return ScoreData(
-        text=score.describe(),
-        trend=score.trend,
-        enabled=score.enabled,
-        running=score.is_running,
-        goal=score.goal,
-        chosen=score.is_goal_chosen,
-        offers=[OfferedGoalData(name=each.name, claim=each.claim) for each in score.offers],
-    )
 
 
 def _doubt(trainer: Trainer) -> DoubtData | None:

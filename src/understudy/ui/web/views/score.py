@@ -1,0 +1,48 @@
+"""The score of the automaton in training in new worlds, and what success means, as the page shows them."""
+
+from __future__ import annotations
+
+from understudy.falsification.lesson_score import Trend
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
+from understudy.ui.web.messages.base import Data
+
+
+class OfferedGoalData(Data, frozen=True, kw_only=True):
+    """A goal of which a person can pick one."""
+
+    name: str
+    """What it says, shortly."""
+    claim: str
+    """What is measured, exactly."""
+
+
+class ScoreData(Data, frozen=True, kw_only=True):
+    """The share of new worlds in which the automaton in training works, taken after each press."""
+
+    text: str
+    """The score in words, or why there is none; empty before the first press."""
+    trend: Trend
+    """What changed since the press before, by more than chance."""
+    enabled: bool
+    """Whether scores are taken."""
+    running: bool
+    """Whether one is being taken."""
+    goal: str
+    """What success means, in words; empty if it is not known."""
+    chosen: bool
+    """Whether a person has chosen that."""
+    offers: list[OfferedGoalData]
+    """Goals of which a person can pick one."""
+
+
+def describe_score(score: LessonScoreKeeper) -> ScoreData:
+    """Return the score, and what success means, as the page shows them."""
+    return ScoreData(
+        text=score.describe(),
+        trend=score.trend,
+        enabled=score.enabled,
+        running=score.is_running,
+        goal=score.goal,
+        chosen=score.is_goal_chosen,
+        offers=[OfferedGoalData(name=each.name, claim=each.claim) for each in score.offers],
+    )
