@@ -20,7 +20,7 @@ from understudy.runtime.feature_columns import FeatureColumns
 from understudy.training.session import Session
 
 DURATION_S = 60.0
-"""How long the automaton runs in each fresh world, s, at most."""
+"""The longest run of the automaton in each fresh world, s."""
 
 
 def find_raised_elsewhere(

@@ -117,7 +117,7 @@ class NewWorlds:
 
     @cached_property
     def limits_s(self) -> float | Column:
-        """How long a behavior may take to reach the scenario's goal if that is its goal, s, for all or each [K].
+        """The time in which a behavior has to reach the scenario's goal, s, for all worlds or each [K].
 
         It is three times what the scenario's baseline takes, if there is one; the scenario's limit if other agents
         idle, with which the baseline cannot be compared.

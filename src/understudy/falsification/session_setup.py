@@ -1,4 +1,4 @@
-"""What a session runs: who is trained where, and what the other agents do, to be run in other worlds in the same way.
+"""The setup of a session, to be run in other worlds: the trained agent, and the programs of all other agents.
 
 A robot is trained in a world, in which other robots idle or run a behavior; or the coordinator of a squad, whose
 members follow its orders while other coordinators of its sort idle or run a behavior.
@@ -56,7 +56,7 @@ class CoordinatorRun(TeamRun):
 
 @dataclass(frozen=True)
 class SessionSetup:
-    """What a session runs: the world, the agent that is trained, and what the others do.
+    """The setup of a session: the scenario, the trained agent, and the programs of all other agents.
 
     Parameters
     ----------

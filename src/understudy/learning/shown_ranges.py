@@ -177,7 +177,7 @@ class _Candidate:
 
     @property
     def is_likely(self) -> bool:
-        """Whether presses may well lie there by chance."""
+        """Whether the p-value is above the largest one at which a range is concluded."""
         return self.likelihood > (CHANCE_BETWEEN if self.rank[0] else CHANCE)
 
 

@@ -25,7 +25,7 @@ from understudy.properties.free_space import CELL_M, COVERED, TOUCHED, UNITS
 from understudy.sim.world import World
 
 RUN_S = 60.0
-"""How long each world runs, s, at most."""
+"""The longest run of each world, s."""
 KEPT = 0.8
 """The share of the moments of a lesson that lie in a range of values that was kept."""
 LARGEST_SHARE = 1 / 3
@@ -33,7 +33,7 @@ LARGEST_SHARE = 1 / 3
 FEWEST_MOMENTS = 5
 """The least number of moments from which it is concluded that something was kept."""
 LEAST_BREAK_S, BREAK = 5.0, 1.5
-"""How long a value may be outside of its range, s: at least, and in times of the longest that was shown."""
+"""The time that a value may be outside of its range: at least, s, and in times of the longest that was shown."""
 COVERED_SHARE = 0.25
 """The share that is demanded of the ground that a robot can cover: of the whole arena, or straight ahead."""
 
