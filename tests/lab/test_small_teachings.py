@@ -225,10 +225,6 @@ IN_REAL_TIME = ("networks",)
 def test_a_small_teaching_is_as_published(
     name: str, task: dict[str, Any], work: Callable[[Row], Parts]
 ) -> None:
-    if name == "searches":
-        pytest.xfail(
-            "its rows were published before lessons were learned flags first, and are to be published again"
-        )
     row = find_row(name, **task)
     found = msgspec.json.decode(msgspec.json.encode(work(row)))
     assert found == {key: row[key] for key in found}
