@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.falsification.test_lesson_score import FORAGE, teach_distances
+from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.evaluate import evaluate
+from understudy.learning.fit import learn_automaton
 from understudy.model.binding import Binding
+from understudy.model.lesson import Example, ExampleKind
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, SeededWorlds
 from understudy.properties.condition_examples import ConditionExample, list_condition_examples
 from understudy.properties.run_property import run_property
 from understudy.sim.world import World
 from understudy.storage.library_folder import save_automaton
+from understudy.training.lesson_design import new_lesson
 
 STATION = {"A": "station"}
 SEEDS = range(5, 15)
@@ -50,6 +57,34 @@ def test_the_values_are_those_at_which_it_was_raised_however_many_ticks_run_at_o
     assert np.array_equal(fast.raised.values, slow.raised.values)
     assert np.array_equal(slow.raised.values[:, 0], slow.metrics["distance_to(A)"])
     assert fast.taught.seconds.tolist() == slow.taught.seconds.tolist()
+
+
+def teach_obstacles() -> Library:
+    """Return a library of four robots that drive around; done was pressed at an obstacle less than 1 m ahead."""
+    lesson = new_lesson(
+        ROBOTS, "roam", states=["forwards"], flags=["done"], features=["sonar_front_left"], live=False
+    )
+    done, go = (("done", ExampleKind.DIRECTIVE), ("forwards", ExampleKind.CONFIRMATION))
+    shown = [(0.8, *done), (0.7, *done), (0.9, *done), (1.1, *go), (1.2, *go), (2.0, *go), (3.0, *go)]
+    rows = [("start", 2.0, "forwards", ExampleKind.DIRECTIVE), *(("forwards", *each) for each in shown)]
+    examples = tuple(
+        Example(number, state, (meters,), following, kind)
+        for number, (state, meters, following, kind) in enumerate(rows, 1)
+    )
+    taught = replace(lesson, examples=examples)
+    return ROBOTS.with_automaton(TrainedAutomaton(learn_automaton(taught), taught))
+
+
+@pytest.mark.parametrize(
+    "way", [{}, {"metrics": ["sonar_front_left"]}, {"metrics": {"zero": lambda run: 0.0}}]
+)
+def test_robots_that_drive_past_later_change_nothing(way: dict[str, Any]) -> None:
+    """The first robot that has raised the flag waits, and others come and go before it until the world ends."""
+    found = evaluate(teach_obstacles(), "roam", SCENARIO, range(500, 510), **way).raised
+    assert found is not None
+    assert found.raised.any()
+    assert found.elsewhere == 0
+    assert np.nanmax(found.values) < 1.1
 
 
 def test_worlds_in_processes_are_joined() -> None:

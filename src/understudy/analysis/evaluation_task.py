@@ -201,14 +201,15 @@ class EvaluationTask:
         """Run teams side by side where only time and success are asked for."""
         libraries = self._get_libraries()
         team = make_team(scenario, batch, libraries, self.roots)
-        reader = make_raised_reader(self.criteria, TeamRun(team, libraries, self.roots).find_reading)
+        run = TeamRun(team, libraries, self.roots)
+        reader = make_raised_reader(self.criteria, run.find_reading, is_alone=False)
         outcomes = measure_team_outcomes(
             team,
             self.roots,
             limit_s=limits,
             flag=self.criteria.flag,
             progress=report,
-            at_end=reader.at_end,
+            look=None if reader.shown is None else reader.look,
         )
         return Part(outcomes, raised=reader.finish(outcomes.finished))
 

@@ -137,14 +137,14 @@ def run_many_ticks(
         found = find_reading(text, library, world, binding=binding, where="the robots")
         return RunReading(found, lambda: world.sense(found.keys), world.worlds)
 
-    reader = make_raised_reader(criteria, find)
+    reader = make_raised_reader(criteria, find, is_alone=world.robots == 1)
     outcomes = measure_program_outcomes(
         world,
         program,
         limit_s=limits,
         flag=criteria.flag,
         progress=progress,
-        at_end=reader.at_end,
+        look=None if reader.shown is None else reader.look,
     )
     return Part(outcomes, raised=reader.finish(outcomes.finished))
 
@@ -160,14 +160,12 @@ def run_side_by_side(
     world = _get_world(run.body)
     readings = {name: run.find_reading(str(metric)) for name, metric in criteria.metrics.items()}
     values = {name: np.full(world.worlds, np.nan) for name in readings}
-    reader = make_raised_reader(criteria, run.find_reading)
+    reader, look = _make_look(run, criteria)
 
     def at_end(through: NDArray[np.bool_]) -> None:
         for name, reading in readings.items():
             rows = reading.read()[through]
             values[name][through] = [average(row) for row in rows]
-        if reader.at_end is not None:
-            reader.at_end(through)
 
     if criteria.goal is None:
         at_once = TICKS_AT_ONCE if run.is_fused else 1
@@ -182,7 +180,12 @@ def run_side_by_side(
         )
     else:
         outcomes = _run_to_goal(
-            run, find_goal(run, str(criteria.goal), criteria.flags), limits, progress=progress, at_end=at_end
+            run,
+            find_goal(run, str(criteria.goal), criteria.flags),
+            limits,
+            progress=progress,
+            at_end=at_end,
+            look=look,
         )
     problems = [
         describe_problem(seed, name, ABSENT)
@@ -193,11 +196,24 @@ def run_side_by_side(
     return Part(outcomes, values, tuple(problems), reader.finish(outcomes.finished))
 
 
-def make_raised_reader(criteria: Criteria, find: Callable[[str], RunReading]) -> RaisedReader:
+def make_raised_reader(
+    criteria: Criteria, find: Callable[[str], RunReading], *, is_alone: bool
+) -> RaisedReader:
     """Make what reads where a flag is raised, if it is known where it was shown; `find` finds a reading by name."""
     shown = criteria.shown
     read = find_nothing if shown is None else find(str(shown.feature)).read
-    return RaisedReader(str(criteria.goal), shown, read)
+    return RaisedReader(str(criteria.goal), shown, read, is_alone)
+
+
+def _make_look(run: BehaviorRun, criteria: Criteria) -> tuple[RaisedReader, Callable[[], None]]:
+    """Make what reads where a flag is raised, and the function that lets it read after each tick of a run."""
+    reader = make_raised_reader(criteria, run.find_reading, is_alone=False)
+
+    def look() -> None:
+        if reader.shown is not None:
+            reader.look(run.find_raised_agents(reader.flag))
+
+    return reader, look
 
 
 def find_nothing() -> Column:
@@ -226,8 +242,11 @@ def run_one_world(run: BehaviorRun, seed: int, criteria: Criteria, limit_s: floa
         def is_reached() -> NDArray[np.bool_]:
             return ~np.isnan(world.finished_s)
 
+    reader, look = _make_look(run, criteria)
+
     def observe() -> NDArray[np.bool_]:
         recorder.record()
+        look()
         return is_reached()
 
     if isinstance(run.body, World):
@@ -243,9 +262,6 @@ def run_one_world(run: BehaviorRun, seed: int, criteria: Criteria, limit_s: floa
         outcomes = _run_body(run, observe, limit_s)
     alone.finished, alone.recorded = bool(outcomes.finished[0]), recorder.rows
     found, problems = compute_metrics(alone, criteria.metrics)
-    reader = make_raised_reader(criteria, run.find_reading)
-    if reader.at_end is not None:  # the run has just ended
-        reader.at_end(np.ones(1, np.bool_))
     values = {name: np.array([value]) for name, value in found.items()}
     return Part(outcomes, values, tuple(problems), reader.finish(outcomes.finished))
 
@@ -270,6 +286,7 @@ def _run_to_goal(
     *,
     progress: Progress = skip_progress,
     at_end: AtEnd | None = None,
+    look: Callable[[], None] = lambda: None,
 ) -> Outcomes:
     """Run simulated worlds tick by tick until each has reached a goal for the first time, or its limit."""
     world = _get_world(run.body)
@@ -283,7 +300,9 @@ def _run_to_goal(
         reached_s[np.isnan(reached_s) & is_reached()] = world.time_s
         return reached_s
 
-    return measure_worlds(world, advance, finished_s, limits, at_once=1, progress=progress, at_end=at_end)
+    return measure_worlds(
+        world, advance, finished_s, limits, at_once=1, progress=progress, at_end=at_end, look=look
+    )
 
 
 def _run_body(run: BehaviorRun, is_reached: Callable[[], NDArray[np.bool_]], limit_s: float) -> Outcomes:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import find_raised_by_all, find_raised_times
+from understudy.analysis.behavior_run import find_raised_by_all, find_raised_members, find_raised_times
 from understudy.analysis.outcomes import Outcomes
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
@@ -34,9 +34,11 @@ def skip_progress(through: int, worlds: int) -> None:
 TICKS_AT_ONCE = 200
 """The number of ticks simulated between two checks of which worlds have finished."""
 TICKS_BETWEEN_READINGS = 10
-"""The number of ticks simulated between two checks if something is read from each world that has just finished."""
+"""The number of ticks simulated between two checks if something is read where a single robot raises a flag."""
 AtEnd: TypeAlias = Callable[[NDArray[np.bool_]], None]
 """A function that is called with the worlds [B] that have just finished or reached their limit."""
+Look: TypeAlias = Callable[[NDArray[np.bool_]], None]
+"""A function that is called at every check with the agents of each world that have raised the flag [B, n]."""
 
 
 def measure_outcomes(
@@ -66,12 +68,12 @@ def measure_program_outcomes(
     limit_s: float | Column,
     flag: str | None = None,
     progress: Progress = skip_progress,
-    at_end: AtEnd | None = None,
+    look: Look | None = None,
 ) -> Outcomes:
     """Run one program on all robots until each world has finished or reached its time limit.
 
-    The limit is in s, one for all worlds or a column [B]. `at_end` is called at most TICKS_BETWEEN_READINGS ticks after
-    a world's end, in which robots that have raised a flag stay where they are.
+    The limit is in s, one for all worlds or a column [B]. With a flag, `look` is called after each tick, or with a
+    single robot, which stays where it has raised the flag, after TICKS_BETWEEN_READINGS.
 
     With a `flag`, a world is finished once all its robots have raised it, whatever its goal; otherwise once its goal
     is reached. Many ticks are simulated at once if the whole program can be compiled. Reset the worlds before further
@@ -94,9 +96,19 @@ def measure_program_outcomes(
         last: Column = find_raised_times(engine, flag, worlds=world.worlds).max(axis=1)  # of all its robots
         return last
 
-    at_once = 1 if plan is None else TICKS_AT_ONCE if at_end is None else TICKS_BETWEEN_READINGS
+    def look_at_raised() -> None:
+        if look is not None and flag is not None:
+            look(engine.find_raised(flag).reshape(world.worlds, -1))
+
+    at_once = TICKS_AT_ONCE if look is None else TICKS_BETWEEN_READINGS if world.robots == 1 else 1
     return measure_worlds(
-        world, advance, finished_s, limit_s, at_once=at_once, progress=progress, at_end=at_end
+        world,
+        advance,
+        finished_s,
+        limit_s,
+        at_once=1 if plan is None else at_once,
+        progress=progress,
+        look=look_at_raised,
     )
 
 
@@ -107,12 +119,12 @@ def measure_team_outcomes(
     limit_s: float | Column,
     flag: str | None = None,
     progress: Progress = skip_progress,
-    at_end: AtEnd | None = None,
+    look: Look | None = None,
 ) -> Outcomes:
     """Run a simulated team until each world has finished or reached its limit (s, one for all or a column [B]).
 
-    With a `flag`, a world is finished once all agents of the given `sorts` have raised it; otherwise once its goal is
-    reached.
+    With a `flag`, a world is finished once all agents of the given `sorts` have raised it, and `look` is called after
+    each tick; otherwise once its goal is reached.
     """
     world = team.ground
     if not isinstance(world, World):
@@ -129,7 +141,13 @@ def measure_team_outcomes(
     def finished_s() -> Column:
         return world.finished_s if flag is None else raised_s
 
-    return measure_worlds(world, advance, finished_s, limit_s, at_once=1, progress=progress, at_end=at_end)
+    def look_at_raised() -> None:
+        if look is not None and flag is not None:
+            look(find_raised_members(team, sorts, flag, world.worlds))
+
+    return measure_worlds(
+        world, advance, finished_s, limit_s, at_once=1, progress=progress, look=look_at_raised
+    )
 
 
 def measure_worlds(
@@ -141,11 +159,12 @@ def measure_worlds(
     at_once: int,
     progress: Progress,
     at_end: AtEnd | None = None,
+    look: Callable[[], None] = lambda: None,
 ) -> Outcomes:
     """Let simulated worlds advance until each has finished or reached its limit (s, one for all or a column [B]).
 
     `finished_s` returns when each world finished [B], s, NaN if it has not yet. At most `at_once` ticks are run between
-    two calls. `at_end` is called with the worlds [B] that have just ended.
+    two calls of it and of `look`. `at_end` is called with the worlds [B] that have just ended.
     """
     limits = np.broadcast_to(np.asarray(limit_s, np.float64), (world.worlds,)).copy()
     if not (np.isfinite(limits) & (limits >= 0)).all():
@@ -155,6 +174,7 @@ def measure_worlds(
     running = np.ones(world.worlds, np.bool_)
     tick = 0
     while True:
+        look()
         finished = finished_s()
         through = running & (~np.isnan(finished) | (tick >= last))
         seconds[through], delivered[through] = finished[through], world.delivered[through]

@@ -73,7 +73,7 @@ class RaisedRange:
 
 @dataclass
 class RaisedReader:
-    """Reads the values of a feature in worlds that have just ended, where a flag was raised.
+    """Reads the values of a feature at which agents raise a flag.
 
     Parameters
     ----------
@@ -83,23 +83,32 @@ class RaisedReader:
         The values at which it was pressed. None: nothing is read.
     read
         Returns the present values [B, agents].
+    is_alone
+        Whether nothing else moves what an agent reads once it has raised the flag, as it stays where it is then.
     """
 
     flag: str
     shown: ShownRange | None
     read: Callable[[], Column]
+    is_alone: bool
+    _former: tuple[Column, NDArray[np.bool_]] | None = None
     _values: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 1)))
 
-    @property
-    def at_end(self) -> Callable[[NDArray[np.bool_]], None] | None:
-        """The function that reads the values in the worlds [B] that have just ended; None if nothing is read."""
-        return None if self.shown is None else self._read_ended
+    def look(self, raised: NDArray[np.bool_]) -> None:
+        """Read the values of agents that have raised the flag since the last look, given which have [B, agents].
 
-    def _read_ended(self, ended: NDArray[np.bool_]) -> None:
+        If others move, it has to be called after each tick, and what an agent decided on are the values before it.
+        """
+        if self.shown is None:
+            return
         now = self.read()
-        if len(self._values) != len(now):
+        if self._former is None:
             self._values = np.full_like(now, np.nan)
-        self._values[ended] = now[ended]
+            self._former = now, np.zeros_like(raised)
+        before, were = self._former
+        new = raised & ~were
+        self._values[new] = (now if self.is_alone else before)[new]
+        self._former = now, raised
 
     def finish(self, raised: NDArray[np.bool_]) -> RaisedRange | None:
         """Return the results, given in which worlds the flag was raised in time [B]; None if nothing was read."""
