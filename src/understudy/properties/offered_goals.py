@@ -101,6 +101,11 @@ def find_chosen_goal(library: Library, behavior: str) -> Property | None:
     return None if taught is None or taught.lesson is None else taught.lesson.goal
 
 
+def find_success(lesson: Lesson) -> Property | str | None:
+    """Find what success means for a behavior: the chosen goal, or its flag; None if the world's goal counts."""
+    return choose_success_flag(lesson.automaton.flags) if lesson.goal is None else lesson.goal
+
+
 def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
     """Describe what success means for a behavior: the chosen goal, the flag where it was shown, or the world's goal.
 
@@ -116,13 +121,13 @@ def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
     str
         The goal in words; empty if there is none.
     """
-    if lesson.goal is not None:
-        return lesson.goal.name or lesson.goal.claim
-    flag = choose_success_flag(lesson.automaton.flags)
-    if flag is None:
+    success = find_success(lesson)
+    if isinstance(success, Property):
+        return success.name or success.claim
+    if success is None:
         return "the goal of the world is reached" if of_world else ""
-    shown = find_shown_range(lesson, flag)
-    return f"{flag}{RAISED}" if shown is None else f"{flag}{RAISED} and {shown.condition}"
+    shown = find_shown_range(lesson, success)
+    return f"{success}{RAISED}" if shown is None else f"{success}{RAISED} and {shown.condition}"
 
 
 @dataclass(frozen=True, slots=True)

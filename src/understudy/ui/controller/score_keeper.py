@@ -10,7 +10,6 @@ from functools import partial
 from threading import RLock, Thread
 from time import sleep
 
-from understudy.analysis.evaluate import choose_success_flag
 from understudy.errors import SessionError
 from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
@@ -20,7 +19,7 @@ from understudy.learning.shown_ranges import ShownRange, find_shown_range
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property
-from understudy.properties.offered_goals import describe_goal
+from understudy.properties.offered_goals import describe_goal, find_success
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
 
@@ -112,8 +111,7 @@ class LessonScoreKeeper:
         if self._goals is None:
             lesson, setup = self._session.lesson, SessionSetup.from_session(self._session)
             goal = describe_goal(lesson, of_world=setup is not None and setup.scenario.goal is not None)
-            by_flag = choose_success_flag(lesson.automaton.flags) is not None
-            offers = () if by_flag and lesson.goal is None else offer_session_goals(self._session)
+            offers = () if isinstance(find_success(lesson), str) else offer_session_goals(self._session)
             self._goals = goal, offers, lesson.goal is not None
         return self._goals
 
@@ -256,8 +254,8 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
     The last press may be a slip, which says that something far off is right, too. Without presses for the flag before
     it, the range is that of the present lesson; None if there is none.
     """
-    flag = choose_success_flag(taught.automaton.flags)
-    if flag is None or taught.lesson is None:
+    flag = None if taught.lesson is None else find_success(taught.lesson)
+    if taught.lesson is None or not isinstance(flag, str):
         return None
     found = None
     if former is not None and former.lesson is not None and flag in former.automaton.flags:
@@ -276,11 +274,6 @@ def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
 def is_success_same(first: Lesson, second: Lesson) -> bool:
     """Return whether success means the same in two lessons."""
     return find_success(first) == find_success(second)
-
-
-def find_success(lesson: Lesson) -> Property | str | None:
-    """Find what success means: the chosen goal, or the flag that says so; None if the world's goal counts."""
-    return choose_success_flag(lesson.automaton.flags) if lesson.goal is None else lesson.goal
 
 
 def has_presses_of(lesson: Lesson, scored: Lesson) -> bool:

@@ -103,19 +103,19 @@ def _run_in_new_worlds(
     lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]]
 ) -> WrongDecisions | None:
     """Run what was learned in new worlds, with each of some targets; None if nothing says where it works."""
-    from understudy.analysis.evaluate import choose_success_flag
     from understudy.falsification.lesson_score import score_behavior
     from understudy.falsification.new_worlds import NewWorlds
     from understudy.falsification.session_setup import SessionSetup
     from understudy.falsification.wrong_decisions import find_wrong_decisions
     from understudy.learning.fit import learn_automaton
     from understudy.model.library import TrainedAutomaton
+    from understudy.properties.offered_goals import find_success
 
     taught = TrainedAutomaton(learn_automaton(lesson), lesson)
-    by_flag = choose_success_flag(taught.automaton.flags) is not None
-    if not lesson.examples or not (by_flag or lesson.goal or body.scenario.goal):
+    success = find_success(lesson)
+    if not lesson.examples or not (success or body.scenario.goal):
         return None
-    seeds = range(FIRST_SEED, FIRST_SEED + (WORLDS if by_flag else WORLDS_BY_GOAL))
+    seeds = range(FIRST_SEED, FIRST_SEED + (WORLDS if isinstance(success, str) else WORLDS_BY_GOAL))
     setup, whole = SessionSetup(body.scenario), library.with_automaton(taught)
     score = score_behavior(whole, taught.automaton.name, NewWorlds(setup, seeds), bindings)
     return find_wrong_decisions(whole, setup, score)
