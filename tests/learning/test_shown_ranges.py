@@ -106,6 +106,39 @@ def test_silence_limits_it_from_four_on_and_never_on_the_open_side(tmp_path: Pat
     assert found.above == pytest.approx(SILENCE[count])
 
 
+LIMITS = [  # distances of presses for left, beside one for done at 0.2 and one for left at 4, and where the version
+    # before raised it -> the limits of both versions; the table of docs/evaluation.md comes first
+    ([3.0], [0.3, 0.4], 1.15, 0.78),
+    ([3.0], [], 1.15, 1.15),  # the version before raised it nowhere
+    ([3.0], [0.1], 1.15, 0.58),  # nearer than it was shown
+    ([3.0], [1.1], 1.15, 1.15),  # never farther than before
+    ([0.5], [0.3, 0.45], 0.5, 0.5),  # something else was right nearer by
+    ([0.25], [0.2], 0.39, 0.39),  # so near that it is the same place
+]
+
+
+@pytest.mark.parametrize(("others", "raised", "before", "after"), LIMITS)
+def test_where_a_flag_counts_before_and_after_a_press(
+    tmp_path: Path, others: list[float], raised: list[float], before: float, after: float
+) -> None:
+    rows = "".join(f"forward,left,directive,{each}\n" for each in (*others, 4.0))
+    lesson = read(tmp_path, "state,next,kind,distance:continuous\nforward,done,directive,0.2\n" + rows)
+    found = find_shown_range(lesson, "done", fewest=1, chance=0.7)
+    assert found is not None
+    first = found.bound_limits()
+    second = first.limit_near(np.array(raised))
+    assert (first.below, second.below) == (-inf, -inf)
+    assert [first.above, second.above] == pytest.approx([before, after])
+
+
+def test_angles_count_as_they_were_shown(tmp_path: Path) -> None:
+    rows = "".join(f"a,done,directive,{angle}\n" for angle in (0, 5, 355)) + "".join(
+        f"a,b,directive,{angle}\n" for angle in range(40, 320, 10)
+    )
+    found = find(tmp_path, "state,next,kind,angle:toroidal(360)\n" + rows)
+    assert found.bound_limits().limit_near(np.array([2.0])) == found
+
+
 NOTHING = {  # why -> next state, kind and value of each example
     "one press": ["done,directive,0.4", "left,directive,9"],
     "none pressed": ["done,default,0.4", "done,default,0.2", "done,default,0.1", "left,directive,9"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -41,6 +41,8 @@ class LessonScore:
         What the other agents did: "the other robots idle"; empty if there are none.
     mistakes
         The worlds in which it did not, with the target of each parameter and the time.
+    raised
+        The values at which the flag was raised where it worked, in no order; none if it counts wherever it is raised.
     """
 
     behavior: str
@@ -48,6 +50,7 @@ class LessonScore:
     seconds: Column
     others: str = ""
     mistakes: tuple[Mistake, ...] = ()
+    raised: Column = field(default_factory=lambda: np.empty(0))
 
     @property
     def worlds(self) -> int:
@@ -178,4 +181,5 @@ def score_behavior(
     works = np.logical_and.reduce([each.works for each in results])
     seconds = np.sum([each.seconds for each in results], axis=0)
     mistakes = tuple(mistake for each in results for mistake in each.mistakes)
-    return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior), mistakes)
+    raised = np.concatenate([each.raised for each in results])
+    return LessonScore(behavior, works, seconds, worlds.setup.describe_others(behavior), mistakes, raised)

@@ -8,7 +8,7 @@ it in time at values that agree with what was shown; any other where the scenari
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
@@ -75,11 +75,14 @@ class NewWorldsResult:
         How long that took [K], s; NaN where it does not.
     mistakes
         The worlds in which it does not, in order; without a flag, the first MOST_TIMED of them.
+    raised
+        The values at which the flag was raised where it works, in no order; none if it counts wherever it is raised.
     """
 
     works: NDArray[np.bool_]
     seconds: Column
     mistakes: tuple[Mistake, ...]
+    raised: Column = field(default_factory=lambda: np.empty(0))
 
 
 class JudgedWorlds(Protocol):
@@ -279,4 +282,5 @@ def _run_to_flag(
                 f"{flag} where {shown.feature} is {at}, shown at {shown.describe()}",
             )
         mistakes.append(Mistake(world.seeds[row], binding, wrong_s, why))
-    return NewWorldsResult(works, np.where(works, times, np.nan), tuple(mistakes))
+    at_flags = values[works].ravel() if shown is not None else np.empty(0)
+    return NewWorldsResult(works, np.where(works, times, np.nan), tuple(mistakes), at_flags)

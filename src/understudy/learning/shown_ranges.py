@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import comb, inf, isinf
 
@@ -28,6 +28,10 @@ FEWEST_PRESSES = 2
 CHANCE, CHANCE_BETWEEN = 0.5, 0.05
 """The largest p-values (Fisher's exact test, times the number of ranges) at which presses are not together by chance:
 beyond other values or at a label, and between other values, where a few presses soon lie side by side."""
+SURELY_AGREES, FARTHEST, SHIFTED = 0.05, 0.25, 0.1
+"""Shares of how far apart the values of a feature were at presses, by which two versions of a behavior are compared. A
+value so little beyond those shown always agrees with them, one so far never does, and one that is so much farther than
+where the first version raises the flag does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,8 @@ class ShownRange:
         The nearest value above `high` at which something else was right, or inf.
     presses
         The number of presses.
+    extent
+        How far apart the values were at all presses, whatever they asked for; 0 on a circle and for labels.
     """
 
     feature: BoundFeature
@@ -56,6 +62,7 @@ class ShownRange:
     below: float
     above: float
     presses: int
+    extent: float = 0.0
 
     def contains(self, values: Column) -> NDArray[np.bool_]:
         """Return which values agree with what was shown: those nearer to it than anything else that was right.
@@ -75,6 +82,36 @@ class ShownRange:
         if isinstance(self.feature.kind, Toroidal):
             inside |= placed - self.feature.kind.period > self.below
         return inside
+
+    def bound_limits(self) -> ShownRange:
+        """Return the range with limits between SURELY_AGREES and FARTHEST of the extent beyond what was shown.
+
+        Two presses far apart say that the truth lies between them, anywhere. Open sides remain open.
+        """
+        near, far = SURELY_AGREES * self.extent, FARTHEST * self.extent
+        if far == 0.0:
+            return self
+        return self._limit(
+            below=min(max(self.below, self.low - far), self.low - near),
+            above=max(min(self.above, self.high + far), self.high + near),
+        )
+
+    def limit_near(self, values: Column) -> ShownRange:
+        """Return the range with limits at most SHIFTED of the extent beyond what was shown and some values."""
+        shift = SHIFTED * self.extent
+        if shift == 0.0 or values.size == 0:
+            return self
+        return self._limit(
+            below=max(self.below, min(self.low, float(values.min())) - shift),
+            above=min(self.above, max(self.high, float(values.max())) + shift),
+        )
+
+    def _limit(self, *, below: float, above: float) -> ShownRange:
+        return replace(
+            self,
+            below=self.below if isinf(self.below) else below,
+            above=self.above if isinf(self.above) else above,
+        )
 
     def measure_gap(self, values: Column) -> Column:
         """Return how far values, any shape, are from what was shown: 0 where they agree, inf where absent."""
@@ -118,7 +155,9 @@ def describe_range(feature: BoundFeature, low: float, high: float) -> str:
     return last if first == last else f"{format_value(feature, low, unit=False)} to {last}"
 
 
-def find_shown_range(lesson: Lesson, flag: str, *, fewest: int = FEWEST_PRESSES) -> ShownRange | None:
+def find_shown_range(
+    lesson: Lesson, flag: str, *, fewest: int = FEWEST_PRESSES, chance: float = CHANCE
+) -> ShownRange | None:
     """Find the feature whose values the presses for a flag have in common, and these values.
 
     The values of most of these presses are compared with those at which presses asked for something else, by Fisher's
@@ -132,6 +171,8 @@ def find_shown_range(lesson: Lesson, flag: str, *, fewest: int = FEWEST_PRESSES)
         The flag.
     fewest
         The least number of presses.
+    chance
+        The largest p-value of a range beyond other values or at a label.
 
     Returns
     -------
@@ -153,7 +194,7 @@ def find_shown_range(lesson: Lesson, flag: str, *, fewest: int = FEWEST_PRESSES)
         if not isinstance(feature.feature, Feature) or np.isnan(columns[0]).any():
             continue  # of the automaton itself: no other world has it
         shown, *rest = (column[~np.isnan(column)] for column in columns)
-        for candidate in _list_candidates(feature, shown, rest[0], fewest):
+        for candidate in _list_candidates(feature, shown, rest[0], fewest, chance):
             if best is None or candidate.rank < best[0].rank:
                 best = candidate, _limit_range(feature, candidate, shown, *rest)
     return None if best is None else best[1]
@@ -175,14 +216,9 @@ class _Candidate:
         """The key by which candidates are compared, the best first."""
         return not (self.below or self.above or self.label), self.likelihood
 
-    @property
-    def is_likely(self) -> bool:
-        """Whether the p-value is above the largest one at which a range is concluded."""
-        return self.likelihood > (CHANCE_BETWEEN if self.rank[0] else CHANCE)
-
 
 def _list_candidates(
-    feature: BoundFeature, shown: Column, asked: Column, fewest: int
+    feature: BoundFeature, shown: Column, asked: Column, fewest: int, chance: float
 ) -> Iterator[_Candidate]:
     """Yield the ranges that most presses have in common, unless they may well be chance."""
     lowest, highest = shown.min(initial=inf), shown.max(initial=-inf)
@@ -205,7 +241,7 @@ def _list_candidates(
                 wrong = bisect_right(others, last) - bisect_left(others, first)
                 likelihood = ranges * _compute_fisher_p(inside, len(shown), wrong, len(asked))
                 found = _Candidate(likelihood, low, high, **how)
-                if not found.is_likely:
+                if likelihood <= (CHANCE_BETWEEN if found.rank[0] else chance):
                     yield found
 
 
@@ -231,11 +267,19 @@ def _limit_range(
     presses = int(((placed >= of.low) & (placed <= of.high)).sum())
     if of.label:
         return ShownRange(feature, of.low, of.high, of.low - 0.5, of.high + 0.5, presses)
+    presses_at = np.concatenate((shown, asked))
+    extent = 0.0 if isinstance(feature.kind, Toroidal) else float(np.ptp(presses_at))
     beside = (_list_beside(feature, of.low, of.high, values) for values in (asked, watched))
     below, above = (_list_limits(*side) for side in zip(*beside, strict=True))
     lowest, highest = max(below, default=-inf), min(above, default=inf)
     return ShownRange(
-        feature, of.low, of.high, -inf if of.below else lowest, inf if of.above else highest, presses
+        feature,
+        of.low,
+        of.high,
+        -inf if of.below else lowest,
+        inf if of.above else highest,
+        presses,
+        extent,
     )
 
 

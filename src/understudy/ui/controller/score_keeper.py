@@ -31,6 +31,8 @@ FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
 """With how many targets a behavior is run in each world, at most: those that it was taught with first."""
+COMPARED_CHANCE = 0.7
+"""The largest p-value of the range by which two versions are compared: of a press that lies beyond two others."""
 YIELD_S = 0.0002
 """The pause after each report of progress, s, in which the thread that advances the world gets the interpreter."""
 
@@ -219,6 +221,8 @@ class LessonScoreKeeper:
         shown = find_compared_range(former, taught) if by_flag else None
         worlds = NewWorlds(setup, seeds, shown)
         before = None if former is None else self._run_worlds(former, worlds, bindings)
+        if before is not None and shown is not None:
+            worlds = replace(worlds, shown=shown.limit_near(before.raised))
         after = self._run_worlds(taught, worlds, bindings)
         goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
         change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
@@ -259,8 +263,9 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
         return None
     found = None
     if former is not None and former.lesson is not None and flag in former.automaton.flags:
-        found = find_shown_range(former.lesson, flag, fewest=1)
-    return found or find_shown_range(taught.lesson, flag)
+        found = find_shown_range(former.lesson, flag, fewest=1, chance=COMPARED_CHANCE)
+    found = found or find_shown_range(taught.lesson, flag, chance=COMPARED_CHANCE)
+    return None if found is None else found.bound_limits()
 
 
 def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
