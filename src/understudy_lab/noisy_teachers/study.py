@@ -140,7 +140,9 @@ def _row(found: Found, name: str, way: str, chance: float) -> tuple[str, ...]:
 
 
 def _said(count: int | None) -> str:
-    return f"not within {MOST} corrections" if count is None else f"after {count} corrections"
+    if count is None:
+        return f"not within {MOST} corrections"
+    return f"after {count} correction{'s' * (count != 1)}"
 
 
 def _headline(found: Found, name: str, chance: float) -> str:
