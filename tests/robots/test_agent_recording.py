@@ -17,6 +17,7 @@ from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun
+from understudy.clock import PROMPT_S
 from understudy.robots.recording.merge import read_team_clock
 from understudy.robots.recording.team_reader import read_team_recording
 from understudy.robots.team_network.agent_questions import AgentStatus
@@ -141,7 +142,7 @@ def test_a_team_is_trained_recorded_merged_and_explained(tmp_path: Path) -> None
     assert clock is not None
     assert [each.whole for each in clock.members] == [False, True, True]
     for each in clock.members:  # in truth, all have the clock of this computer
-        assert abs(each.ahead_s) <= each.error_s + 1e-3
+        assert abs(each.ahead_s) <= each.error_s + PROMPT_S
     decide_again(merged, tmp_path / "library", tmp_path / "files" / "team.toml", deputy)
     explain(merged, tmp_path / "library", clock.start_ns, deputy, led_ns)
 
