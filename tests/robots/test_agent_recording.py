@@ -18,7 +18,7 @@ from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait
 from tests.ui.cli.commands import run, said
 
 from understudy.analysis.rerun import Rerun
-from understudy.clock import PROMPT_S
+from understudy.robots.clock_offset import PROMPT_S
 from understudy.robots.recording.merge import read_team_clock
 from understudy.robots.recording.team_reader import TeamRecording, read_team_recording
 from understudy.robots.team_network.agent_questions import AgentStatus

@@ -23,7 +23,7 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from mcap.reader import make_reader
 from tests.bodies import Scripted
 
-from understudy.clock import PROMPT_S
+from understudy.robots.clock_offset import PROMPT_S
 from understudy.robots.recording.header import RunInfo
 from understudy.robots.recording.merge import TeamClock, merge_recordings
 from understudy.robots.recording.recorder import RunRecorder

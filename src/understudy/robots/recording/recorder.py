@@ -14,9 +14,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from understudy.clock import REAL_TIME, Clock, measure_clock_offset
+from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
+from understudy.robots.clock_offset import measure_clock_offset
 from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
 from understudy.robots.recording.message_types import (
     READINGS,
