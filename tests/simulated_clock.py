@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from threading import Condition, Event, Thread, current_thread
 
 BOUND_S = 60.0
 """Longest real time for threads to wait again or end, s; it is reached only where one of them hangs."""
+READING_S = 1e-7
+"""The time that a reading of one of `HeldUpReadings` takes at least, s."""
 POLL_S = 0.002
 """Real time between two looks at what tells of no change: events that are set, and threads that end, s."""
 
@@ -162,3 +164,29 @@ class ReadOnlyClock:
     def wait(self, event: Event, timeout_s: float) -> bool:
         """Raise an error."""
         raise RuntimeError("nothing waits by this clock")
+
+
+class HeldUpReadings:
+    """Two clocks as a program reads them that is held up at some of its readings.
+
+    Parameters
+    ----------
+    holds_s
+        For how long it is held up, s, by the number of the reading.
+    ahead_s
+        How far the other clock is ahead, s.
+    """
+
+    def __init__(self, holds_s: Mapping[int, float], *, ahead_s: int) -> None:
+        self.readings, self._holds_s = 0, holds_s
+        self._true_s, self._ahead_ns = 100.0, ahead_s * 10**9
+
+    def read(self) -> float:
+        """Read the clock, s."""
+        self._true_s += READING_S + self._holds_s.get(self.readings, 0.0)
+        self.readings += 1
+        return self._true_s
+
+    def read_other(self) -> int:
+        """Read the other clock, ns."""
+        return self._ahead_ns + round(self.read() * 1e9)

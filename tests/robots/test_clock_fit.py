@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
-from understudy.robots.recording.clock_fit import FASTEST, ClockFit, NoExchange, fit_clock
+from understudy.robots.recording.clock_fit import CHANGE, FASTEST, ClockFit, NoExchange, fit_clock
 
 SPAN_S = 100.0
 EXCHANGES = [  # ahead s, delay to the other s, delay back s, expected middle s, expected error s
@@ -66,6 +68,82 @@ def test_the_true_time_is_within_the_error(
     assert fit.uneven_s == 0.0
     assert abs(fit.convert(time_s) - (ahead_s + rate * time_s)) <= fit.find_largest_error(0.0, SPAN_S) + 1e-7
     assert abs(fit.convert(time_s) - (ahead_s + rate * time_s)) <= fit.find_error(time_s) + 1e-7
+
+
+@dataclass(frozen=True)
+class WanderingClock:
+    """A clock whose rate differs from its mean by no more than `CHANGE`, by another share of that in each part.
+
+    Before the first part and after the last one it goes on like these.
+    """
+
+    ahead_s: float
+    mean: float
+    shares: tuple[float, ...]
+
+    def show(self, times_s: np.ndarray) -> np.ndarray:
+        """What it shows at times, s."""
+        rates = np.array([self.shares[0], *self.shares, self.shares[-1]]) * CHANGE
+        ends = np.concatenate([[-SPAN_S], np.linspace(0.0, SPAN_S, len(self.shares) + 1), [2 * SPAN_S]])
+        gained = np.append(0.0, np.cumsum(rates * np.diff(ends)))
+        return np.asarray(self.ahead_s + self.mean * times_s + np.interp(times_s, ends, gained))
+
+
+SHARES = st.sampled_from([-1.0, 0.0, 1.0]) | st.floats(-1.0, 1.0)
+CLOCKS = st.builds(
+    WanderingClock,
+    st.floats(-1e6, 1e6),
+    st.floats(1 - FASTEST + CHANGE, 1 + FASTEST - CHANGE),
+    st.lists(SHARES, min_size=1, max_size=10).map(tuple),
+)
+FEW = [(0.0, 1e-3), (SPAN_S, 1e-3)]
+"""Messages at both ends, in whose middle a clock can be anywhere that its rate allows."""
+MANY = [(at, 1e-3) for at in np.linspace(0.0, SPAN_S, 1001).tolist()]
+
+
+@given(CLOCKS, MESSAGES, MESSAGES, st.floats(-SPAN_S, 2 * SPAN_S))
+@example(WanderingClock(0.0, 1.0, (1.0, -1.0)), FEW, FEW, 50.0)
+@example(WanderingClock(0.0, 1.0, (-1.0, 1.0)), FEW, FEW, 50.0)
+@example(WanderingClock(0.0, 1.0, (1.0, 0.0, -1.0)), MANY, MANY, 2 * SPAN_S)
+@example(WanderingClock(0.0, 1.0, (1.0, 0.0, -1.0)), MANY, MANY, -SPAN_S)
+def test_a_clock_whose_rate_changes_is_within_the_error(
+    clock: WanderingClock, there: list[tuple[float, float]], back: list[tuple[float, float]], time_s: float
+) -> None:
+    """As with temperature, between messages and where they show it."""
+    sent = np.array([(at, at + delay) for at, delay in there])
+    received = np.array([(at + delay, at) for at, delay in back])
+    for each in (sent, received):
+        each[:, 1] = clock.show(each[:, 1])
+    fit = fit_clock(received, sent, 0.0, SPAN_S)
+    true_s = float(clock.show(np.array([time_s]))[0])
+    assert abs(fit.convert(time_s) - true_s) <= fit.find_error(time_s) + 1e-7
+
+
+WANDERED = [  # shares of CHANGE, which is 2.5e-5; what the clock gains on one that runs evenly, s
+    ((0.0,), 0.0),
+    ((1.0, -1.0), 1.25e-3),
+    ((1.0, 0.0, -1.0), 0.833e-3),
+    ((1.0, -1.0) * 20, 0.0625e-3),
+]
+
+
+@pytest.mark.parametrize(("shares", "gains_s"), WANDERED)
+def test_the_error_of_a_clock_whose_rate_changes(shares: tuple[float, ...], gains_s: float) -> None:
+    """It is half of what the clock gains, or all of it, and the delay of messages, 0.3 ms each way."""
+    clock, times = WanderingClock(0.0, 1.0, shares), np.linspace(0.0, SPAN_S, 10001)
+    sent = np.stack([times, clock.show(times + 3e-4)], 1)
+    received = np.stack([times, clock.show(times - 3e-4)], 1)
+    error_s = fit_clock(received, sent, 0.0, SPAN_S).find_error(50.0)
+    assert gains_s / 2 + 0.29e-3 <= error_s <= gains_s + 0.31e-3
+
+
+@pytest.mark.parametrize(("there", "back"), [(FEW, MANY), (MANY, FEW)])
+def test_the_error_where_one_direction_was_not_heard(
+    there: list[tuple[float, float]], back: list[tuple[float, float]]
+) -> None:
+    """It is the delay of 1 ms and what a rate that is 2.5e-5 off, beside a mean as far off, can add in 50 s."""
+    error_s = fit_clock(*exchange(0.0, 1.0, there, back), 0.0, SPAN_S).find_error(50.0)
+    assert 1e-3 + 2 * 1.25e-3 <= error_s <= 1e-3 + 2 * 1.25e-3 + 1.1e-3  # the last: lines that rise by 1 ms
 
 
 def drifting(rate: float, jump_s: float = 0.0) -> ClockFit:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, FENCED, HELD, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
-from tests.simulated_clock import SimulatedClock
+from tests.simulated_clock import HeldUpReadings, SimulatedClock
 from tests.waiting import wait_until
 
 from understudy.errors import FileError
@@ -25,6 +26,7 @@ from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Publisher
+from understudy.robots.safety import self_monitor
 from understudy.robots.safety.guard import ArmingRefused, Guard
 from understudy.robots.safety.self_monitor import measure_time_asleep
 from understudy.robots.safety.speed_limits import Speeds
@@ -348,6 +350,23 @@ def test_a_computer_that_slept_is_armed_again(guarded: Guarded, monkeypatch: pyt
     assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "this computer slept")
     guarded.ready().wait(0.1)
     assert guarded.robot.armed
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="it is known on Linux only")
+@pytest.mark.parametrize("held", [{}, {1: 2.0}, {2: 2.0}], ids=["not held up", "before", "after"])
+def test_a_program_that_is_held_up_did_not_sleep(
+    held: dict[int, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between its two clocks, of which one has been going on for a minute longer."""
+    readings = HeldUpReadings(held, ahead_s=60)
+    clocks = SimpleNamespace(
+        monotonic=readings.read,
+        clock_gettime=lambda clock: readings.read_other() / 1e9,
+        clock_gettime_ns=lambda clock: readings.read_other(),
+        CLOCK_BOOTTIME=7,
+    )
+    monkeypatch.setattr(self_monitor, "time", clocks)
+    assert measure_time_asleep() == pytest.approx(60.0, abs=1e-6)
 
 
 def test_what_cannot_be_sent_is_left_to_the_watchdog(guarded: Guarded) -> None:

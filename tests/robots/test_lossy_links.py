@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from collections import Counter
 from itertools import pairwise
 from math import inf
@@ -86,7 +85,6 @@ def send(links: LossyLinks, count: int, text: str) -> None:
     sender = [*links.command("one"), sys.executable, "-c", SEND, links.address("two"), str(count), text]
     subprocess.run(end_with_tests(sender), check=True)
     wait_until(lambda: links.packets.sent >= before + count and links.packets.due_s == inf)
-    time.sleep(0.05)  # the last one is being handed over
 
 
 @needs_namespaces

@@ -7,7 +7,6 @@ import io
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -82,24 +81,26 @@ def test_states_are_said_each_tick() -> None:
     assert said == [(0.1, ("a", "b")), (0.2, ("a", "b")), (0.3, ())]
 
 
-def rover(path: Path) -> tuple[RunRecorder, Robot, Wire]:
-    recorder, wire = RunRecorder(path), Wire([Publisher("/rover/sonar", RANGE)])
-    robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder))
-    wire.deliver("/rover/sonar", sonar(2.0), time.monotonic())  # robots do not wait until somebody begins
+def rover(path: Path) -> tuple[RunRecorder, Robot, Wire, SimulatedClock]:
+    clock = SimulatedClock()
+    recorder, wire = RunRecorder(path, clock=clock), Wire([Publisher("/rover/sonar", RANGE)])
+    robot = Robot(parse_robot(ROVER), RecordingTransport(wire, recorder), clock=clock)
+    wire.deliver("/rover/sonar", sonar(2.0), clock())  # robots do not wait until somebody begins
     recorder.begin(robot, names=["rover"], ran=RunInfo(behavior="wander"), files={"rover.toml": ROVER})
-    return recorder, robot, wire
+    return recorder, robot, wire, clock
 
 
 def drive(path: Path) -> tuple[Wire, list[bytes]]:
     """A rover that hears twice from its sonar and once from its wheels, and is told to drive."""
-    recorder, robot, wire = rover(path)
+    recorder, robot, wire, clock = rover(path)
     heard = [sonar(1.0), sonar(0.25), odometry(2.0)]
     with recorder, robot:
         for topic, data in zip(("/rover/sonar", "/rover/sonar", "/rover/odom"), heard, strict=True):
             percept = robot.sense(list_reading_keys(robot))
             robot.act(FORWARD)
             recorder.write_tick(robot.time_s, percept, [("wander", "forward")])
-            wire.deliver(topic, data, time.monotonic())
+            clock.jump(0.1)
+            wire.deliver(topic, data, clock())
             robot.arm("a test")  # its sonar was heard
         recorder.write_press("backward")
         recorder.write_press(None)
@@ -305,11 +306,11 @@ def test_what_a_full_disk_holds_can_be_read(
 
 def test_a_robot_whose_recording_ends_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(writer, "MOST_WAITING", -1)
-    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+    recorder, robot, wire, clock = rover(tmp_path / "drive.mcap")
 
     def drives() -> None:
         with recorder, robot:
-            wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+            wire.deliver("/rover/sonar", sonar(1.0), clock())
             robot.arm("a test")
             for _ in range(3):
                 percept = robot.sense(list_reading_keys(robot))
@@ -359,9 +360,9 @@ def _slid() -> bytes:
 
 
 def test_messages_do_not_fail_where_their_recording_did(tmp_path: Path) -> None:
-    recorder, robot, wire = rover(tmp_path / "drive.mcap")
+    recorder, robot, wire, clock = rover(tmp_path / "drive.mcap")
     recorder.close()
-    wire.deliver("/rover/sonar", sonar(1.0), time.monotonic())
+    wire.deliver("/rover/sonar", sonar(1.0), clock())
     robot.arm("a test")
     robot.act(FORWARD)
     assert wire.sent

@@ -132,13 +132,16 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
     Before, there are another robot with the same namespace, somebody who commands this one, and a type that nobody
     there publishes.
     """
-    said = checked(text, tmp_path)(lambda said: said["problems"] == [])
+
+    def has_rates(said: dict[str, Any]) -> bool:
+        return all(each["messages"] > 1 and each["rate_hz"] > 0 for each in said["arrivals"])
+
+    said = checked(text, tmp_path)(lambda said: said["problems"] == [] and has_rates(said))
     assert [each["values"] for each in said["arrivals"]] == [
         {"sonar_ahead": 2.0},
         {"x": 1.0},
         {"heading": 0.0},
     ]
-    assert all(each["messages"] > 1 and each["rate_hz"] > 0 for each in said["arrivals"])
     other = join()
     other.publisher(f"{namespace}/sonar", RANGE)
     other.publisher(f"{namespace}/cmd_vel", TWIST)
@@ -285,13 +288,19 @@ def test_over_a_network(subject: Callable[[Join, Router], None], join: Join, rou
 
 @pytest.mark.timed
 def test_waiting_takes_no_time_of_the_processor(join: Join, namespace: str) -> None:
-    """Whether or not it subscribed to anything; the receiving thread alone could take all the time there is."""
+    """Whether or not it subscribed to anything; the receiving thread alone could take all the time there is.
+
+    Other threads of this process, and what was held up before, may take some at first.
+    """
     join().publisher(f"{namespace}/odom", ODOMETRY)
     join().subscribe(f"{namespace}/odom", ODOMETRY, lambda data, at_s: None)
-    time.sleep(0.2)
-    spent = time.process_time()
-    time.sleep(0.4)
-    assert time.process_time() - spent < 0.2
+
+    def is_idle() -> bool:
+        spent_s = time.process_time()
+        time.sleep(0.4)
+        return time.process_time() - spent_s < 0.2
+
+    wait_until(is_idle)
 
 
 @pytest.mark.timed

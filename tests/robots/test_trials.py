@@ -50,6 +50,13 @@ def tell(line: str) -> Callable[[Process], object]:
     return write
 
 
+def read_last(robot: Process, line: str) -> str:
+    """Read a robot's lines after this one until it stands and says no more for a while; return the last."""
+    while later := robot.line(0.5 if line.startswith("stops") else PATIENCE_S):
+        line = later
+    return line
+
+
 ENDS: list[tuple[str, Callable[[Process], object], str, str]] = [  # how it ends, the cause, who logs it
     ("exit", tell("exit"), "its program left", "program"),
     ("error", tell("fail"), "its program failed: ValueError", "program"),
@@ -75,11 +82,9 @@ def test_it_stops_however_its_program_ends(
         with scene() as (here, _):
             assert here.drive() == ""
             ends(here.decider)
-            lines = [here.robot.line()]
+            first = here.robot.line()
             here.decider.process.wait(PATIENCE_S)
-            while line := here.robot.line(0.3):
-                lines.append(line)
-            assert lines[-1].split()[::2] == ["stops", "command"]
+            assert read_last(here.robot, first).split()[::2] == ["stops", "command"]
             stop = read_stops(here.log)[-1]
             if stop.by == by and cause in stop.cause:
                 return
@@ -98,10 +103,7 @@ def test_it_is_stopped_by_a_late_tick_until_the_next_and_from_another_terminal_f
         assert here.decider.ask("state").startswith("armed") or here.drive() == ""  # on a busy computer
         result = run("robots", "stop", here.log.with_name("rover.toml"))
         assert result.exit_code == 0, result.output
-        lines = [here.robot.line()]
-        while line := here.robot.line(0.5):
-            lines.append(line)
-        assert lines[-1].startswith("stops")
+        assert read_last(here.robot, here.robot.line()).startswith("stops")
         assert here.decider.ask("state").startswith("disarmed")
         stops = read_stops(here.log)
         assert "robots stop" in {stop.by for stop in stops}

@@ -155,7 +155,10 @@ class LossyLinks:
         return ["ip", "netns", "exec", self.namespace(member)]
 
     def cut(self, member: str) -> None:
-        """Lose all packets from and to a member from now on, also those that are under way."""
+        """Lose all packets from and to a member from now on, also those that are under way.
+
+        Those that have arrived are handed over before.
+        """
         with self._lock:
             self._cut.add(self.members.index(member))
 
@@ -220,12 +223,11 @@ class LossyLinks:
             self.packets.send(sender, packet, now)
 
     def _deliver(self) -> None:
-        for sender, receiver, packet in self.packets.take_due(monotonic()):
-            with self._lock:
-                is_cut = sender in self._cut or receiver in self._cut
-            if not is_cut:
-                with suppress(OSError):  # the receiver is overloaded
-                    os.write(self._devices[receiver], packet)
+        with self._lock:
+            for sender, receiver, packet in self.packets.take_due(monotonic()):
+                if sender not in self._cut and receiver not in self._cut:
+                    with suppress(OSError):  # the receiver is overloaded
+                        os.write(self._devices[receiver], packet)
 
 
 def _run(*command: str) -> None:

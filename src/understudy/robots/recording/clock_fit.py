@@ -1,14 +1,16 @@
 """Fits of one clock to another from messages in both directions, with a bound of the error, as in NTP.
 
 A message arrives after it was sent. Each message thus bounds the time that one clock shows when the other shows a given
-time: from below in one direction, from above in the other. All straight lines within these bounds are possible; what is
-returned is the one in their middle, and the error is the largest distance to any of them.
+time: from below in one direction, from above in the other. What is returned is the straight line in the middle of all
+that are within these bounds. No clock is quite a straight line, because its rate changes with its temperature. So the
+error is the largest distance from this line to any clock within the bounds whose rate changes by no more than `CHANGE`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +19,11 @@ from understudy.model.kinds import Column
 
 FASTEST = 1e-3
 """The largest difference between the rates of two clocks that is considered."""
+CHANGE = 2.5e-5
+"""The largest difference between a clock's rate, by another one, and its mean that is considered; temperature changes
+it by less."""
 BINS = 256
-"""The number of periods in each of which only the tightest bound of each direction is used."""
+"""The number of periods in each of which lines are only compared with the tightest bound of each direction."""
 LEAST_UNEVEN_S = 1e-5
 """The first attempt at the unevenness of clocks that no straight line fits, s."""
 RESOLUTION_S = 1e-6
@@ -41,8 +46,10 @@ class ClockFit:
         The last one, s.
     middle
         The other clock at these two times, s.
-    corners
-        The corners of the region of all possible pairs of times of the other clock at these two times [K, 2], s.
+    error_s
+        The largest error of `convert` between them, s.
+    error_rate
+        By how much the error grows in each second before or after them.
     uneven_s
         How far messages are from any straight line, s; 0 for clocks that run evenly.
     """
@@ -50,7 +57,8 @@ class ClockFit:
     first_s: float
     last_s: float
     middle: tuple[float, float]
-    corners: NDArray[np.float64]
+    error_s: float
+    error_rate: float
     uneven_s: float = 0.0
 
     def convert(self, time_s: float) -> float:
@@ -64,11 +72,7 @@ class ClockFit:
 
     def find_error(self, time_s: float) -> float:
         """Return the largest error of `convert` at a time, s."""
-        place = self._place(time_s)
-        possible = self.corners[:, 0] * (1 - place) + self.corners[:, 1] * place
-        converted = self.convert(time_s)
-        farthest = max(possible.max() - converted, converted - possible.min())
-        return float(farthest) + 2 * self.uneven_s
+        return self.error_s + self.error_rate * max(self.first_s - time_s, time_s - self.last_s, 0.0)
 
     def find_largest_error(self, first_s: float, last_s: float) -> float:
         """Return the largest error of `convert` between two times, s; it is largest at one of them."""
@@ -99,8 +103,8 @@ def fit_clock(
     Returns
     -------
     ClockFit
-        The fit. If both clocks run evenly, and their rates differ by less than 0.1 %, the other clock's true time is
-        within the error of it, however long messages took.
+        The fit. If the rates of the clocks differ by less than 0.1 %, and by less than 25 ppm more or less than on
+        average, the other clock's true time is within the error of it, however long messages took.
 
     Raises
     ------
@@ -117,7 +121,59 @@ def fit_clock(
         uneven_s = max(2 * uneven_s, LEAST_UNEVEN_S)
         corners = _find_region(least, most, first_s, last_s, RESOLUTION_S + uneven_s)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    return ClockFit(first_s, last_s, (float(middle[0]), float(middle[1])), corners, uneven_s)
+    rates = (corners[:, 1] - corners[:, 0]) / (last_s - first_s)
+    rate = float(middle[1] - middle[0]) / (last_s - first_s)
+    # The mean rate of a clock is at most CHANGE outside those of the lines, and its rate at most as much from the mean.
+    change = 2 * CHANGE + float(np.abs(rates - rate).max())
+    start = float(middle[0]) - rate * first_s
+    above = _Envelope.from_bounds(sent, 1.0, start, rate, change)
+    below = _Envelope.from_bounds(received, -1.0, start, rate, change)
+    error_s = _find_farthest(above, below, first_s, last_s) + RESOLUTION_S
+    return ClockFit(first_s, last_s, (float(middle[0]), float(middle[1])), error_s, change, uneven_s)
+
+
+class _Envelope(NamedTuple):
+    """The farthest distance on one side of a line at which a clock can be, at each time.
+
+    A clock that was within a bound is now within the bound and what its rate, which differs from the line's by at most
+    `change`, can have added since; likewise for bounds that come later.
+    """
+
+    times: Column
+    since: Column
+    """For the bounds up to each, the distance at time 0 from which it has grown [N + 1]; infinite before the first."""
+    until: Column
+    """For the bounds from each on, the distance at time 0 from which it falls [N + 1]; infinite after the last."""
+    change: float
+
+    @classmethod
+    def from_bounds(
+        cls, bounds: NDArray[np.float64], sign: float, start: float, rate: float, change: float
+    ) -> _Envelope:
+        """Make the envelope of bounds above (sign 1) or below (sign -1) the line `start + rate * time`."""
+        times, others = bounds[np.argsort(bounds[:, 0])].T
+        distances = sign * (others - start - rate * times)
+        since = np.minimum.accumulate(distances - change * times)
+        until = np.minimum.accumulate((distances + change * times)[::-1])[::-1]
+        return cls(times, np.append(inf, since), np.append(until, inf), change)
+
+    @property
+    def breaks(self) -> Column:
+        """The times between which the envelope is straight: those of the bounds, and its peaks between them."""
+        peaks = (self.until[1:-1] - self.since[1:-1]) / (2 * self.change)
+        return np.append(self.times, np.clip(peaks, self.times[:-1], self.times[1:]))
+
+    def find(self, times: Column) -> Column:
+        """Find the farthest distances at times."""
+        place = np.searchsorted(self.times, times, side="right")
+        return np.minimum(self.since[place] + self.change * times, self.until[place] - self.change * times)
+
+
+def _find_farthest(above: _Envelope, below: _Envelope, first_s: float, last_s: float) -> float:
+    """Find how far from the line a clock can be between two times; further by what bounds contradict each other."""
+    times = np.concatenate([[first_s, last_s], above.breaks, below.breaks])
+    up, down = above.find(times), below.find(times)
+    return float(max(up.max(), down.max()) + max(0.0, -(up + down).min()))
 
 
 def _keep_tightest(

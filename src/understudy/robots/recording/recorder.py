@@ -17,6 +17,7 @@ import numpy as np
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
+from understudy.robots.clock_offset import measure_clock_offset
 from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
 from understudy.robots.recording.message_types import (
     READINGS,
@@ -64,15 +65,22 @@ class RunRecorder:
     """A recorder of a run, which records messages from the start and decisions from `begin` on.
 
     FileError is raised if the file exists or cannot be written. `clock` gives the time with which messages are
-    stamped on arrival, in s: `time.monotonic`, or a simulation's. `chunks` is the clock by which they are put on disk.
+    stamped on arrival, in s: `time.monotonic`, or a simulation's. Stamps are dates: that of `date`, in ns since 1970,
+    when the recorder is made, and the time of `clock` since then, so that setting the date changes no interval.
+    `chunks` is the clock by which messages are put on disk.
     """
 
     def __init__(
-        self, path: Path | str, *, clock: Callable[[], float] = time.monotonic, chunks: Clock = REAL_TIME
+        self,
+        path: Path | str,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        date: Callable[[], int] = time.time_ns,
+        chunks: Clock = REAL_TIME,
     ) -> None:
         register_message_types()
         self.path, self._clock = Path(path), clock
-        self._began_ns = time.time_ns() - round(clock() * 1e9)
+        self._began_ns = measure_clock_offset(clock, date)
         self._topics: dict[tuple[str, str], int] = {}
         self._lock = Lock()
         self._agents: list[AgentChannels] = []

@@ -16,9 +16,11 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from threading import get_native_id
 from typing import NamedTuple
 
+from understudy.robots.clock_offset import measure_clock_offset
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import MOVING, PRIORITY, RESTING, TAKEN_OVER
 from understudy.robots.safety.watchdog_client import WatchdogClient
@@ -143,4 +145,4 @@ def measure_time_asleep() -> float:
     """Measure how long this computer was suspended since it was started, s; 0 if that is unknown (not Linux)."""
     if sys.platform != "linux":
         return 0.0
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()
+    return measure_clock_offset(time.monotonic, partial(time.clock_gettime_ns, time.CLOCK_BOOTTIME)) / 1e9
