@@ -18,6 +18,7 @@ from understudy.learning.mislabels import find_mislabels, list_press_examples
 from understudy.learning.report import find_contradictions
 from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
+from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind, Lesson
@@ -108,7 +109,7 @@ def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Itera
             separating = None if kit is None else find_separating_feature(analysis.lesson, group, kit)
             if separating is not None:
                 sentence = (
-                    f"Let me look at {separating}, too: it tells examples {join_names(map(str, numbers))} apart, "
+                    f"Let me look at {separating}, too: it tells {name_examples(numbers)} apart, "
                     "which look the same to me now."
                 )
                 yield Advice(AdviceKind.SEPARATING, sentence, state.place, 0.9, box, numbers)
@@ -116,12 +117,12 @@ def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Itera
 
 def _describe_answers(group: Sequence[Example]) -> str:
     """Describe what examples say: "examples 3 and 47 say right and example 71 says left"."""
-    numbers: dict[str, list[str]] = {}
+    numbers: dict[str, list[int]] = {}
     for example in group:
         answer = f"keep {example.next}" if example.next == example.state else example.next
-        numbers.setdefault(answer, []).append(str(example.number))
+        numbers.setdefault(answer, []).append(example.number)
     return join_names(
-        f"example{'s' * (len(each) > 1)} {join_names(each)} {'say' if len(each) > 1 else 'says'} {answer}"
+        f"{name_examples(each)} {'say' if len(each) > 1 else 'says'} {answer}"
         for answer, each in numbers.items()
     )
 

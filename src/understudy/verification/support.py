@@ -10,6 +10,7 @@ from operator import or_
 from typing import NamedTuple
 
 from understudy.errors import join_names
+from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example
@@ -17,7 +18,7 @@ from understudy.model.tree import STAY
 from understudy.model.tree_text import FeatureText
 from understudy.verification.cells import Leaf
 from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
-from understudy.verification.subject import Subject, join_conditions, name_examples
+from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_WEAK = 3
 """So many cells of one example are described, the weakest; the others are counted."""
@@ -184,7 +185,7 @@ def _make_outlier(
 ) -> Finding:
     text = FeatureText(bound, (), known_absent=True).number
     numbers = tuple(each.number for each in there)
-    named, have = name_examples(numbers), "has" if len(numbers) == 1 else "have"
+    named, have = name_examples(numbers, most=MOST_EXAMPLES), "has" if len(numbers) == 1 else "have"
     low, high = sorted((near, opposite))
     return Finding(
         FindingKind.OUTLIER,
