@@ -258,13 +258,12 @@ class LessonAnalysis:
             seen = np.concatenate([seen, self.situations])
         self.words = make_feature_phrases(lesson.automaton.features, seen)
         taught = group_examples_by_state(lesson)
-        names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
         self.states = {
-            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words) for name in names
+            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words)
+            for name in list(taught)[: 1 if lesson.automaton.stateless else None]
         }
-        shown = sum(each.is_shown for state in self.states.values() for each in state.examples)
-        self.demonstration_count = shown
-        self.is_scant = shown < ENOUGH
+        self.demonstration_count = sum(len(state.shown_rows) for state in self.states.values())
+        self.is_scant = self.demonstration_count < ENOUGH
 
     @cached_property
     def situations(self) -> NDArray[np.float64]:
@@ -291,12 +290,12 @@ class LessonAnalysis:
     @cached_property
     def trials(self) -> list[Trial]:
         """The press-made examples to leave out: one at a time, or several in large lessons."""
-        learner, states = self.lesson.options.learner, self.states.values()
-        is_tree = not isinstance(learner, SklearnOptions)
-        if isinstance(learner, SklearnOptions) and learner.classifier in SLOW:
-            return []
-        total = sum(len(state.press_rows) for state in states)
-        together = max(1, -(-total // (MOST_TRIALS if is_tree else MOST_SLOW_TRIALS)))
+        learner, states, most = self.lesson.options.learner, self.states.values(), MOST_TRIALS
+        if isinstance(learner, SklearnOptions):
+            most = MOST_SLOW_TRIALS
+            if learner.classifier in SLOW:
+                return []
+        together = max(1, -(-sum(len(state.press_rows) for state in states) // most))
         found = []
         for state in states:
             count = -(-len(state.press_rows) // together)
