@@ -8,8 +8,9 @@ from math import radians
 import pytest
 from tests.coaching.lessons import GOTO, Row, goto
 
-from understudy.coaching.advice import Advice, AdviceKind, DecisionMet, FailedRun, WrongDecisions
+from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
 from understudy.coaching.give_advice import give_advice
+from understudy.coaching.lesson_analysis import MetDecision
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Lesson
@@ -19,8 +20,11 @@ FAR_OFF = "done where distance_to(A) is 4 m"
 
 def advise(lesson: Lesson, *met: tuple[str, float, float], worlds: int = 10) -> tuple[Advice, ...]:
     """Advise on a lesson whose robot went wrong at these states, distances, and bearings, each in a world."""
-    failed = [FailedRun(FAR_OFF, [DecisionMet(state, (off, radians(deg)))]) for state, off, deg in met]
-    return give_advice(lesson, learn(lesson), wrong=WrongDecisions(worlds, failed))
+    decisions = [
+        MetDecision(seed, 0.0, state, (off, radians(deg))) for seed, (state, off, deg) in enumerate(met)
+    ]
+    wrong = WrongDecisions(worlds, dict.fromkeys(range(len(met)), FAR_OFF), decisions)
+    return give_advice(lesson, learn(lesson), wrong=wrong)
 
 
 def learn_by_gain() -> Lesson:
@@ -76,8 +80,8 @@ def test_more_worlds_come_before_fewer() -> None:
 
 
 def test_a_world_counts_once() -> None:
-    met = [DecisionMet("forward", (3.0, radians(deg))) for deg in (170, 180, 190)]
-    first = give_advice(goto(), learn(goto()), wrong=WrongDecisions(4, [FailedRun("", met)]))[0]
+    met = [MetDecision(7, 0.0, "forward", (3.0, radians(deg))) for deg in (170, 180, 190)]
+    first = give_advice(goto(), learn(goto()), wrong=WrongDecisions(4, {7: ""}, met))[0]
     assert first.evidence.startswith("I went wrong there in 1 of 4 new worlds")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise, product
@@ -11,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.lesson_analysis import LessonAnalysis, StateAnalysis, find_cells_around
-from understudy.coaching.situation_text import make_situation_box
+from understudy.coaching.lesson_analysis import LessonAnalysis, MetDecision, StateAnalysis
 from understudy.errors import UnderstudyError, join_names
 from understudy.learning.mislabels import find_mislabels, list_press_examples
 from understudy.learning.report import find_contradictions
 from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
+from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind, Lesson
@@ -75,25 +76,12 @@ class Advice:
     evidence: str = ""
 
 
-class DecisionMet(NamedTuple):
-    """A decision in a world: the state, and the feature vector."""
-
-    state: str
-    values: tuple[float, ...]
-
-
-class FailedRun(NamedTuple):
-    """A world in which a behavior went wrong: what happened, in words, and what it decided there."""
-
-    why: str
-    decisions: Sequence[DecisionMet]
-
-
 class WrongDecisions(NamedTuple):
-    """The number of new worlds in which a behavior ran, and those in which it went wrong."""
+    """What a behavior decided where it went wrong: in how many new worlds it ran, and for each seed what happened."""
 
     worlds: int
-    failed: Sequence[FailedRun]
+    why: Mapping[int, str]
+    met: Sequence[MetDecision]
 
 
 def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Iterator[Advice]:
@@ -108,7 +96,7 @@ def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Itera
             separating = None if kit is None else find_separating_feature(analysis.lesson, group, kit)
             if separating is not None:
                 sentence = (
-                    f"Let me look at {separating}, too: it tells examples {join_names(map(str, numbers))} apart, "
+                    f"Let me look at {separating}, too: it tells {name_examples(numbers)} apart, "
                     "which look the same to me now."
                 )
                 yield Advice(AdviceKind.SEPARATING, sentence, state.place, 0.9, box, numbers)
@@ -116,12 +104,12 @@ def advise_on_contradictions(analysis: LessonAnalysis, kit: Kit | None) -> Itera
 
 def _describe_answers(group: Sequence[Example]) -> str:
     """Describe what examples say: "examples 3 and 47 say right and example 71 says left"."""
-    numbers: dict[str, list[str]] = {}
+    numbers: dict[str, list[int]] = {}
     for example in group:
         answer = f"keep {example.next}" if example.next == example.state else example.next
-        numbers.setdefault(answer, []).append(str(example.number))
+        numbers.setdefault(answer, []).append(example.number)
     return join_names(
-        f"example{'s' * (len(each) > 1)} {join_names(each)} {'say' if len(each) > 1 else 'says'} {answer}"
+        f"{name_examples(each)} {'say' if len(each) > 1 else 'says'} {answer}"
         for answer, each in numbers.items()
     )
 
@@ -130,20 +118,19 @@ def advise_on_overruled_defaults(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on directives in the very situation of a default: the directive decides, at once."""
     for state in analysis.states.values():
         for group in group_by_feature_vector(state.examples).values():
-            stays = [example for example in group if example.kind is ExampleKind.DEFAULT]
-            directives = [example for example in group if example.kind is ExampleKind.DIRECTIVE]
-            leaves = [example for example in directives if example.next != example.state]
-            if not stays or not leaves:
-                continue
-            box, when = state.describe_example(group[0])
-            first, default = leaves[0], stays[0].number
-            sentence = (
-                f"Is it right that I leave {state.name} for {first.next} at once{when}? Example {first.number} says "
-                f"so, and example {default}, recorded in the same situation, says stay; if not, let me look at "
-                "something that tells them apart."
-            )
-            numbers = first.number, default
-            yield Advice(AdviceKind.DISAGREEMENT, sentence, state.name, 0.75, box, numbers, first.values)
+            stays = [each.number for each in group if each.kind is ExampleKind.DEFAULT]
+            leaves = [
+                each for each in group if each.kind is ExampleKind.DIRECTIVE and each.next != each.state
+            ]
+            if stays and leaves:
+                box, when = state.describe_example(group[0])
+                first, numbers = leaves[0], (leaves[0].number, stays[0])
+                sentence = (
+                    f"Is it right that I leave {state.name} for {first.next} at once{when}? Example {numbers[0]} says "
+                    f"so, and example {numbers[1]}, recorded in the same situation, says stay; if not, let me look at "
+                    "something that tells them apart."
+                )
+                yield Advice(AdviceKind.DISAGREEMENT, sentence, state.name, 0.75, box, numbers, first.values)
 
 
 def find_separating_feature(lesson: Lesson, group: Sequence[Example], kit: Kit) -> BoundFeature | None:
@@ -153,17 +140,13 @@ def find_separating_feature(lesson: Lesson, group: Sequence[Example], kit: Kit) 
         for feature in kit.features.values()
         if isinstance(feature, Feature) and isinstance(feature.kind, Categorical)
     )
-    best, most = None, 0.0
+    answers, clear = [example.next for example in group], dict[BoundFeature, float]()
     for bound in _list_other_features(lesson, kit):
         other = replace(lesson, automaton=replace(lesson.automaton, features=(bound,)), examples=())
-        try:
+        with suppress(UnderstudyError, KeyError):  # it was not recorded then
             values = [compute_example_values(each, other, lesson.record, steady=steady)[0] for each in group]
-        except (UnderstudyError, KeyError):  # it was not recorded then
-            continue
-        clear = _measure_separation(bound, values, [example.next for example in group])
-        if clear > most:
-            best, most = bound, clear
-    return best
+            clear[bound] = _measure_separation(bound, values, answers)
+    return max((bound for bound in clear if clear[bound] > 0.0), key=clear.__getitem__, default=None)
 
 
 def _list_other_features(lesson: Lesson, kit: Kit) -> Iterator[BoundFeature]:
@@ -252,16 +235,14 @@ def _list_unsupported_presses(state: StateAnalysis) -> list[int]:
 def _make_isolated_press_advice(
     analysis: LessonAnalysis, state: StateAnalysis, example: Example, changed: NDArray[np.bool_], share: float
 ) -> Advice:
-    cells = find_cells_around(state.words, example.values)
-    for feature, word in enumerate(
-        state.words
-    ):  # those of the situations that depend on it, unless these are all
+    """Advise on a press without which `changed` situations [M], such a `share` of all, are decided otherwise."""
+    cells = {}
+    for feature, cell in state.find_cells_around(example.values).items():
         column = analysis.cells[:, feature]
-        here = cells.pop(feature) | set(column[changed].tolist())
-        if not here >= {*word.cells, *column.tolist()}:
+        here = cell | set(column[changed].tolist())
+        if not here >= {*state.words[feature].cells, *column.tolist()}:  # unless these are all
             cells[feature] = here
-    said = state.describe(cells)
-    when = f" when {said}" if said else ""
+    box, when = state.describe(cells)
     what = f"to go from {example.state} to {example.next}" if state.place else example.next
     if example.next == example.state:
         what = f"to keep {example.state}"
@@ -271,7 +252,7 @@ def _make_isolated_press_advice(
         f"Only example {example.number} tells me {what}{when}: show me once more, or delete it.",
         state.place,
         (0.5 if alone else 0.25) + 0.2 * min(1.0, share / 0.5),
-        make_situation_box(state.words, cells),
+        box,
         (example.number,),
         example.values,
     )

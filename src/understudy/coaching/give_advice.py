@@ -18,7 +18,6 @@ from understudy.coaching.advice import (
     MOST_ADVICE,
     Advice,
     AdviceKind,
-    DecisionMet,
     WrongDecisions,
     advise_on_contradictions,
     advise_on_isolated_presses,
@@ -28,15 +27,15 @@ from understudy.coaching.advice import (
 from understudy.coaching.lesson_analysis import (
     FAR,
     LessonAnalysis,
+    MetDecision,
     StateAnalysis,
-    find_cells_around,
     predict_left_out,
 )
-from understudy.coaching.situation_text import make_situation_box, match_cells
+from understudy.coaching.situation_text import match_cells
 from understudy.errors import join_names
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.automaton import Transition
-from understudy.model.lesson import Example, Lesson
+from understudy.model.lesson import Lesson
 from understudy.model.library import Kit
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_regions import Box, ValueSet, find_tested_features, list_leaf_boxes
@@ -100,17 +99,18 @@ def give_advice(
 
 def _weigh_by_worlds(advice: Advice, analysis: LessonAnalysis, wrong: WrongDecisions) -> Advice:
     """Return advice with the number of new worlds that went wrong for what it states; such advice comes first."""
-    runs = [run for run in wrong.failed if any(_concerns(advice, met, analysis) for met in run.decisions)]
-    if not runs:
+    seeds = {met.seed for met in wrong.met if _concerns(advice, met, analysis)}
+    if not seeds:
         return advice
-    said = f"I went wrong there in {len(runs)} of {wrong.worlds} new worlds ({runs[0].why})."
-    weight = IN_WORLDS + (1.0 - IN_WORLDS) * len(runs) / wrong.worlds
+    first = next(why for seed, why in wrong.why.items() if seed in seeds)
+    said = f"I went wrong there in {len(seeds)} of {wrong.worlds} new worlds ({first})."
+    weight = IN_WORLDS + (1.0 - IN_WORLDS) * len(seeds) / wrong.worlds
     return replace(advice, weight=weight, evidence=said)
 
 
-def _concerns(advice: Advice, met: DecisionMet, analysis: LessonAnalysis) -> bool:
+def _concerns(advice: Advice, met: MetDecision, analysis: LessonAnalysis) -> bool:
     """Return whether advice is about a decision: about its leaf, its situation, or an example that it rests on."""
-    state = next((each for each in analysis.states.values() if each.place in ("", met.state)), None)
+    state = analysis.find_state(met.state)
     if advice.kind in (AdviceKind.GAP, AdviceKind.NEVER_LEFT):
         parts = zip(met.values, advice.region or (), strict=advice.region is not None)
         return advice.state in ("", met.state) and all(value in part for value, part in parts)
@@ -155,9 +155,8 @@ def advise_on_missing_switches(analysis: LessonAnalysis) -> Iterator[Advice]:
 
 def advise_on_coverage_gaps(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on situations without examples, state by state, those farthest from all examples first."""
-    for state in analysis.states.values() if len(analysis.situations) else ():
-        rows = state.shown.values
-        nearest = state.distances.compute(analysis.situations[:, None], rows[None]).min(axis=1)
+    for state in analysis.states.values():
+        nearest = state.distances.compute(analysis.situations[:, None], state.shown.values).min(axis=1)
         is_open = (nearest >= FAR) & analysis.find_possible_situations(state)
         for _ in range(MOST_ADVICE):
             if not is_open.any():
@@ -173,15 +172,12 @@ def advise_on_coverage_gaps(analysis: LessonAnalysis) -> Iterator[Advice]:
             if share < LEAST_SHARE:
                 continue
             once = BEGINNING if state.place == analysis.lesson.automaton.states[0].name else 1.0
+            weight = 0.3 + 0.35 * once * float(nearest[farthest]) * min(1.0, share / 0.25)
             where = f" in state {state.place}" if state.place else ""
-            yield Advice(
-                AdviceKind.GAP,
-                f"Show me what to do{where} when {state.describe(widest)}: I was never shown that.",
-                state.place,
-                0.3 + 0.35 * once * float(nearest[farthest]) * min(1.0, share / 0.25),
-                make_situation_box(analysis.words, widest),
-                at=tuple(analysis.situations[farthest].tolist()),
-            )
+            box, when = state.describe(widest)
+            sentence = f"Show me what to do{where}{when}: I was never shown that."
+            at = tuple(analysis.situations[farthest].tolist())
+            yield Advice(AdviceKind.GAP, sentence, state.place, weight, box, at=at)
 
 
 def _find_widest_gap(state: StateAnalysis, here: NDArray[np.float64]) -> dict[int, frozenset[int]] | None:
@@ -189,7 +185,7 @@ def _find_widest_gap(state: StateAnalysis, here: NDArray[np.float64]) -> dict[in
 
     The feature that differs least from the nearest example goes first. None if an example has the same cells.
     """
-    cells = find_cells_around(state.words, here.tolist())
+    cells = state.find_cells_around(here.tolist())
     if not cells or match_cells(cells, state.cells).any():
         return None
     apart = state.distances.compute_by_feature(state.shown.values, here)
@@ -212,28 +208,28 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
         for outcome, box in list_leaf_boxes(state.transition, kinds):
             if outcome not in (STAY, state.shown.current):
                 rows = _move_into_box(box, situations)
-                distances = state.plain_distances.compute(rows[:, None], state.shown.values[None])
+                distances = state.plain_distances.compute(rows[:, None], state.shown.values)
                 amounts, others = state.measure_contrast(distances, outcome)
                 worst = int(amounts.argmax())
-                if amounts[worst] >= LEAST_CONTRAST:
-                    following = analysis.lesson.automaton.state_names[outcome]
-                    doubt = float(amounts[worst]), rows[worst].tolist(), state.examples[others[worst]]
-                    found.append(_make_stretched_leaf_advice(state, box, following, *doubt))
+                amount, nearest = float(amounts[worst]), state.examples[others[worst]]
+                if amount < LEAST_CONTRAST:
+                    continue
+                around, when = state.describe(state.find_cells_around(rows[worst].tolist()))
+                following = analysis.lesson.automaton.state_names[outcome]
+                start = f"go from {state.place} to {following}" if state.place else f"do {following}"
+                answer = "stay" if nearest.next == nearest.state else nearest.next
+                found.append(
+                    Advice(
+                        AdviceKind.STRETCHED,
+                        f"Is it right that I {start}{when}? The nearest example, {nearest.number}, says {answer}.",
+                        state.place,
+                        0.3 + 0.35 * amount,
+                        tuple(mine & leaf for mine, leaf in zip(around, box, strict=True)),
+                        (nearest.number,),
+                        tuple(rows[worst].tolist()),
+                    )
+                )
         yield from sorted(found, key=lambda each: -each.weight)[:MOST_ADVICE]
-
-
-def _make_stretched_leaf_advice(
-    state: StateAnalysis, box: Box, following: str, amount: float, at: list[float], nearest: Example
-) -> Advice:
-    cells = find_cells_around(state.words, at)
-    around = make_situation_box(state.words, cells)
-    region = tuple(mine & leaf for mine, leaf in zip(around, box, strict=True))
-    start = f"go from {state.place} to {following}" if state.place else f"do {following}"
-    answer = "stay" if nearest.next == nearest.state else nearest.next
-    said = f"Is it right that I {start} when {state.describe(cells)}?"
-    sentence = f"{said} The nearest example, {nearest.number}, says {answer}."
-    weight = 0.3 + 0.35 * amount
-    return Advice(AdviceKind.STRETCHED, sentence, state.place, weight, region, (nearest.number,), tuple(at))
 
 
 def _move_into_box(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -277,15 +273,11 @@ def advise_on_accuracy(analysis: LessonAnalysis) -> Iterator[Advice]:
 
 def advise_on_unused_features(analysis: LessonAnalysis) -> Iterator[Advice]:
     """Advise on features that no tree tests."""
-    functions = [state.transition for state in analysis.states.values()]
-    trees = [function for function in functions if isinstance(function, Tree)]
-    if not trees or len(trees) < len(functions):
-        return
+    trees = [each.transition for each in analysis.states.values() if isinstance(each.transition, Tree)]
     used = find_tested_features(trees)
-    names = [
-        str(bound) for index, bound in enumerate(analysis.lesson.automaton.features) if index not in used
-    ]
-    if names:
+    features = enumerate(analysis.lesson.automaton.features)
+    names = [str(bound) for index, bound in features if index not in used]
+    if names and 0 < len(trees) == len(analysis.states):
         they, decide = ("they matter", "they decide") if len(names) > 1 else ("it matters", "it decides")
         sentence = f"Leave out {join_names(names)}, or show me where {they}: so far {decide} nothing."
         yield Advice(AdviceKind.IDLE, sentence, "", 0.2)

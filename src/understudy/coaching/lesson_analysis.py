@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ from understudy.learning.training_set import (
 )
 from understudy.model.automaton import Transition
 from understudy.model.features import FlagFeature
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Tree, make_leaf
@@ -75,24 +75,20 @@ class FeatureDistances:
         tested = find_tested_features([transition]) if isinstance(transition, Tree) else set()
         columns = range(len(words))
         self._weights = np.array([1.0 if not tested or each in tested else UNTESTED for each in columns])
-        self._scale, self._turn = np.ones(len(words)), np.zeros(len(words))
-        self._labels = np.array([isinstance(word.bound.kind, Categorical) for word in words], np.bool_)
-        for column, word in enumerate(words):
-            if isinstance(word.bound.kind, Toroidal):
-                self._turn[column] = word.bound.kind.period
-                self._scale[column] = word.bound.kind.period / 2
-            elif not self._labels[column] and word.high > word.low:
-                self._scale[column] = word.high - word.low
+        self._scale = np.array([word.extent for word in words])
+        self._is_circle = np.array([isinstance(word.bound.kind, Toroidal) for word in words], np.bool_)
 
     def compute_by_feature(
         self, rows: NDArray[np.float64], values: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Compute distances, from 0 to 1, between vectors [..., F] and others, broadcast, for each feature."""
         off = np.abs(rows - values)
-        off = np.where(off > self._turn / 2, np.abs(self._turn - off), off)  # of what has no period: itself
-        off = np.where(self._labels & (off > 0), 1.0, np.minimum(off / self._scale, 1.0))
-        missing = np.isnan(off)
-        return np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, off) if missing.any() else off
+        off = np.where(self._is_circle & (off > self._scale), 2 * self._scale - off, off)
+        found: NDArray[np.float64] = np.minimum(off / self._scale, 1.0)  # labels are at least 1 apart
+        missing = np.isnan(found)
+        return (
+            np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, found) if missing.any() else found
+        )
 
     def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Compute distances between vectors [..., F] and others, broadcast, over all features; 1 is far."""
@@ -123,10 +119,8 @@ class StateAnalysis:
         self.name, self.examples, self.transition, self.words = name, examples, transition, words
         self.place = "" if lesson.automaton.stateless else name
         self.shown = make_training_set(lesson, examples, name)
-        self.distances, self.plain_distances = (
-            FeatureDistances(words, transition),
-            FeatureDistances(words, None),
-        )
+        self.distances = FeatureDistances(words, transition)
+        self.plain_distances = FeatureDistances(words, None)
         self.press_rows = [row for row, example in enumerate(examples) if example.is_from_press]
         self.shown_rows = [row for row, example in enumerate(examples) if example.is_shown]
         self._fit = make_fitter(lesson)
@@ -209,25 +203,34 @@ class StateAnalysis:
         """The situations of the examples [n, F] as people describe them."""
         return find_cells(self.words, self.shown.values)
 
-    def describe(self, cells: Cells) -> str:
-        """Describe a situation in words, without what is usual in the state's examples."""
-        return describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
+    def find_cells_around(self, values: Sequence[float]) -> dict[int, frozenset[int]]:
+        """Find the cell of each feature for one feature vector."""
+        cells = find_cells(self.words, np.array([values], np.float64).reshape(1, -1))[0]
+        return {feature: frozenset({cell}) for feature, cell in enumerate(cells.tolist())}
 
-    def describe_example(self, example: Example) -> tuple[Box, str]:
-        """Return the box of an example's situation, and its description: " when A is close", or nothing."""
-        cells = {
-            feature: cell
-            for feature, cell in find_cells_around(self.words, example.values).items()
-            if self.words[feature].cells != tuple(cell)  # it tells nothing: all values that were seen are one
-        }
-        said = self.describe(cells)
+    def describe(self, cells: Cells) -> tuple[Box, str]:
+        """Return the box of a situation, and its description: " when A is close", or nothing.
+
+        What is usual in the state's examples is left out.
+        """
+        said = describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
         return make_situation_box(self.words, cells), f" when {said}" if said else ""
 
+    def describe_example(self, example: Example) -> tuple[Box, str]:
+        """Describe an example's situation without features that tell nothing: all values that were seen are one."""
+        cells = self.find_cells_around(example.values)
+        return self.describe(
+            {each: cell for each, cell in cells.items() if self.words[each].cells != (*cell,)}
+        )
 
-def find_cells_around(words: Sequence[FeaturePhrases], values: Sequence[float]) -> dict[int, frozenset[int]]:
-    """Find the cell of each feature for one feature vector."""
-    cells = find_cells(words, np.array([values], np.float64).reshape(1, -1))[0]
-    return {feature: frozenset({cell}) for feature, cell in enumerate(cells.tolist())}
+
+class MetDecision(NamedTuple):
+    """A decision that was met in a new world."""
+
+    seed: int
+    time_s: float
+    state: str
+    values: tuple[float, ...]
 
 
 Trial: TypeAlias = tuple[StateAnalysis, tuple[int, ...]]
@@ -255,13 +258,12 @@ class LessonAnalysis:
             seen = np.concatenate([seen, self.situations])
         self.words = make_feature_phrases(lesson.automaton.features, seen)
         taught = group_examples_by_state(lesson)
-        names = list(taught)[:1] if lesson.automaton.stateless else list(taught)
         self.states = {
-            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words) for name in names
+            name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words)
+            for name in list(taught)[: 1 if lesson.automaton.stateless else None]
         }
-        shown = sum(each.is_shown for state in self.states.values() for each in state.examples)
-        self.demonstration_count = shown
-        self.is_scant = shown < ENOUGH
+        self.demonstration_count = sum(len(state.shown_rows) for state in self.states.values())
+        self.is_scant = self.demonstration_count < ENOUGH
 
     @cached_property
     def situations(self) -> NDArray[np.float64]:
@@ -272,6 +274,10 @@ class LessonAnalysis:
     def cells(self) -> NDArray[np.int64]:
         """The situations [M, F] as people describe them."""
         return find_cells(self.words, self.situations)
+
+    def find_state(self, name: str) -> StateAnalysis | None:
+        """Return the analysis of a state; that of all states in a stateless lesson. None if nothing was shown in it."""
+        return next((each for each in self.states.values() if each.place in ("", name)), None)
 
     def find_possible_situations(self, state: StateAnalysis) -> NDArray[np.bool_]:
         """Return which situations can occur in a state: each flag as some example has it there."""
@@ -284,12 +290,12 @@ class LessonAnalysis:
     @cached_property
     def trials(self) -> list[Trial]:
         """The press-made examples to leave out: one at a time, or several in large lessons."""
-        learner, states = self.lesson.options.learner, self.states.values()
-        is_tree = not isinstance(learner, SklearnOptions)
-        if isinstance(learner, SklearnOptions) and learner.classifier in SLOW:
-            return []
-        total = sum(len(state.press_rows) for state in states)
-        together = max(1, -(-total // (MOST_TRIALS if is_tree else MOST_SLOW_TRIALS)))
+        learner, states, most = self.lesson.options.learner, self.states.values(), MOST_TRIALS
+        if isinstance(learner, SklearnOptions):
+            most = MOST_SLOW_TRIALS
+            if learner.classifier in SLOW:
+                return []
+        together = max(1, -(-sum(len(state.press_rows) for state in states) // most))
         found = []
         for state in states:
             count = -(-len(state.press_rows) // together)

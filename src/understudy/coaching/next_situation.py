@@ -13,11 +13,15 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.lesson_analysis import FeatureDistances
+from understudy.coaching.lesson_analysis import MetDecision
 from understudy.coaching.queries import Question, UncertaintyQueries
-from understudy.coaching.repetition import PARTS, choose_moment, describe_repetition, find_repetition
-from understudy.coaching.situation_sampling import stack_example_vectors
-from understudy.coaching.situation_text import make_feature_phrases
+from understudy.coaching.repetition import (
+    PARTS,
+    choose_moment,
+    describe_repetition,
+    find_repetition,
+    make_lesson_distances,
+)
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
@@ -115,14 +119,14 @@ def find_next_situation(
     judge = _AnswerJudge(lesson, transitions, _thin(met, MOST_DECISIONS))
     best: tuple[float, MetDecision] | None = None
     for doubt, each in doubtful[:MOST_TRIED]:
-        answers = judge.list_answers(doubts, each)[1:]
+        answers = doubts.rank_answers(each.state, each.values)[1 : 1 + MOST_ANSWERS]
         change = doubt * sum(judge.measure_change(each, answer) for answer in answers) / max(1, len(answers))
         if best is None or change > best[0]:
             best = change, each
     if best is None:
         return None
     change, each = best
-    answers = judge.list_answers(doubts, each)
+    answers = doubts.rank_answers(each.state, each.values)[: 1 + MOST_ANSWERS]
     question = Question(
         each.time_s, each.state, each.values, answers[0], doubts.estimate(each.state, each.values), answers
     )
@@ -133,8 +137,7 @@ def _find_repetition(
     lesson: Lesson, met: Sequence[MetDecision], queries: UncertaintyQueries | None
 ) -> NextSituation | None:
     """Find where a robot comes back to the same situation again and again, in one state until its time is over."""
-    phrases = make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson))
-    distances = FeatureDistances(phrases, None)
+    distances = make_lesson_distances(lesson)
     end_s = max((each.time_s for each in met), default=0.0)
     for last in (each for each in met if each.time_s == end_s):  # others have raised a flag
         asked = 0 if queries is None else queries.count_asked_about_repetition(last.state)
@@ -188,16 +191,6 @@ def _list_doubtful(
         ):
             found[key] = doubt.amount, each
     return sorted(found.values(), key=lambda pair: -pair[0])
-
-
-@dataclass(frozen=True, slots=True)
-class MetDecision:
-    """A decision that was met in a fresh world."""
-
-    seed: int
-    time_s: float
-    state: str
-    values: tuple[float, ...]
 
 
 @dataclass(slots=True)
@@ -295,20 +288,13 @@ class _AnswerJudge:
     def __init__(
         self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[MetDecision]
     ) -> None:
-        self._lesson, self._transitions, self._met = lesson, transitions, met
+        self._lesson, self._met = lesson, met
         self._decided = [self._decide(transitions, each) for each in met]
 
     def _decide(self, transitions: Mapping[str, Transition], each: MetDecision) -> str:
         function = transitions.get(each.state)
         outcome = -1 if function is None else function.decide(each.values)
         return each.state if outcome < 0 else self._lesson.automaton.state_names[outcome]
-
-    def list_answers(self, doubts: UncertaintyModel, each: MetDecision) -> tuple[str, ...]:
-        """List the decision that would be taken, and the likeliest others."""
-        names = self._lesson.automaton.state_names
-        shown = [names[index] for index in doubts.rank_answers(each.state, each.values)]
-        decided = self._decide(self._transitions, each)
-        return tuple(dict.fromkeys((decided, *shown, each.state, *names[1:])))[: 1 + MOST_ANSWERS]
 
     def measure_change(self, each: MetDecision, answer: str) -> float:
         """Return the share of the decisions met that would be others after an answer."""

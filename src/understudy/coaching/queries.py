@@ -117,15 +117,13 @@ class UncertaintyQueries:
             return None
         repeats = self._repetition.find_doubt()
         doubt = _FIDGETING if fidgets else repeats or self._doubts.estimate(view.state, values)
-        function = self._transitions.get(view.state)
-        outcome = -1 if function is None else function.decide(values)
-        following = view.state if outcome < 0 else session.automaton.state_names[outcome]
+        following = self._doubts.decide(view.state, values)
         is_flag = session.automaton.state(following).flag is not None
         unsure = min(self.unsure, UNSURE_FLAG) if is_flag and self._unsure is None else self.unsure
         if doubt.amount < unsure or self.was_asked(view.state, doubt):
             return None
         self._last_s = view.time_s
-        answers = self._list_answers(view.state, values, following)
+        answers = self._doubts.rank_answers(view.state, values)
         question = Question(view.time_s, view.state, values, following, doubt, answers)
         self.note_asked(question)
         if self.when is QueryPolicy.PAUSE:
@@ -163,12 +161,6 @@ class UncertaintyQueries:
             switches.append(view.time_s)
         return len(switches) == FIDGETS and view.time_s - switches[0] < FIDGETING_S
 
-    def _list_answers(self, state: str, values: tuple[float, ...], following: str) -> tuple[str, ...]:
-        """List all states: that of the decision, those of the nearest examples, the present one, then the others."""
-        names = self.session.automaton.state_names
-        shown = [names[index] for index in self._doubts.rank_answers(state, values)]
-        return tuple(dict.fromkeys((following, *shown, state, *names[1:])))
-
     def is_still_uncertain(self, question: Question) -> bool:
         """Return whether the decision would still be uncertain, since the lesson may have changed."""
         self._learn()
@@ -192,7 +184,6 @@ class UncertaintyQueries:
         key = (self.session.examples, self.session.automaton)
         if not self._for or any(new is not old for new, old in zip(key, self._for, strict=True)):
             lesson = self.session.lesson
-            self._for, self._transitions = key, learn(lesson)
-            self._doubts = UncertaintyModel(lesson, self._transitions)
+            self._for, self._doubts = key, UncertaintyModel(lesson, learn(lesson))
             self._asked.clear()
             self._repetition = RepetitionWatch(lesson)

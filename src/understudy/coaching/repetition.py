@@ -81,7 +81,7 @@ def choose_moment(lesson: Lesson, state: str, values: NDArray[np.float64], asked
     exits = [example.values for example in lesson.examples if example.state == state != example.next]
     nearest = 0
     if exits:
-        apart = _make_distances(lesson).compute(values[:, None], np.array(exits))
+        apart = make_lesson_distances(lesson).compute(values[:, None], np.array(exits))
         nearest = int(apart.min(axis=1).argmin())
     return (nearest + asked * len(values) // PARTS) % len(values)
 
@@ -100,7 +100,7 @@ class RepetitionWatch:
     """
 
     def __init__(self, lesson: Lesson) -> None:
-        self._lesson, self._distances = lesson, _make_distances(lesson)
+        self._lesson, self._distances = lesson, make_lesson_distances(lesson)
         self._asked: Counter[str] = Counter()
         self._begin("", 0.0)
 
@@ -158,7 +158,7 @@ class RepetitionWatch:
         return self._asked[state] >= PARTS
 
 
-def _make_distances(lesson: Lesson) -> FeatureDistances:
-    return FeatureDistances(
-        make_feature_phrases(lesson.automaton.features, stack_example_vectors(lesson)), None
-    )
+def make_lesson_distances(lesson: Lesson) -> FeatureDistances:
+    """Make the distances between feature vectors of a lesson's automaton, with all features weighed alike."""
+    seen = stack_example_vectors(lesson)
+    return FeatureDistances(make_feature_phrases(lesson.automaton.features, seen), None)

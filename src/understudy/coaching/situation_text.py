@@ -62,6 +62,13 @@ class FeaturePhrases:
     high: float
 
     @property
+    def extent(self) -> float:
+        """The largest difference between two values: half a turn, the range of a number, or 1."""
+        if isinstance(self.bound.kind, Toroidal):
+            return self.bound.kind.period / 2
+        return self.high - self.low if self._ordered and self.low < self.high else 1.0
+
+    @property
     def steps(self) -> tuple[float, float]:
         """The values that separate low, middle and high."""
         third = (self.high - self.low) / THIRDS

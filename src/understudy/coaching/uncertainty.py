@@ -13,9 +13,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.coaching.lesson_analysis import FAR, LessonAnalysis, StateAnalysis, find_cells_around
+from understudy.coaching.lesson_analysis import FAR, LessonAnalysis, StateAnalysis
 from understudy.coaching.situation_text import describe_situation
-from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
@@ -59,11 +58,7 @@ class UncertaintyModel:
     """The uncertainty of a lesson's transition functions, prepared once for a lesson and queried at every tick."""
 
     def __init__(self, lesson: Lesson, transitions: Mapping[str, Transition]) -> None:
-        analysis = LessonAnalysis(lesson, transitions)
-        self._is_scant, self._states = analysis.is_scant, analysis.states
-        if lesson.automaton.stateless:  # all share one
-            taught = group_examples_by_state(lesson)
-            self._states = {name: state for state in analysis.states.values() for name in taught}
+        self._automaton, self._analysis = lesson.automaton, LessonAnalysis(lesson, transitions)
         self._flags = {state.name for state in lesson.automaton.states if state.flag is not None}
 
     def estimate(self, state: str, values: Sequence[float]) -> Uncertainty:
@@ -71,10 +66,10 @@ class UncertaintyModel:
 
         Of several reasons for doubt, the strongest counts.
         """
-        here = self._states.get(state)
+        if state in self._flags:
+            return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
+        here = self._analysis.find_state(state)
         if here is None:
-            if state in self._flags:
-                return Uncertainty(0.0, DoubtReason.SHOWN, "a raised flag is never left")
             return Uncertainty(NONE_SHOWN, DoubtReason.UNTAUGHT, f"there are no examples in {state}")
         outcome = here.transition.decide(values)
         if outcome == STAY and isinstance(here.transition, Tree):
@@ -91,17 +86,24 @@ class UncertaintyModel:
             share, numbers = here.split_leaves[leaf]
             reason = f"examples {', '.join(map(str, numbers))} disagree here"
             found.append(Uncertainty(min(1.0, 2.0 * share), DoubtReason.DISAGREEING, reason, numbers))
-        if self._is_scant:
+        if self._analysis.is_scant:
             found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "there are hardly any examples yet"))
         return max(found, key=lambda each: each.amount)
 
-    def rank_answers(self, state: str, values: Sequence[float]) -> tuple[int, ...]:
-        """List the next states, by index, that examples of this state have, that of the nearest example first."""
-        here = self._states.get(state)
-        if here is None:
-            return ()
-        distances = here.plain_distances.compute(here.shown.values, np.array(values, np.float64))
-        return tuple(dict.fromkeys(here.shown.outcomes[np.argsort(distances, kind="stable")].tolist()))
+    def decide(self, state: str, values: Sequence[float]) -> str:
+        """Return the next state that is decided for in a state; its own if nothing was shown in it."""
+        here = None if state in self._flags else self._analysis.find_state(state)
+        outcome = STAY if here is None else here.transition.decide(values)
+        return state if outcome == STAY else self._automaton.state_names[outcome]
+
+    def rank_answers(self, state: str, values: Sequence[float]) -> tuple[str, ...]:
+        """List all states: that of the decision, those of the nearest examples, the present one, then the others."""
+        names, shown = self._automaton.state_names, list[str]()
+        here = None if state in self._flags else self._analysis.find_state(state)
+        if here is not None:
+            distances = here.plain_distances.compute(here.shown.values, np.array(values, np.float64))
+            shown = [names[row] for row in here.shown.outcomes[np.argsort(distances, kind="stable")].tolist()]
+        return tuple(dict.fromkeys((self.decide(state, values), *shown, state, *names[1:])))
 
 
 def _find_far(
@@ -114,7 +116,7 @@ def _find_far(
     amount, numbers = min(1.0, float(distances[nearest]) / (2 * FAR)), (state.examples[nearest].number,)
     if amount < 0.5:
         return Uncertainty(amount, DoubtReason.SHOWN, "there are examples like this", numbers)
-    off, cells = apart[nearest], find_cells_around(state.words, values)
+    off, cells = apart[nearest], state.find_cells_around(values)
     telling = {feature: cells[feature] for feature in np.flatnonzero(off >= 0.6 * off.max()).tolist()}
     reason = f"there are no examples in {state.name} when {describe_situation(state.words, telling)}"
     return Uncertainty(amount, DoubtReason.FAR, reason, numbers)

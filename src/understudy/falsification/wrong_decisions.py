@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from understudy.analysis.behavior_run import ProgramRun
-from understudy.coaching.advice import DecisionMet, FailedRun, WrongDecisions
+from understudy.coaching.advice import WrongDecisions
+from understudy.coaching.lesson_analysis import MetDecision
 from understudy.falsification.finding_trials import read_own_column
 from understudy.falsification.lesson_score import LessonScore
 from understudy.falsification.new_worlds import Mistake
@@ -43,11 +44,12 @@ def find_wrong_decisions(library: Library, setup: SessionSetup, score: LessonSco
     by_binding: dict[tuple[tuple[str, str], ...], list[Mistake]] = {}
     for mistake in score.mistakes:
         by_binding.setdefault(tuple(mistake.binding.items()), []).append(mistake)
-    by_seed: dict[int, tuple[str, list[DecisionMet]]] = {}
+    why, met = dict[int, str](), list[MetDecision]()
     for binding, mistakes in by_binding.items():
-        for row, decision in _list_decisions(library, score.behavior, setup, dict(binding), mistakes):
-            by_seed.setdefault(mistakes[row].seed, (mistakes[row].why, []))[1].append(decision)
-    return WrongDecisions(score.worlds, [FailedRun(*each) for each in by_seed.values()])
+        for mistake, decision in _list_decisions(library, score.behavior, setup, dict(binding), mistakes):
+            why.setdefault(mistake.seed, mistake.why)
+            met.append(decision)
+    return WrongDecisions(score.worlds, why, met)
 
 
 def _list_decisions(
@@ -56,8 +58,8 @@ def _list_decisions(
     setup: SessionSetup,
     binding: Mapping[str, str],
     mistakes: Sequence[Mistake],
-) -> Iterator[tuple[int, DecisionMet]]:
-    """Yield the decisions from each mistake on, with the place of the mistake, until the robot raises a flag."""
+) -> Iterator[tuple[Mistake, MetDecision]]:
+    """Yield the decisions from each mistake on, with the mistake, until the robot raises a flag."""
     run = setup.start([each.seed for each in mistakes], library, behavior, binding)
     if not isinstance(run, ProgramRun) or not isinstance(run.body, World):
         return
@@ -82,7 +84,8 @@ def _list_decisions(
                     else read_own_column(engine, bound.feature, place, level=0, now=now)[agent]
                     for bound in features
                 ]
-                yield row, DecisionMet(place.state, tuple(map(float, values)))
+                met = MetDecision(mistakes[row].seed, now, place.state, tuple(map(float, values)))
+                yield mistakes[row], met
 
 
 def _list_looks(mistakes: Sequence[Mistake], tick_s: float) -> dict[int, list[int]]:

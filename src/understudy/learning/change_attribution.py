@@ -16,12 +16,11 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from understudy.errors import join_names
 from understudy.learning.explain import find_rows_by_node
 from understudy.learning.fit import learn_state
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Transition
-from understudy.model.describe import list_shown_vectors
+from understudy.model.describe import list_shown_vectors, name_examples
 from understudy.model.kinds import Toroidal
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
@@ -274,9 +273,7 @@ def _name_examples(examples: Sequence[ExampleAttribution]) -> str:
     """List the examples that caused a change, such as "examples 3 (new, bounds it) and 2 more"."""
     if not examples:
         return "it is learned otherwise"
-    named = [f"{who.number} ({who.happened}, {who.how})" for who in examples[:MOST_NAMED]]
-    more = [f"{len(examples) - len(named)} more"] if len(examples) > len(named) else []
-    return f"example{'s' * (len(examples) > 1)} {join_names([*named, *more])}"
+    return name_examples([f"{who.number} ({who.happened}, {who.how})" for who in examples], most=MOST_NAMED)
 
 
 def _into(former: Example | None) -> str:

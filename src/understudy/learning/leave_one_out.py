@@ -14,9 +14,9 @@ from math import sqrt, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import join_names
 from understudy.learning import _linalg_kernels
 from understudy.learning.training_set import make_training_set
+from understudy.model.describe import name_examples
 from understudy.model.kinds import Categorical, Column, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
@@ -96,41 +96,45 @@ class LeaveOneOut:
     inverse: Square
     here: NDArray[np.int64]
 
-    def score_mislabels(self) -> Column:
-        """Compute how strongly the others predict another outcome than each example's own [n], about -1 to 1.
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the examples not left out."""
+        return [self.examples[place].number for place in self.here.tolist()]
 
-        0 means that the others predict nothing, or that there is one outcome; -1 stands for examples left out.
+    def score_mislabels(self) -> dict[int, float]:
+        """Compute, by number, how strongly others predict another outcome than an example's own, about -1 to 1.
+
+        0 means that the others predict nothing, or that there is one outcome.
         """
         own = _one_hot(self.outcomes)[self.here]
-        found = np.full(len(self.outcomes), -1.0)
         if own.shape[1] == 1:
-            found[self.here] = 0.0
-        else:
-            predicted = _predicted(self.inverse, own)
-            against = np.where(own > 0, -np.inf, predicted).max(axis=1)
-            found[self.here] = against - predicted[own > 0]
-        return found
+            return dict.fromkeys(self.numbers, 0.0)
+        predicted = _predicted(self.inverse, own)
+        against = np.where(own > 0, -np.inf, predicted).max(axis=1)
+        return dict(zip(self.numbers, (against - predicted[own > 0]).tolist(), strict=True))
 
-    def exclude(self, place: int) -> LeaveOneOut:
-        """Make the fit without one more example, given by its index among all; this is cheaper than a new fit."""
-        at = int(np.flatnonzero(self.here == place)[0])
+    def exclude(self, number: int) -> LeaveOneOut:
+        """Make the fit without one more example, if it has that; this is cheaper than a new fit."""
+        if number not in self.numbers:
+            return self
+        at = self.numbers.index(number)
         rest = np.delete(np.arange(len(self.here)), at)
         column = self.inverse[rest, at]
         smaller = self.inverse[np.ix_(rest, rest)] - np.outer(column, column) / self.inverse[at, at]
         return replace(self, inverse=smaller, here=self.here[rest])
 
-    def describe_counterevidence(self, place: int) -> str:
-        """Describe which examples contradict an example, given by its index: the most similar with another outcome."""
+    def describe_counterevidence(self, example: Example) -> str:
+        """Describe which examples contradict an example: the most similar with another outcome."""
+        place = self.examples.index(example)
         others = self.here[self.outcomes[self.here] != self.outcomes[place]]
-        most = others[np.argsort(-self.like[place, others], kind="stable")]
-        outcome = self.examples[most[0]].next
-        witnesses = [self.examples[other] for other in most if self.examples[other].next == outcome][
-            :WITNESSES
+        most = [
+            self.examples[other] for other in others[np.argsort(-self.like[place, others], kind="stable")]
         ]
-        are, say = ("is", "says") if len(witnesses) == 1 else ("are", "say")
-        example = self.examples[place]
+        outcome = most[0].next
+        numbers = [other.number for other in most if other.next == outcome][:WITNESSES]
+        are, say = ("is", "says") if len(numbers) == 1 else ("are", "say")
         return (
-            f"Example {example.number} says {example.next}, but {format_example_numbers(witnesses)}, "
+            f"Example {example.number} says {example.next}, but {name_examples(sorted(numbers))}, "
             f"which {are} most like it, {say} {outcome}."
         )
 
@@ -168,12 +172,6 @@ def estimate_noise_variance(example: Example) -> float:
     if example.correction and example.is_shown:
         return TRUST_CORRECTION
     return TRUST_DEFAULT if example.kind is ExampleKind.DEFAULT else TRUST_SAID
-
-
-def format_example_numbers(examples: Sequence[Example]) -> str:
-    """Format the numbers of examples, such as "example 3" or "examples 3, 5 and 9"."""
-    numbers = sorted(example.number for example in examples)
-    return f"example{'s' * (len(numbers) > 1)} {join_names(map(str, numbers))}"
 
 
 def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ Sullivan, ElMolla, Squires and Luke, "Unlearning from Demonstration" (IJCAI 2013
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.learning.leave_one_out import LeaveOneOut, fit_leave_one_out, format_example_numbers
+from understudy.learning.leave_one_out import LeaveOneOut, fit_leave_one_out
 from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
+from understudy.model.describe import name_examples
 from understudy.model.lesson import Example, ExampleKind, Lesson
 
 ENOUGH = 6
@@ -83,24 +84,17 @@ def find_mislabels(
     left = {example.number: example for example in pools[0]}
     found: list[SuspectExample] = []
     while most is None or len(found) < most:
-        doubts = dict.fromkeys(left, 0.0)
         scores = [fit.score_mislabels() for fit in fits]
-        for fit, score in zip(fits, scores, strict=True):
-            for example, doubt in zip(fit.examples, score.tolist(), strict=True):
-                if example.number in left:
-                    doubts[example.number] += doubt / 2
+        doubts = {number: sum(score.get(number, 0.0) for score in scores) / 2 for number in left}
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
         if not odd:
             break
         number = max(odd, key=lambda each: (doubts[each], -each))
-        suspect, reason = left.pop(number), ""
-        for place, fit in enumerate(fits):
-            if suspect in fit.examples:
-                row = fit.examples.index(suspect)
-                if not reason and scores[place][row] > 0:
-                    reason = fit.describe_counterevidence(row)
-                fits[place] = fit.exclude(row)
+        suspect = left.pop(number)
+        against = [fit for fit, score in zip(fits, scores, strict=True) if score.get(number, 0.0) > 0]
+        reason = against[0].describe_counterevidence(suspect) if against else ""
         found.append(SuspectExample(suspect, reason, round(doubts[number], 3)))
+        fits = [fit.exclude(number) for fit in fits]
     return tuple(found)
 
 
@@ -199,66 +193,72 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
     alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
     rivals = [each for each in alike if each.correction and each.is_shown and each.next != correction.next]
     if rivals:
-        reason = f"{said.capitalize()} contradicts {format_example_numbers(rivals)}: both are kept."
+        named = name_examples(sorted(each.number for each in rivals))
+        reason = f"{said.capitalize()} contradicts {named}: both are kept."
         return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
     if others < ENOUGH:
         count = f"{others} other example{'s' * (others != 1)}"
         reason = f"With {count} beside {said} it is too early to doubt any."
         return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
     fit = fit_leave_one_out(lesson, pool)
-    place = fit.examples.index(correction)
-    near = fit.like[place] > NEAR
-    against = near & (fit.outcomes != fit.outcomes[place])
+    near = [fit.examples[place] for place in _find_near(correction, fit)]
+    against = [each for each in near if each.next != correction.next]
     suspects, verdict = _find_causes(fit, against), MistakeCause.FEW
     if suspects:
         verdict = MistakeCause.BAD
-        bad = format_example_numbers([suspect.example for suspect in suspects])
+        bad = name_examples(sorted(suspect.example.number for suspect in suspects))
         reason = f"The decision at {said} was wrong because of {bad}."
-    elif fit.score_mislabels()[place] >= DOUBTED:
+    elif fit.score_mislabels()[correction.number] >= DOUBTED:
         verdict = MistakeCause.UNSURE
         reason = (
             f"Examples like {said} agree on something else, so either it is wrong or a boundary is close by."
         )
-    elif against.any():
+    elif against:
         reason = f"There were too few examples around {said}, and none of them is clearly bad."
-    elif near.sum() > 1:  # itself
+    elif near:
         reason = f"Examples like {said} agree with it: the boundary was in the wrong place."
     else:
         reason = f"There were no examples like {said}: it adds what was missing."
     return CorrectionDiagnosis(correction, verdict, reason, suspects)
 
 
-def _find_causes(fit: LeaveOneOut, against: NDArray[np.bool_]) -> tuple[SuspectExample, ...]:
-    """Find the bad ones among the examples `against` [n] a correction, the most doubtful first.
+def _find_causes(fit: LeaveOneOut, against: Sequence[Example]) -> tuple[SuspectExample, ...]:
+    """Find the bad ones among the examples against a correction, the most doubtful first.
 
     Each is left out before the others are examined again, since one bad example may hide another.
     """
-    found: list[tuple[int, float]] = []
-    candidates = against & [not example.correction for example in fit.examples]
-    while candidates.any():
-        doubt = np.where(candidates, fit.score_mislabels(), -np.inf)
-        place = int(doubt.argmax())
-        if doubt[place] < DOUBTED:
+    found: list[tuple[Example, float]] = []
+    left = {example.number: example for example in against if not example.correction}
+    while left:
+        doubts = fit.score_mislabels()
+        number = max(left, key=lambda each: (doubts[each], -each))
+        if doubts[number] < DOUBTED:
             break
-        candidates[place] = False
-        if _may_begin_region(place, fit):
-            continue
-        found.append((place, min(float(doubt[place]), 1.0)))
-        fit = fit.exclude(place)
+        example = left.pop(number)
+        if not _may_begin_region(example, fit):
+            found.append((example, min(doubts[number], 1.0)))
+            fit = fit.exclude(number)
     return tuple(
-        SuspectExample(fit.examples[place], fit.describe_counterevidence(place), round(doubt, 3))
-        for place, doubt in found
+        SuspectExample(example, fit.describe_counterevidence(example), round(doubt, 3))
+        for example, doubt in found
     )
 
 
-def _may_begin_region(place: int, fit: LeaveOneOut) -> bool:
+def _find_near(example: Example, fit: LeaveOneOut) -> NDArray[np.int64]:
+    """Find the places of the examples, not left out, that are so similar that they can have caused a mistake there."""
+    place = fit.examples.index(example)
+    found: NDArray[np.int64] = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
+    return found
+
+
+def _may_begin_region(example: Example, fit: LeaveOneOut) -> bool:
     """Return whether an example is the only one of its outcome, and at the edge of the others.
 
     It is not at their edge if two of them are at more than a right angle as seen from it.
     """
+    place = fit.examples.index(example)
     if (fit.outcomes[fit.here] == fit.outcomes[place]).sum() > 1:
         return False
-    near = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
-    apart = fit.unlike[np.ix_(near, near)]
-    to_each = fit.unlike[place, near]
+    near = _find_near(example, fit)
+    apart, to_each = fit.unlike[np.ix_(near, near)], fit.unlike[place, near]
     return not (apart > to_each[:, None] + to_each[None, :]).any()

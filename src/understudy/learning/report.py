@@ -99,6 +99,12 @@ def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...]
     )
 
 
+def list_contradicting_numbers(lesson: Lesson) -> set[int]:
+    """List the numbers of all directives and confirmations of a lesson that contradict others."""
+    groups = (group for state in lesson.automaton.state_names for group in find_contradictions(lesson, state))
+    return {example.number for group in groups for example in group}
+
+
 def find_disagreements(lesson: Lesson, state: str, function: Transition) -> tuple[Example, ...]:
     """Find the press-made examples of a state whose next state is not what its transition function decides."""
     pressed = [

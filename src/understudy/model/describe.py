@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import degrees, isnan
 from typing import Any
 
+from understudy.errors import join_names
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature
 from understudy.model.kinds import Categorical, Toroidal
@@ -17,6 +18,13 @@ ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"
 """The text that replaces conditions if a transition function is no decision tree."""
 _DIGITS = {"m": 2, "s": 1}
+
+
+def name_examples(names: Sequence[object], *, most: int | None = None) -> str:
+    """Name examples in a sentence: "example 3", "examples 3, 7 and 12"; those beyond `most` are only counted."""
+    kept = [str(each) for each in names[:most]]
+    more = [f"{len(names) - len(kept)} more"] if len(names) > len(kept) else []
+    return f"example{'s' * (len(names) > 1)} {join_names([*kept, *more])}"
 
 
 def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from understudy.errors import join_names
+from understudy.model.describe import name_examples
 from understudy.verification.cycles import TICK_S, Cycle, CycleFinder, CycleSearch
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.subject import Subject, join_conditions, name_examples
+from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 HELD = "readings of this cell occur: whether the world gives them is not decided here"
 FLAGS = "members raise the flags that are waited for"
@@ -120,7 +121,11 @@ def _list_orders(subject: Subject, states: Iterable[int]) -> list[str | None]:
 
 
 def _remedy(names: list[str], shown: tuple[int, ...]) -> str:
-    seen = f" ({name_examples(shown)} {'has' if len(shown) == 1 else 'have'} such readings)" if shown else ""
+    seen = (
+        f" ({name_examples(shown, most=MOST_EXAMPLES)} {'has' if len(shown) == 1 else 'have'} such readings)"
+        if shown
+        else ""
+    )
     return (
         f"Put the robot into {names[0]} there{seen}, and show whether it stays or goes to {names[1]}; "
         f"then the same in {names[1]}."

@@ -7,6 +7,7 @@ from functools import reduce
 from operator import or_
 
 from understudy.errors import join_names
+from understudy.model.describe import name_examples
 from understudy.model.features import CounterFeature, Feature, FlagFeature
 from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
@@ -14,7 +15,7 @@ from understudy.verification.cells import Leaf, intersect, join_boxes
 from understudy.verification.chatter import HELD
 from understudy.verification.finding import Finding, FindingKind, Severity
 from understudy.verification.levels import Level, build_hierarchy
-from understudy.verification.subject import Subject, join_conditions, name_examples
+from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_BOXES = 200
 """Of so many boxes in which a flag is raised each is looked at; of more, only the box of all readings."""
@@ -157,7 +158,11 @@ def _make_finding(
     if others:
         assumptions.append(f"nothing else changes {join_names(others, word='or')} while {child.name} idles")
     where = f", where {there}" if there != "always" else "" if others else ", whatever it reads"
-    seen = f" ({name_examples(shown)} {'has' if len(shown) == 1 else 'have'} such readings)" if shown else ""
+    seen = (
+        f" ({name_examples(shown, most=MOST_EXAMPLES)} {'has' if len(shown) == 1 else 'have'} such readings)"
+        if shown
+        else ""
+    )
     return Finding(
         FindingKind.DEAD_END,
         Severity.WARNING if others or stoppers else Severity.ERROR,

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.errors import join_names
+from understudy.model.describe import name_examples
 from understudy.model.tree import STAY
 from understudy.verification.cells import Axis, Leaf, intersect
 from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.subject import Subject, name_examples
+from understudy.verification.subject import MOST_EXAMPLES, Subject
 
 
 def find_states_never_entered(subject: Subject) -> Iterator[Finding]:
@@ -131,7 +132,7 @@ def _varies_elsewhere(subject: Subject, axis: Axis) -> bool:
 def _explain_constant(subject: Subject, index: int, flag: str, numbers: tuple[int, ...]) -> tuple[str, str]:
     """Say why a flag never changes in a state, and what would change that."""
     child, state = subject.level.children[index], subject.level.automaton.states[index]
-    behind = f", or delete {name_examples(numbers)}" if numbers else ""
+    behind = f", or delete {name_examples(numbers, most=MOST_EXAMPLES)}" if numbers else ""
     if child is not None:
         known = flag in child.automaton.flags
         why = f"no series of switches in {child.name} leads to a state that raises it"

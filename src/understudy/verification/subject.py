@@ -9,7 +9,6 @@ from itertools import pairwise
 from math import inf, isinf
 from typing import TYPE_CHECKING
 
-from understudy.errors import join_names
 from understudy.model.features import Feature
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Example
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
 
 MOST_CELLS = 3
 """So many cells of one finding are described; the others are counted."""
+MOST_EXAMPLES = 5
+"""So many examples of one finding are named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +162,3 @@ def join_conditions(cells: Sequence[FindingCell]) -> str:
         return "always"
     more = len(cells) - len(conditions)
     return ", or ".join(conditions) + (f", or in {more} more cells" if more > 0 else "")
-
-
-def name_examples(numbers: Sequence[int]) -> str:
-    """Name examples in a sentence: "example 3", "examples 3, 7 and 12"."""
-    kept = [str(number) for number in numbers[:5]]
-    if len(numbers) > len(kept):
-        kept.append(f"{len(numbers) - len(kept)} more")
-    return f"example{'s' * (len(numbers) > 1)} {join_names(kept)}"

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from itertools import product
 from math import isfinite
+from operator import or_
 from typing import NamedTuple
 
 from understudy.errors import join_names
+from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example
 from understudy.model.tree import STAY
 from understudy.model.tree_text import FeatureText
-from understudy.verification.cells import intersect
+from understudy.verification.cells import Leaf
 from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
-from understudy.verification.subject import Subject, join_conditions, name_examples
+from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_WEAK = 3
 """So many cells of one example are described, the weakest; the others are counted."""
@@ -24,15 +28,20 @@ normal distribution, one lies as far outside in about one case of a hundred (Dix
 ABSENT = "the reading can be absent: whether it ever is, is not decided here"
 
 
-def _list_states(subject: Subject) -> list[int]:
-    """List the states with a tree that can be entered; of a stateless automaton, whose states share it, the first."""
+def _list_states(subject: Subject) -> Iterator[tuple[str, str, int, Sequence[Leaf]]]:
+    """Yield each state with a tree that can be entered: its name, words for it, its domain, and its leaves.
+
+    The states of a stateless automaton share a tree, so its first stands for all, with what any of them can read.
+    """
     level = subject.level
-    found = [index for index in sorted(level.reachable_states) if level.leaves[index] is not None]
-    return found[:1] if level.automaton.stateless else found
-
-
-def _in_state(subject: Subject, index: int) -> str:
-    return "" if subject.level.automaton.stateless else f"in {subject.level.automaton.states[index].name}, "
+    entered = sorted(level.reachable_states)
+    for index in entered:
+        state, leaves = level.automaton.states[index].name, level.leaves[index]
+        if leaves is not None and level.automaton.stateless:
+            yield state, "it", reduce(or_, map(level.get_domain, entered)), leaves
+            return
+        if leaves is not None:
+            yield state, f"in {state}, it", level.get_domain(index), leaves
 
 
 class _OneExample(NamedTuple):
@@ -45,12 +54,6 @@ class _OneExample(NamedTuple):
     state: str
     example: int
 
-    @property
-    def where(self) -> str:
-        """Where it does so."""
-        condition = self.cell.condition
-        return condition if condition == "always" else f"when {condition}"
-
 
 def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
     """Find leaves on whose answer a single press-made example agrees, in trees that test something; one finding.
@@ -58,19 +61,15 @@ def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
     Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes. The
     weakest come first: those that most watched examples contradict, then those that fewest confirm.
     """
-    level = subject.level
-    if level.taught.lesson is None:
-        return
     found = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
     if not found:
         return
-    said = [f"{each.does} {each.where}" for each in found[:MOST_WEAK]]
     if len(found) == 1:
-        sentence = f"{said[0]}: only example {found[0].example} says so."
+        sentence = f"{found[0].does}: only example {found[0].example} says so."
     else:
-        each_one = [f"{text} (example {each.example})" for text, each in zip(said, found, strict=False)]
+        said = "; ".join(f"{each.does} (example {each.example})" for each in found[:MOST_WEAK])
         weakest = "the weakest: " if len(found) > MOST_WEAK else ""
-        sentence = f"{len(found)} decisions rest on one example each; {weakest}{'; '.join(each_one)}."
+        sentence = f"{len(found)} decisions rest on one example each; {weakest}{said}."
     yield Finding(
         FindingKind.ONE_EXAMPLE,
         Severity.NOTE,
@@ -85,54 +84,48 @@ def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
 
 def _list_single_examples(subject: Subject) -> Iterator[_OneExample]:
     level = subject.level
-    for index in _list_states(subject):
-        state = level.automaton.states[index].name
-        domain = _get_domain(subject, index)
-        for leaf in level.leaves[index] or ():
-            box = intersect(domain, leaf)
-            if leaf.node == STAY or not leaf.tested or not box or not level.space.before_end.narrow(box):
+    for state, it, domain, leaves in _list_states(subject):
+        for leaf in leaves:
+            box = domain & leaf.box
+            if leaf.node == STAY or not leaf.tested or not level.space.has_vectors(box):
                 continue
-            answers = level.automaton.states[index if leaf.outcome == STAY else leaf.outcome].name
+            answer = state if leaf.outcome == STAY else level.automaton.states[leaf.outcome].name
             here = subject.list_examples(state, leaf.node)
-            agreeing = [each for each in here if each.next == answers]
+            agreeing = [each for each in here if each.next == answer]
             pressed = [each for each in agreeing if each.is_from_press]
             if len(pressed) != 1:
                 continue
-            watched = sum(not each.is_from_press for each in here)
-            confirming = len(agreeing) - 1
-            stays = leaf.outcome in (STAY, index)
-            does = f"{_in_state(subject, index)}it {'stays' if stays else f'goes to {answers}'}"
+            watched, confirming = sum(not each.is_from_press for each in here), len(agreeing) - 1
             cell = subject.make_cell(box, domain)
+            where = cell.condition if cell.condition == "always" else f"when {cell.condition}"
+            does = f"{it} {'stays' if answer == state else f'goes to {answer}'} {where}"
             yield _OneExample(watched - confirming, confirming, does, cell, state, pressed[0].number)
 
 
 def find_branches_never_shown(subject: Subject) -> Iterator[Finding]:
     """Find present values, such as a label, that reach no leaf, so that the state stays for want of examples."""
     level = subject.level
-    for index in _list_states(subject):
-        state = level.automaton.states[index].name
-        boxes, domain = [], _get_domain(subject, index)
-        for leaf in level.leaves[index] or ():
-            box = intersect(domain, leaf)
-            present = box & ~sum(axis.absence for axis in level.axes if axis.whole in leaf.tested)
-            is_open = leaf.node == STAY and box and all(present & bits for bits in leaf.tested)
-            if is_open and level.space.before_end.narrow(present):
+    for state, it, domain, leaves in _list_states(subject):
+        boxes = []
+        for leaf in leaves:
+            present = (
+                domain & leaf.box & ~sum(axis.absence for axis in level.axes if axis.whole in leaf.tested)
+            )
+            if leaf.node == STAY and level.space.has_vectors(present):
                 boxes.append(present)
-        if not boxes:
-            continue
-        cells = subject.make_cells(boxes, domain)
-        yield Finding(
-            FindingKind.NEVER_SHOWN,
-            Severity.WARNING,
-            subject.label,
-            _sentence(
-                subject, index, f"it stays when {join_conditions(cells)} only because nothing was shown there"
-            ),
-            (state,),
-            subject.level.space.tie_sentences,
-            cells,
-            remedy="Show what to do there.",
-        )
+        if boxes:
+            cells = subject.make_cells(boxes, domain)
+            there = join_conditions(cells)
+            yield Finding(
+                FindingKind.NEVER_SHOWN,
+                Severity.WARNING,
+                subject.label,
+                f"{it[0].upper()}{it[1:]} stays when {there} only because nothing was shown there.",
+                (state,),
+                level.space.tie_sentences,
+                cells,
+                remedy="Show what to do there.",
+            )
 
 
 def find_absence_never_shown(subject: Subject) -> Iterator[Finding]:
@@ -141,18 +134,15 @@ def find_absence_never_shown(subject: Subject) -> Iterator[Finding]:
     boxes: list[int] = []
     states: dict[str, None] = {}
     absent: dict[str, None] = {}
-    for index in _list_states(subject):
-        domain = _get_domain(subject, index)
-        for leaf in level.leaves[index] or ():
-            if leaf.node != STAY:
-                continue
-            for axis in level.axes:
-                if not (isinstance(axis.bound.feature, Feature) and axis.whole in leaf.tested):
-                    continue
-                box = intersect((domain & ~axis.whole) | (domain & axis.absence), leaf)
-                if box and box & axis.whole and level.space.before_end.narrow(box):
-                    boxes.append(box)
-                    states[level.automaton.states[index].name] = absent[str(axis.bound)] = None
+    for state, _, domain, leaves in _list_states(subject):
+        for leaf, axis in product(leaves, level.axes):
+            box = domain & leaf.box & (axis.absence | ~axis.whole)
+            is_open = (
+                leaf.node == STAY and axis.whole in leaf.tested and isinstance(axis.bound.feature, Feature)
+            )
+            if is_open and level.space.has_vectors(box):
+                boxes.append(box)
+                states[state] = absent[str(axis.bound)] = None
     if not boxes:
         return
     stays = "" if level.automaton.stateless else f" in {join_names(states)}"
@@ -195,32 +185,15 @@ def _make_outlier(
 ) -> Finding:
     text = FeatureText(bound, (), known_absent=True).number
     numbers = tuple(each.number for each in there)
-    have = "has" if len(numbers) == 1 else "have"
+    named, have = name_examples(numbers, most=MOST_EXAMPLES), "has" if len(numbers) == 1 else "have"
     low, high = sorted((near, opposite))
-    named = name_examples(numbers)
     return Finding(
         FindingKind.OUTLIER,
         Severity.WARNING,
         subject.label,
-        f"{named[0].upper()}{named[1:]} {have} {bound} at {text(far)}, farther from all others than those are from "
+        f"{named.capitalize()} {have} {bound} at {text(far)}, farther from all others than those are from "
         f"each other: {text(low)} to {text(high)}.",
         tuple(dict.fromkeys(each.state for each in there)),
         examples=numbers,
         remedy=f"If that is a mistake, delete {named}; if not, show more between {text(near)} and {text(far)}.",
     )
-
-
-def _get_domain(subject: Subject, index: int) -> int:
-    """Return the box of a state; of a stateless automaton, what any of its states can read."""
-    level = subject.level
-    if not level.automaton.stateless:
-        return level.get_domain(index)
-    box = 0
-    for each in sorted(level.reachable_states):
-        box |= level.get_domain(each)
-    return box
-
-
-def _sentence(subject: Subject, index: int, said: str) -> str:
-    text = f"{_in_state(subject, index)}{said}."
-    return text[0].upper() + text[1:]

@@ -12,7 +12,7 @@ from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
 from understudy.errors import UnderstudyError
-from understudy.learning.report import find_contradictions
+from understudy.learning.report import list_contradicting_numbers
 from understudy.model import describe
 from understudy.model.plain_names import format_names
 from understudy.ui.controller.trainer import Trainer
@@ -76,7 +76,7 @@ class LessonScreen(Screen[None]):
         at = table.cursor_row
         table.clear(columns=True)
         table.add_columns("#", "state", "next", *(format_names(str(bound)) for bound in features), "kind")
-        torn = self._contradicting()
+        torn = list_contradicting_numbers(self.trainer.session.lesson)
         for example in reversed(self.trainer.session.examples):
             mark = "! " if example.number in torn else "◆ " if example.correction else ""
             number = str(example.number)
@@ -85,13 +85,6 @@ class LessonScreen(Screen[None]):
             states = map(format_names, (example.state, example.next))
             table.add_row(number, *states, *shown, what, key=number)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
-
-    def _contradicting(self) -> set[int]:
-        lesson = self.trainer.session.lesson
-        groups = (
-            group for name in lesson.automaton.state_names for group in find_contradictions(lesson, name)
-        )
-        return {example.number for group in groups for example in group}
 
     def action_delete(self) -> None:
         """Delete the example under the cursor."""

@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType, field, structs
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
-from understudy.learning.report import find_contradictions
+from understudy.learning.report import list_contradicting_numbers
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.change_summary import ChangeSummary, TransitionChange
@@ -423,12 +423,7 @@ def _doubt(trainer: Trainer) -> DoubtData | None:
 
 def _examples(lesson: Lesson) -> list[ExampleData]:
     features = lesson.automaton.features
-    against = {
-        example.number
-        for state in lesson.automaton.state_names
-        for group in find_contradictions(lesson, state)
-        for example in group
-    }
+    against = list_contradicting_numbers(lesson)
     return [
         ExampleData(
             number=example.number,
