@@ -15,9 +15,10 @@ from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import PropertyKind
 from understudy.properties.condition import parse_condition
-from understudy.properties.offered_goals import describe_goal, offer_goals
+from understudy.properties.offered_goals import describe_goal, find_behavior_success, offer_goals
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import RobotGroup
 from understudy.sim.world import World
@@ -170,3 +171,17 @@ def test_what_success_means(flags: tuple[str, ...], chosen: bool, of_world: bool
     lesson = make_lesson(flags=flags)
     goal = offer_goals(lesson, WORLD)[0] if chosen else None
     assert describe_goal(Lesson(lesson.automaton, goal=goal), of_world=of_world) == said
+
+
+def test_success_of_a_behavior_of_a_library() -> None:
+    """An automaton that was written by hand has no lesson, but flags; a basic behavior has neither."""
+    library, automaton = Library(WORLD.kit), make_lesson(flags=("done",)).automaton
+    goal = offer_goals(make_lesson(), WORLD)[0]
+    for taught, success in (
+        (TrainedAutomaton(automaton), "done"),
+        (TrainedAutomaton(automaton, Lesson(automaton)), "done"),
+        (TrainedAutomaton(automaton, Lesson(automaton, goal=goal)), goal),
+        (TrainedAutomaton(make_lesson().automaton), None),
+    ):
+        assert find_behavior_success(library.with_automaton(taught), "walls") == success
+    assert find_behavior_success(library, "forward") is None

@@ -13,7 +13,7 @@ from math import ceil, floor, isinf, log10
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.evaluate import choose_success_flag
+from understudy.analysis.evaluate import choose_success_flag, find_success_flag
 from understudy.learning.shown_ranges import find_shown_range
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.features import BoundFeature, Feature
@@ -95,10 +95,11 @@ def offer_goals(
     return tuple(found)
 
 
-def find_chosen_goal(library: Library, behavior: str) -> Property | None:
-    """Return the goal that a person has chosen for a behavior; None if there is none."""
+def find_behavior_success(library: Library, behavior: str) -> Property | str | None:
+    """Find what success means for a behavior of a library, taught or not; see `find_success`."""
     taught = library.taught.get(behavior)
-    return None if taught is None or taught.lesson is None else taught.lesson.goal
+    lesson = None if taught is None else taught.lesson
+    return find_success_flag(library, behavior) if lesson is None else find_success(lesson)
 
 
 def find_success(lesson: Lesson) -> Property | str | None:
