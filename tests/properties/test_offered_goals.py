@@ -217,7 +217,7 @@ def test_what_is_offered_can_be_measured_and_holds_where_it_was_kept(values: lis
 MEANINGS = [  # flags, whether one was chosen, whether the world has a goal -> what success means
     ((), False, False, ""),
     ((), False, True, "the goal of the world is reached"),
-    (("done",), False, True, "done is raised"),
+    (("done",), False, True, "done is raised, wherever that is"),
     ((), True, True, TOUCHES),
     (("done",), True, True, TOUCHES),
     (("here", "there"), False, False, ""),

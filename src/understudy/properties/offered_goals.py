@@ -138,7 +138,7 @@ def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
     if success is None:
         return "the goal of the world is reached" if of_world else ""
     shown = find_shown_range(lesson, success)
-    return f"{success}{RAISED}" if shown is None else f"{success}{RAISED} and {shown.condition}"
+    return f"{success}{RAISED}" + (", wherever that is" if shown is None else f" and {shown.condition}")
 
 
 @dataclass(frozen=True, slots=True)

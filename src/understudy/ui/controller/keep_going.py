@@ -6,13 +6,16 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from understudy.analysis.raised_range import describe_raised
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import MOST_WORLDS, WANTED, HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
+from understudy.learning.shown_ranges import find_shown_range
 from understudy.model.library import TrainedAutomaton
+from understudy.properties.offered_goals import find_success
 from understudy.properties.run_property import Verdict
 from understudy.training.trainee import Mode
 from understudy.ui.controller.status import StatusMessage
@@ -111,7 +114,8 @@ class LessonContinuation:
             self._began_with = None
             share = f"{WANTED:.0%}".replace("%", " %")
             return StatusMessage(
-                f"{name} holds, {after}: in at least {share} of worlds ({count})", "recorded"
+                f"{name} holds, {after}: in at least {share} of worlds ({count}{self._find_caution()})",
+                "recorded",
             )
         if presses >= MOST_PRESSES or not result.mistakes:
             self._began_with = None
@@ -123,6 +127,16 @@ class LessonContinuation:
         inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
         said = f"{name} works in {count}. Here, {when}: {mistake.why}.{inner} Press what it should do, and resume"
         return StatusMessage(said)
+
+    def _find_caution(self) -> str:
+        """Say that a flag was counted wherever it is raised, if its presses have nothing in common."""
+        lesson = self._trainer.session.lesson
+        flag = find_success(lesson)
+        return (
+            f"; {describe_raised(flag, None)}"
+            if isinstance(flag, str) and find_shown_range(lesson, flag) is None
+            else ""
+        )
 
     def _go_to(self, mistake: Mistake) -> float:
         """Run its world until shortly before the mistake, with nobody watching, and pause; return the time, s."""
