@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -46,6 +47,9 @@ class LessonContinuation:
         self._began_with: int | None = None
         self._tested: object = None
         self._others = ""
+        self._is_running = False
+        self._key: object = None
+        self._last: tuple[object, HoldingResult] | None = None
 
     @property
     def presses(self) -> int:
@@ -64,6 +68,8 @@ class LessonContinuation:
     def begin(self) -> Callable[[], HoldingResult]:
         """Return a function that tests the present lesson, which may run in another thread.
 
+        Nothing is tested twice: a lesson that was not changed since its test goes on with the next mistake of that.
+
         Returns
         -------
         function
@@ -72,9 +78,11 @@ class LessonContinuation:
         Raises
         ------
         SessionError
-            If there are no other worlds, or nothing to test.
+            If there are no other worlds, nothing to test, or a test is running.
         """
         session, name = self._trainer.session, self._trainer.name
+        if self._is_running:
+            raise SessionError(f"{name} is being tested in new worlds already: wait for the result")
         setup = SessionSetup.from_session(session)
         if setup is None:
             raise SessionError(
@@ -92,17 +100,29 @@ class LessonContinuation:
         self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)
         self._tested = self._describe_lesson()
         lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
-        test = self._test
+        test, last, key = self._test, self._last, (self._tested, self._others, bindings)
+        self._is_running, self._key = True, key
+        if (
+            last is not None
+            and last[0] == key
+            and (last[1].verdict is Verdict.HOLDS or len(last[1].mistakes) > 1)
+        ):
+            return lambda: replace(last[1], mistakes=last[1].mistakes[1:])
 
         def run() -> HoldingResult:
             taught = TrainedAutomaton(learn_automaton(lesson), lesson)
-            return test.test(library.with_automaton(taught), name, bindings)
+            try:
+                return test.test(library.with_automaton(taught), name, bindings)
+            except BaseException:
+                self._is_running = False
+                raise
 
         return run
 
     def finish(self, result: HoldingResult) -> StatusMessage:
         """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
         name, presses = self._trainer.name, self.presses
+        self._is_running, self._last = False, (self._key, result)
         if self._describe_lesson() != self._tested:
             return StatusMessage(
                 f"{name} was changed while it was tested: keep going to test it as it is now"

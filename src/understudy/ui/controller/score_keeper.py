@@ -81,10 +81,10 @@ class LessonScoreKeeper:
     def find_obstacle(self) -> str:
         """Say why there is no score; empty if there can be one."""
         setup = SessionSetup.from_session(self._session)
-        if not self.enabled:
-            return "not measured: turned off"
         if setup is None:
             return "not measured: there are no other worlds to run it in"
+        if not self.enabled:
+            return "not measured: turned off"
         if (os.cpu_count() or 1) < 2:
             return "not measured: this computer has a single core, which runs the world"
         if not self.goal:
