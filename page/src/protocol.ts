@@ -1336,7 +1336,7 @@ export interface EvaluationResult {
   last: number;
   /** Of the worlds in which it failed, the first hundred. */
   failed: readonly FailedWorld[];
-  /** Where the flag that counts was raised, beside where it was shown; empty if that is not known. */
+  /** Where the flag that counts was raised, beside where it was shown; empty without such a flag. */
   raised: string;
   /** The number of worlds in which it was raised where it was not shown. */
   elsewhere: number;

@@ -120,6 +120,23 @@ def test_a_flag_at_its_own_word_does_not_fall() -> None:
     assert ScoreChange(*scores).has_fallen
 
 
+SAID = [  # works, is it measured, is that what success means now -> whether the goal is said
+    ([1] * 9 + [0], True, True, ""),
+    ([1] * 9 + [0], False, True, " (GOAL)"),
+    ([0] * 10, False, True, ""),  # nothing counts
+    ([0] * 10, True, False, " (GOAL)"),
+]
+
+
+@pytest.mark.parametrize(("works", "is_measured", "is_present", "said"), SAID)
+def test_by_what_it_is_measured_is_said_where_that_is_no_matter_of_course(
+    works: list[int], is_measured: bool, is_present: bool, said: str
+) -> None:
+    score = make_score(works, 10.0)
+    change = ScoreChange(score, score, "GOAL", is_measured=is_measured, is_goal_present=is_present)
+    assert change.describe() == f"{score.describe()}{said}"
+
+
 def test_a_few_of_many_worlds_are_no_fall() -> None:
     """Nine lost of 200 are beyond chance, and less than 5 %."""
     ways = [make_score([1] * (200 - lost) + [0] * lost, 10.0) for lost in (0, 9, 10)]

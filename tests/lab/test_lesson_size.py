@@ -16,7 +16,7 @@ from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.forage.teach import METHODS
 from understudy_lab.lesson_size import study
-from understudy_lab.lesson_size.robocup import summary
+from understudy_lab.lesson_size.robocup import count_right, summary
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
@@ -51,6 +51,32 @@ def test_the_robocup_lessons_are_as_published() -> None:
     known = load_published("small")
     assert known is not None
     assert differences([row_of(study.EXPERIMENT, {"source": study.ROBOCUP})], known, study.EXPERIMENT) == []
+
+
+ROBOCUP_EXAMPLES = [  # distance, next state, is it a default
+    (0.1, "Done", False), (0.2, "Done", False), (5.0, "Go", True), (6.0, "Turn", False), (7.0, "Turn", False),
+]  # fmt: skip
+
+
+def test_each_example_is_predicted_from_the_others(tmp_path: Path) -> None:
+    """Only the outer press for Done and for Turn is: the inner one is nearer to the default, which keeps its gap.
+
+    A state without other examples is kept, which is wrong for *Turn*, where the only example asks for Go.
+    """
+    examples = [{"x": [x], "y": y, "default": default} for x, y, default in ROBOCUP_EXAMPLES]
+    distance = {"name": "distance", "kind": "continuous", "values": None}
+    go = {"state": "Go", "attributes": [distance], "examples": examples, "original_tree_nodes": 5}
+    single = {"state": "Turn", "attributes": [distance], "examples": examples[2:3], "original_tree_nodes": 1}
+    (tmp_path / "one.json").write_text(json.dumps({"automaton": "One", "states": [go, single]}))
+    assert count_right(tmp_path, flags_first=True) == count_right(tmp_path, flags_first=False) == (2, 6)
+
+
+@pytest.mark.parametrize(("flags_first", "right"), [(True, 184), (False, 183)])
+def test_the_robocup_lessons_left_out_are_as_published(flags_first: bool, right: int) -> None:
+    folder = robocup_folder()
+    if folder is None:
+        pytest.skip("the RoboCup lessons are not at hand")
+    assert count_right(folder, flags_first=flags_first) == (right, 385)
 
 
 def test_what_is_counted_of_a_lesson() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from understudy.properties.free_space import CELL_M, make_clearance, make_covered
+from understudy.properties.free_space import CELL_M, find_space, make_clearance, make_covered
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.scenario.schema import Obstacle, RobotGroup, Scenario, Wall
@@ -78,3 +78,24 @@ def test_ground_is_covered_square_by_square() -> None:
             world.act({"drive": np.full(1, drive), "turn": np.full(1, turn)})
             covered()
         assert covered()[0, 0] == pytest.approx(cells * CELL_M**2)
+
+
+def test_ground_counts_only_for_a_time() -> None:
+    """Half a meter a second to the right from the start of a square: one more each second; after that, none."""
+    world = World(make_room(6.01, 5.1), [0])
+    found = find_space("covered(2 s)", world, None)
+    assert found is not None
+    covered, unit = found
+    assert unit == "m²"
+    cells = [covered()[0, 0] / CELL_M**2]
+    for second in range(6):
+        for _ in range(10):
+            world.act({"drive": np.full(1, float(second < 3)), "turn": np.zeros(1)})
+            covered()
+        cells.append(covered()[0, 0] / CELL_M**2)
+    assert cells == [1, 2, 3, 3, 2, 1, 1]
+
+
+@pytest.mark.parametrize("subject", ["covered(2)", "covered(x s)", "covered(2 s", "sonar"])
+def test_what_is_no_space_is_another_reading(subject: str) -> None:
+    assert find_space(subject, World(ARENA, [0]), None) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
@@ -10,20 +11,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from understudy.analysis.behavior_run import ProgramRun
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import PropertyKind
 from understudy.properties.condition import parse_condition
-from understudy.properties.offered_goals import describe_goal, offer_goals
+from understudy.properties.monitor import monitor_property
+from understudy.properties.offered_goals import describe_goal, find_behavior_success, offer_goals
+from understudy.runtime.program import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import RobotGroup
 from understudy.sim.world import World
 
 ARENA = find_scenario("arena")
 WORLD = World(ARENA, [0])
+EMPTY = structs.replace(
+    ARENA,
+    obstacles=(),
+    objects=(),
+    regions={},
+    targets={},
+    goal=None,
+    robots=(structs.replace(ARENA.robots[0], within=None),),
+)
 STATES = (START, State("along", "forward"), State("veer_left", "veer_left"))
 
 
@@ -51,13 +65,13 @@ def make_lesson(
 
 KEPT = [  # what the sonar on the left read every 2 s -> what was kept, and for how long it was left
     ("all the time but for 4 s", (3.0, 3.0, 0.5, 0.4, 0.5, 0.4, 0.45, 0.5, 0.4, 0.5),
-     "keeps sonar_left between 0.4 and 0.5 m and touches nothing, but for at most 6 s at a time",
+     "keeps sonar_left between 0.4 and 0.5 m, touches nothing and moves on, but for at most 6 s at a time",
      "sonar_left is below 0.4 m or above 0.5 m"),
     ("where it was absent, it was not kept", (nan, nan, nan, 3.0, *(0.5, 0.4) * 8),
-     "keeps sonar_left between 0.4 and 0.5 m and touches nothing, but for at most 12 s at a time",
+     "keeps sonar_left between 0.4 and 0.5 m, touches nothing and moves on, but for at most 12 s at a time",
      "sonar_left is below 0.4 m or above 0.5 m or absent"),
     ("a lower limit, where values are spread", (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 0.6, 1.1, 1.6, 2.1),
-     "keeps sonar_left at 0.5 m or more and touches nothing, but for at most 5 s at a time",
+     "keeps sonar_left at 0.5 m or more, touches nothing and moves on, but for at most 5 s at a time",
      "sonar_left is below 0.5 m"),
 ]  # fmt: skip
 
@@ -67,9 +81,55 @@ KEPT = [  # what the sonar on the left read every 2 s -> what was kept, and for 
 )
 def test_what_was_kept_is_offered_first(values: tuple[float, ...], name: str, what: str) -> None:
     offered = offer_goals(make_lesson(*values), WORLD)[0]
-    what = f"{what} or clearance is below 5 mm"
+    what = f"{what} or clearance is below 5 mm or covered(12 s) is below 0.75 m²"
     assert (offered.name, offered.what, offered.kind) == (name, what, PropertyKind.NEVER_LONGER)
     parse_condition(offered.what)
+
+
+STANDS = "covered(12 s) is below 0.75 m²"
+MOVING = [  # states at the moments, forward or turning -> whether the goal demands that it moves on
+    (("along",) * 10, True),
+    (("along", "turn") * 5, True),
+    (("along", "turn", "turn") * 4, False),
+    (("wait",) * 10, False),  # it stands beside a wall
+    (("follow",) * 10, True),  # an automaton
+]
+
+
+@pytest.mark.parametrize(("states", "moves"), MOVING)
+def test_what_drives_has_to_move_on(states: tuple[str, ...], moves: bool) -> None:
+    lesson = make_lesson(3.0, 0.5, *(0.5, 0.4) * 4)
+    ways = (State("turn", "rotate_left"), State("wait"), State("follow", "follow_wall"))
+    automaton = replace(lesson.automaton, states=(*STATES, *ways))
+    moments = zip(lesson.examples, states, strict=False)
+    examples = tuple(replace(each, state=state, next=state) for each, state in moments)
+    offered = offer_goals(Lesson(automaton, examples, record=lesson.record), WORLD)[0]
+    assert (" and moves on, " in offered.name, STANDS in offered.what) == (moves, moves)
+
+
+SPEEDS = [  # m/s -> the time in which it covers twelve squares straight ahead, if that is at most half a minute
+    (0.5, "covered(12 s)"), (1.0, "covered(6 s)"), (0.2, "covered(30 s)"), (0.19, None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("speed", "lately"), SPEEDS)
+def test_a_slow_robot_is_given_time_to_move_on(speed: float, lately: str | None) -> None:
+    rover = structs.replace(ARENA.types["rover"], speed=speed)
+    world = World(structs.replace(ARENA, types={"rover": rover}), [0])
+    what = offer_goals(make_lesson(3.0, *(0.5, 0.4) * 5), world)[0].what
+    assert what.endswith("clearance is below 5 mm" if lately is None else f"{lately} is below 0.75 m²")
+
+
+def test_what_turns_on_the_spot_does_not_move_on() -> None:
+    """Nothing is near it, and what it reads is far away, as it was shown."""
+    goal = offer_goals(make_lesson(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 0.6, 1.1), WORLD)[0]
+    failed = {}
+    for behavior in ("rotate_left", "veer_left"):
+        world = World(EMPTY, [0])
+        world.state.robots["x"], world.state.robots["y"] = 6.0, 5.0
+        run = ProgramRun(world, link(Library(WORLD.kit), behavior, {}), Library(WORLD.kit), {})
+        failed[behavior] = monitor_property(goal, run, (), limit_s=20.0).failed_s[0]
+    assert failed == {"rotate_left": pytest.approx(5.1), "veer_left": pytest.approx(nan, nan_ok=True)}
 
 
 NOT_KEPT = [
@@ -133,9 +193,7 @@ GROUND = [  # width and height of the arena, m, speed, m/s -> demanded area: a q
 @pytest.mark.parametrize(("size", "speed", "area"), GROUND)
 def test_ground_that_a_robot_can_cover(size: tuple[float, float], speed: float, area: str | None) -> None:
     rover = structs.replace(ARENA.types["rover"], speed=speed)
-    robots = (structs.replace(ARENA.robots[0], within=None),)
-    empty = structs.replace(ARENA, obstacles=(), objects=(), regions={}, targets={}, goal=None, robots=robots)
-    scenario = structs.replace(empty, size=size, types={"rover": rover})
+    scenario = structs.replace(EMPTY, size=size, types={"rover": rover})
     offered = [each.what for each in offer_goals(make_lesson(), World(scenario, [0]))]
     assert offered == ["clearance is below 5 mm", *([f"covered is at least {area}"] if area else [])]
 
@@ -147,7 +205,8 @@ def test_what_is_offered_can_be_measured_and_holds_where_it_was_kept(values: lis
         assert str(condition)
         if each.kind is PropertyKind.NEVER_LONGER:
             clauses = [clause for (clause,) in condition.alternatives]
-            assert str(clauses.pop()) == "clearance is below 5 mm"
+            assert [str(each) for each in clauses[-2:]] == ["clearance is below 5 mm", STANDS]
+            clauses = clauses[:-2]
             high = clauses[1].number if len(clauses) > 1 and clauses[1].unit else inf
             inside = [clauses[0].number <= value <= high for value in values]
             assert sum(inside) >= 0.8 * len(values)
@@ -158,7 +217,7 @@ def test_what_is_offered_can_be_measured_and_holds_where_it_was_kept(values: lis
 MEANINGS = [  # flags, whether one was chosen, whether the world has a goal -> what success means
     ((), False, False, ""),
     ((), False, True, "the goal of the world is reached"),
-    (("done",), False, True, "done is raised"),
+    (("done",), False, True, "done is raised, wherever that is"),
     ((), True, True, TOUCHES),
     (("done",), True, True, TOUCHES),
     (("here", "there"), False, False, ""),
@@ -170,3 +229,17 @@ def test_what_success_means(flags: tuple[str, ...], chosen: bool, of_world: bool
     lesson = make_lesson(flags=flags)
     goal = offer_goals(lesson, WORLD)[0] if chosen else None
     assert describe_goal(Lesson(lesson.automaton, goal=goal), of_world=of_world) == said
+
+
+def test_success_of_a_behavior_of_a_library() -> None:
+    """An automaton that was written by hand has no lesson, but flags; a basic behavior has neither."""
+    library, automaton = Library(WORLD.kit), make_lesson(flags=("done",)).automaton
+    goal = offer_goals(make_lesson(), WORLD)[0]
+    for taught, success in (
+        (TrainedAutomaton(automaton), "done"),
+        (TrainedAutomaton(automaton, Lesson(automaton)), "done"),
+        (TrainedAutomaton(automaton, Lesson(automaton, goal=goal)), goal),
+        (TrainedAutomaton(make_lesson().automaton), None),
+    ):
+        assert find_behavior_success(library.with_automaton(taught), "walls") == success
+    assert find_behavior_success(library, "forward") is None

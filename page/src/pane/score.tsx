@@ -10,8 +10,9 @@ export function ScoreLine() {
   const panel = usePanel();
   const { desk } = studio;
   if (desk === null || panel.form !== null || desk.score.text === "") return null;
-  const { text, trend, enabled, running } = desk.score;
+  const { text, trend, enabled, running, goal } = desk.score;
   const fell = trend === "falling";
+  const testable = enabled ? !text.startsWith("not measured") : goal !== "" && text === TURNED_OFF;
   return (
     <section class={className("score", fell && "fell")} aria-label="In new worlds">
       <div class="score-line">
@@ -28,7 +29,7 @@ export function ScoreLine() {
             Undo
           </button>
         )}
-        {!text.startsWith("not measured") && (
+        {testable && (
           <button
             type="button"
             class="small"
@@ -50,7 +51,7 @@ export function ScoreLine() {
           {enabled ? "turn off" : "turn on"}
         </button>
       </div>
-      {enabled && <GoalLine score={desk.score} />}
+      <GoalLine score={desk.score} />
     </section>
   );
 }
@@ -112,4 +113,5 @@ function GoalLine({ score }: { score: Score }) {
   );
 }
 
+const TURNED_OFF = "not measured: turned off"; // which ends the runs after each press, and no test that is asked for
 const MARKS = { "": "", rising: "▲", falling: "▼", slower: "◔" } as const;

@@ -118,6 +118,13 @@ class RaisedReader:
         return RaisedRange(self.flag, self.shown, values, raised)
 
 
+def describe_raised(flag: str | None, raised: RaisedRange | None) -> str:
+    """Return where a flag that counts as success was raised, or that it counts anywhere; empty without a flag."""
+    if raised is not None:
+        return raised.describe()
+    return f"{flag} counts wherever it is raised: nothing shown says where it is right" if flag else ""
+
+
 def find_shown_goal(library: Library, behavior: str, flag: str | None) -> ShownRange | None:
     """Find at which values of which feature a behavior's flag was pressed; None if its lesson does not say."""
     taught = library.taught.get(behavior)

@@ -79,16 +79,19 @@ class ScoreChange:
     after
         The score after it.
     goal
-        Where a flag counted in both, in words: "done was shown at distance_to(A) 0.17 to 0.44 m". Empty if there is
-        another goal.
+        Where a flag counted in both, in words: "distance_to(A) was 0.17 to 0.44 m where it was pressed", or that it
+        counts wherever it is raised. Empty if there is another goal.
     is_measured
         Whether success is measured: a flag that counts wherever it is raised is only the robot's own word.
+    is_goal_present
+        Whether this is what success means now. It is not if a feature was removed since the last press.
     """
 
     before: LessonScore | None
     after: LessonScore
     goal: str = ""
     is_measured: bool = True
+    is_goal_present: bool = True
 
     @property
     def has_fallen(self) -> bool:
@@ -131,14 +134,17 @@ class ScoreChange:
 
     def describe(self) -> str:
         """Return the change in words."""
-        said, was = self.after.describe(), 0 if self.before is None else self.before.count
+        was = 0 if self.before is None else self.before.count
         words = {
-            "falling": f", and before the last change in {was}{self.goal and f' ({self.goal})'}",
+            "falling": f", and before the last change in {was}",
             "rising": f", up from {was}",
             "slower": f", and takes {self.times_slower:.1f} times as long as before",
             "": "",
         }
-        return said + words[self.trend]
+        is_own_word = not self.is_measured and self.after.count > 0
+        is_goal_said = self.trend == "falling" or is_own_word or not self.is_goal_present
+        goal = f" ({self.goal})" if self.goal and is_goal_said else ""
+        return f"{self.after.describe()}{words[self.trend]}{goal}"
 
 
 def score_behavior(

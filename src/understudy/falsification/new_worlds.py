@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
 from understudy.analysis.behavior_run import ProgramRun
-from understudy.analysis.evaluate import find_flags, find_success_flag, make_evaluation_task
+from understudy.analysis.evaluate import find_flags, make_evaluation_task
 from understudy.analysis.goal_runs import run_side_by_side
 from understudy.analysis.measurement import TICKS_BETWEEN_READINGS, Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
@@ -30,7 +30,7 @@ from understudy.model.kinds import Categorical, Column
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.monitor import monitor_property
-from understudy.properties.offered_goals import find_chosen_goal
+from understudy.properties.offered_goals import find_behavior_success
 from understudy.sim.world import World
 
 LONGEST_RUN_S = 120.0
@@ -167,17 +167,16 @@ class NewWorlds:
         UnboundParameter
             If a parameter is not bound to a target.
         """
-        goal = find_chosen_goal(library, behavior)
-        if goal is not None:
-            return self._run_goal(library, behavior, binding, goal, progress)
-        flag = find_success_flag(library, behavior)
-        if flag is not None:
-            shown = self.shown or find_shown_goal(library, behavior, flag)
+        success = find_behavior_success(library, behavior)
+        if isinstance(success, Property):
+            return self._run_goal(library, behavior, binding, success, progress)
+        if success is not None:
+            shown = self.shown or find_shown_goal(library, behavior, success)
             run = self.setup.start(self.seeds, library, behavior, binding)
             # A robot with a flag stays where it is, and can be read later, unless others move. A coordinator's members
             # get another order, and no longer report the same.
             step = 1 if self.setup.do_others_move and shown is not None else TICKS_BETWEEN_READINGS
-            return _run_to_flag(run, binding, flag, shown, step, progress)
+            return _run_to_flag(run, binding, success, shown, step, progress)
         task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)
         run = self.setup.start(self.seeds, library, behavior, binding)
         outcomes = run_side_by_side(run, self.seeds, task.criteria, self.limits_s, progress).outcomes

@@ -17,7 +17,7 @@ from understudy.model.property import Property, PropertyKind, SeededWorlds
 from understudy.properties.condition import parse_condition
 from understudy.properties.margins import bind_condition
 from understudy.properties.monitor import monitor_property
-from understudy.properties.offered_goals import find_chosen_goal
+from understudy.properties.offered_goals import find_behavior_success
 from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
@@ -125,11 +125,11 @@ def make_success_measure(
         If the behavior cannot be run or measured there.
     """
     _, _, name, found = find_runners(library, behavior, scenario)
-    goal = find_chosen_goal(found, name)
-    if goal is None:
+    success = find_behavior_success(found, name)
+    if not isinstance(success, Property):
         task = make_evaluation_task(library, behavior, scenario, binding=binding, limit_s=limit_s)
         return GoalMeasure(task, limit_s)
-    subject = replace(goal, behavior=behavior, targets=Binding(dict(binding)))
+    subject = replace(success, behavior=behavior, targets=Binding(dict(binding)))
     task = make_property_task(subject, library, scenario)
     check_property(subject, task, scenario)
     return PropertyMeasure(task, limit_s, subject=subject)

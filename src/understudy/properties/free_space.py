@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import reduce
 
@@ -16,6 +17,8 @@ CLEARANCE, COVERED = "clearance", "covered"
 """The names of both in conditions."""
 UNITS = {CLEARANCE: "m", COVERED: "m²"}
 """Their units."""
+_LATELY = re.compile(rf"{COVERED}\((\d+\.?\d*) s\)")
+"""The ground covered in a time until now: "covered(12 s)"."""
 TOUCHED = f"{CLEARANCE} is below {1000 * TOUCH:g} mm"
 """The condition that a robot touches something solid."""
 CELL_M = 0.5
@@ -23,6 +26,35 @@ CELL_M = 0.5
 
 
 NONE = np.zeros((1, 1), np.bool_)
+LONG_AGO = np.iinfo(np.int32).min
+
+
+def find_space(
+    subject: str, world: World, of: NDArray[np.bool_] | None
+) -> tuple[Callable[[], Column], str] | None:
+    """Find what a condition names: the free space, or the ground covered, since the start or lately.
+
+    Parameters
+    ----------
+    subject
+        The subject of a clause: "clearance", "covered", or "covered(12 s)" for the last 12 s.
+    world
+        The worlds.
+    of
+        Which robots of a world count [N]. None: all.
+
+    Returns
+    -------
+    tuple[function, str] | None
+        A function that returns the present values [B, n], to be called at each tick that counts, and their unit. None
+        if the subject is something else.
+    """
+    if subject == CLEARANCE:
+        return make_clearance(world, of), UNITS[CLEARANCE]
+    lately = _LATELY.fullmatch(subject)
+    if lately is None and subject != COVERED:
+        return None
+    return make_covered(world, of, last_s=float(lately[1]) if lately else None), UNITS[COVERED]
 
 
 def make_clearance(world: World, of: NDArray[np.bool_] | None = None) -> Callable[[], Column]:
@@ -99,8 +131,10 @@ def _measure_to_segments(x: Column, y: Column, segments: NDArray[np.void]) -> Co
     return nearest
 
 
-def make_covered(world: World, of: NDArray[np.bool_] | None = None) -> Callable[[], Column]:
-    """Make a function that measures the ground that each robot has covered since the function was made.
+def make_covered(
+    world: World, of: NDArray[np.bool_] | None = None, *, last_s: float | None = None
+) -> Callable[[], Column]:
+    """Make a function that measures the ground that each robot has covered since the function was made, or lately.
 
     Parameters
     ----------
@@ -108,6 +142,8 @@ def make_covered(world: World, of: NDArray[np.bool_] | None = None) -> Callable[
         The worlds. The function has to be called at each tick that counts.
     of
         Which robots of a world count [N]. None: all.
+    last_s
+        How far back the ground counts, s. None: since the function was made.
 
     Returns
     -------
@@ -118,14 +154,17 @@ def make_covered(world: World, of: NDArray[np.bool_] | None = None) -> Callable[
     up = int(np.ceil(world.rules.height / CELL_M))
     chosen = _list_chosen(world, of)
     rows = np.arange(world.worlds * len(chosen))
-    visited = np.zeros((len(rows), across * up), np.bool_)
+    visited = np.full((len(rows), across * up), LONG_AGO, np.int32)  # the tick of the last visit
+    ticks = None if last_s is None else round(last_s / world.tick_s)
 
     def read() -> Column:
         robots = world.state.robots.reshape(world.worlds, -1)[:, chosen].ravel()
         column = np.clip((robots["x"] / CELL_M).astype(np.int64), 0, across - 1)
         row = np.clip((robots["y"] / CELL_M).astype(np.int64), 0, up - 1)
-        visited[rows, row * across + column] = True
-        area: Column = visited.sum(axis=1).reshape(world.worlds, -1) * CELL_M**2
+        now = np.repeat(world.state.tick, len(chosen))
+        visited[rows, row * across + column] = now
+        counted = visited > (LONG_AGO if ticks is None else (now - ticks)[:, np.newaxis])
+        area: Column = counted.sum(axis=1).reshape(world.worlds, -1) * CELL_M**2
         return area
 
     return read

@@ -21,7 +21,7 @@ from understudy.analysis.behavior_run import BehaviorRun
 from understudy.errors import SettingError, UnknownName
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.properties.condition import Clause, ClauseTest, Condition
-from understudy.properties.free_space import CLEARANCE, UNITS, make_clearance, make_covered
+from understudy.properties.free_space import UNITS, find_space
 from understudy.properties.thing_positions import (
     find_things,
     is_distance,
@@ -100,9 +100,9 @@ def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Ma
         return _bind_distance(clause, _simulated(world, clause))
     if world is not None and clause.subject in COUNTS:
         return _bind_count(clause, world)
-    if world is not None and clause.subject in UNITS:
-        make = make_clearance if clause.subject == CLEARANCE else make_covered
-        return _bind_number(clause, make(world, run.own_robots), unit=UNITS[clause.subject], scale=None)
+    if world is not None and (space := find_space(clause.subject, world, run.own_robots)) is not None:
+        read, unit = space
+        return _bind_number(clause, read, unit=unit, scale=None)
     return _bind_reading(clause, run)
 
 

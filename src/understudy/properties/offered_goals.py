@@ -6,14 +6,15 @@ Without a flag, nothing that was taught says what success means, so that it cann
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import ceil, floor, isinf, log10
+from math import ceil, floor, inf, isinf, log10
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.evaluate import choose_success_flag
+from understudy.analysis.evaluate import choose_success_flag, find_success_flag
+from understudy.errors import join_names
 from understudy.learning.shown_ranges import find_shown_range
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.features import BoundFeature, Feature
@@ -22,6 +23,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds
 from understudy.properties.free_space import CELL_M, COVERED, TOUCHED, UNITS
+from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
 RUN_S = 60.0
@@ -36,6 +38,10 @@ LEAST_BREAK_S, BREAK = 5.0, 1.5
 """The time that a value may be outside of its range: at least, s, and in times of the longest that was shown."""
 COVERED_SHARE = 0.25
 """The share that is demanded of the ground that a robot can cover: of the whole arena, or straight ahead."""
+MOVING_SQUARES = 3
+"""In how many squares of ground a robot has to be lately to move on; at the border of two it may stand."""
+MOVING = 0.5
+"""The share of the moments of a lesson in which a robot has to drive, so that moving on is demanded, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +53,9 @@ class _Words:
     each: str
 
 
-WORDS_OF_ROBOT = _Words("never touches anything", " and touches nothing", "")
+WORDS_OF_ROBOT = _Words("never touches anything", "touches nothing", "")
 WORDS_OF_COORDINATOR = _Words(
-    "never lets its robots touch anything", " and lets its robots touch nothing", " with each of its robots"
+    "never lets its robots touch anything", "lets its robots touch nothing", " with each of its robots"
 )
 
 
@@ -77,15 +83,19 @@ def offer_goals(
     -------
     tuple[Property, ...]
         At most three: a reading is kept in a range, nothing is touched, ground is covered. `name` says it in words.
+        What stands still keeps most readings, so where the lesson drives, the first demands that it moves on, too.
     """
     start = SeededWorlds(world.scenario.name, (), min(RUN_S, world.scenario.limit_s))
     types = world.rules.types[world.state.robots["type"][slice(None) if robots is None else robots]]
     words = WORDS_OF_COORDINATOR if of_coordinator else WORDS_OF_ROBOT
-    touching = words.touching_nothing if types["collides"].all() else ""
-    found = [_make_kept_goal(each, start, touching) for each in _list_kept(lesson, start)[:1]]
-    if touching:
+    speed, collides = float(types["speed"].min()) / world.tick_s, bool(types["collides"].all())
+    breaks = {TOUCHED: words.touching_nothing} if collides else {}
+    if not of_coordinator and _is_driving(lesson, world.scenario):
+        breaks |= _describe_standing(world, start, speed)
+    found = [_make_kept_goal(each, start, breaks) for each in _list_kept(lesson, start)[:1]]
+    if collides:
         found.append(Property(kind=PropertyKind.NEVER, what=TOUCHED, start=start, name=words.never_touching))
-    if (area := _compute_demanded_area(world, start, float(types["speed"].min()) / world.tick_s)) > CELL_M**2:
+    if (area := _compute_demanded_area(world, start, speed)) > CELL_M**2:
         text = f"{area:g} {UNITS[COVERED]}"
         name = f"covers at least {text} of ground in {start.limit_s:g} s{words.each}"
         what = f"{COVERED} is at least {text}"
@@ -95,10 +105,11 @@ def offer_goals(
     return tuple(found)
 
 
-def find_chosen_goal(library: Library, behavior: str) -> Property | None:
-    """Return the goal that a person has chosen for a behavior; None if there is none."""
+def find_behavior_success(library: Library, behavior: str) -> Property | str | None:
+    """Find what success means for a behavior of a library, taught or not; see `find_success`."""
     taught = library.taught.get(behavior)
-    return None if taught is None or taught.lesson is None else taught.lesson.goal
+    lesson = None if taught is None else taught.lesson
+    return find_success_flag(library, behavior) if lesson is None else find_success(lesson)
 
 
 def find_success(lesson: Lesson) -> Property | str | None:
@@ -127,7 +138,7 @@ def describe_goal(lesson: Lesson, *, of_world: bool) -> str:
     if success is None:
         return "the goal of the world is reached" if of_world else ""
     shown = find_shown_range(lesson, success)
-    return f"{success}{RAISED}" if shown is None else f"{success}{RAISED} and {shown.condition}"
+    return f"{success}{RAISED}" + (", wherever that is" if shown is None else f" and {shown.condition}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,10 +217,34 @@ def _measure_longest_break(inside: NDArray[np.bool_], seconds: Column) -> float:
     return max(LEAST_BREAK_S, float(ceil(BREAK * longest)))
 
 
-def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, touching: str) -> Property:
-    """Make the goal that a range is kept; a robot that is stuck at something keeps nothing.
+def _is_driving(lesson: Lesson, scenario: Scenario) -> bool:
+    """Return whether a lesson is mostly in states that drive; what another automaton does is taken as driving."""
+    basics = {name: how for each in scenario.types.values() for name, how in each.behaviors.items()}
+    driving = {
+        state.name
+        for state in lesson.automaton.states
+        if state.behavior is not None and basics.get(state.behavior, {"drive": 1.0}).get("drive")
+    }
+    shown = [each.state in driving for each in select_teaching_examples(lesson) if each.moment is not None]
+    return sum(shown) >= MOVING * len(shown)
 
-    `touching` says that in words; empty if robots run into nothing.
+
+def _describe_standing(world: World, start: SeededWorlds, speed: float) -> dict[str, str]:
+    """Return when a robot of a speed, m/s, does not move on, and that it does in words; empty if it is too slow.
+
+    It has to cover COVERED_SHARE of what it covers straight ahead, lately: as long as MOVING_SQUARES take.
+    """
+    seconds = ceil(round(MOVING_SQUARES * CELL_M / (COVERED_SHARE * speed), 6)) if speed else inf
+    whole = world.rules.width * world.rules.height / CELL_M**2
+    if seconds > (start.limit_s or RUN_S) / 2 or COVERED_SHARE * whole < MOVING_SQUARES:
+        return {}
+    return {f"{COVERED}({seconds} s) is below {MOVING_SQUARES * CELL_M**2:g} {UNITS[COVERED]}": "moves on"}
+
+
+def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, breaks: Mapping[str, str]) -> Property:
+    """Make the goal that a range is kept; a robot that is stuck at something, or stands still, keeps nothing.
+
+    `breaks` are conditions in which nothing is kept, each with what is demanded instead, in words.
     """
     feature, unit = kept.feature, kept.feature.feature.unit
     low, high = (f"{end:g} {unit}".strip() for end in (kept.low, kept.high))
@@ -220,9 +255,8 @@ def _make_kept_goal(kept: _KeptRange, start: SeededWorlds, touching: str) -> Pro
         name = f"keeps {feature} between {kept.low:g} and {high}"
     if kept.was_absent:
         what += " or absent"
-    if touching:
-        what += f" or {TOUCHED}"
-        name += touching
+    what = " or ".join([what, *breaks])
+    name = join_names([name, *breaks.values()])
     name += f", but for at most {kept.break_s:g} s at a time"
     return Property(kind=PropertyKind.NEVER_LONGER, what=what, seconds=kept.break_s, start=start, name=name)
 

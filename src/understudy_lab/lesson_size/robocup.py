@@ -1,8 +1,14 @@
-"""Summary of a RoboCup team's lessons, read from a folder of JSON files and learned here."""
+"""Summary of a RoboCup team's lessons, read from a folder of JSON files and learned here.
+
+How many examples are decided as shown if each is left out in turn:
+
+    python -m understudy_lab.lesson_size.robocup FOLDER_OF_ROBOCUP_LESSONS
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +17,9 @@ import numpy as np
 
 from understudy.errors import FileError
 from understudy.learning.tree_growth import grow_tree
+from understudy.model.automaton import USUAL_FLAGS
 from understudy.model.kinds import Categorical, Continuous, Kind
+from understudy.model.tree import STAY, Tree
 from understudy_lab.statistics import spread
 
 
@@ -98,17 +106,68 @@ def _names(lesson: RobocupLesson) -> Mapping[str, int]:
 
 def _nodes(state: RobocupState, lesson: RobocupLesson) -> int:
     """Return the number of nodes in the tree learned here for a state."""
-    names = _names(lesson)
+    return len(_grow(state, lesson, range(len(state.examples)), flags_first=False).nodes)
+
+
+def _grow(state: RobocupState, lesson: RobocupLesson, chosen: Sequence[int], *, flags_first: bool) -> Tree:
+    """Grow the tree of a state from some of its examples."""
+    names, examples = _names(lesson), [state.examples[each] for each in chosen]
     kinds: list[Kind] = [
         Continuous() if attribute.kind == "continuous" else Categorical(tuple(attribute.values or ()))
         for attribute in state.attributes
     ]
-    tree = grow_tree(
-        np.array([example.x for example in state.examples]).reshape(len(state.examples), len(kinds)),
-        np.array([names[example.y] for example in state.examples]),
-        np.array([0 if example.default else 1 for example in state.examples]),
+    return grow_tree(
+        np.array([example.x for example in examples]).reshape(len(examples), len(kinds)),
+        np.array([names[example.y] for example in examples]),
+        np.array([0 if example.default else 1 for example in examples]),
         kinds,
         states=len(names),
         current=names[state.state],
+        flags=_list_flags(lesson) if flags_first else (),
+        silence=flags_first,
     )
-    return len(tree.nodes)
+
+
+def _list_flags(lesson: RobocupLesson) -> list[int]:
+    """List the flags by index, as in a table: *done* and *failed*, if they have no examples of their own."""
+    taught = {state.state for state in lesson.states if state.examples}
+    return [
+        index
+        for name, index in _names(lesson).items()
+        if name.casefold() in USUAL_FLAGS and name not in taught
+    ]
+
+
+def count_right(folder: Path, *, flags_first: bool) -> tuple[int, int]:
+    """Leave out each example of the lessons in a folder in turn, and predict it from the others of its state.
+
+    Parameters
+    ----------
+    folder
+        The folder of lessons.
+    flags_first
+        Whether flags are told apart first, as lessons are learned by default; otherwise by the highest gain.
+
+    Returns
+    -------
+    tuple[int, int]
+        The number of examples that are decided as shown, and that of all. A state is kept without other examples.
+    """
+    right = total = 0
+    for lesson in _read(folder):
+        names = _names(lesson)
+        for state in lesson.states:
+            everything = range(len(state.examples))
+            for left, example in enumerate(state.examples):
+                others = [each for each in everything if each != left]
+                tree = _grow(state, lesson, others, flags_first=flags_first) if others else None
+                decided = STAY if tree is None else tree.decide(example.x)
+                decided = names[state.state] if decided == STAY else decided
+                right, total = right + (decided == names[example.y]), total + 1
+    return right, total
+
+
+if __name__ == "__main__":
+    for order in ("flags first", "gain first"):
+        right, total = count_right(Path(sys.argv[1]), flags_first=order == "flags first")
+        sys.stdout.write(f"{order}: {right} of {total} ({right / total:.1%})\n")

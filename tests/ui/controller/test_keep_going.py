@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -196,6 +197,61 @@ def test_no_world_is_used_twice(opened: OpenSession, monkeypatch: pytest.MonkeyP
     trainer.continuation = keep_going.LessonContinuation(trainer)
     third = list_seeds(trainer, monkeypatch)
     assert len({*first, *second, *third}) == len(first) + len(second) + len(third)
+    opened.close()
+
+
+def test_while_it_is_tested_it_is_not_tested_again(
+    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trainer = opened.trainer
+    show(trainer, range(3, 4))
+    test = trainer.continuation.begin()
+    with pytest.raises(SessionError, match="goto is being tested in new worlds already: wait for the result"):
+        trainer.continuation.begin()
+
+    def fail(*_: object, **__: object) -> NewWorldsResult:
+        raise ValueError("broken")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(NewWorlds, "run", fail)
+        with pytest.raises(ValueError, match="broken"):
+            test()
+    trainer.continuation.begin()
+    opened.close()
+
+
+def test_without_a_change_it_goes_to_the_next_mistake_of_the_same_test(
+    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pressed twice, it tests once; after the last mistake it tests in other worlds."""
+    trainer, tested = opened.trainer, list[int]()
+    show(trainer, range(3, 4))
+
+    def fail(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
+        tested.append(worlds.seeds[0])
+        count = len(worlds.seeds)
+        mistakes = [Mistake(seed, {"A": "station"}, 4.0, "so") for seed in worlds.seeds[:2]]
+        return NewWorldsResult(np.zeros(count, np.bool_), np.full(count, np.nan), tuple(mistakes))
+
+    monkeypatch.setattr(NewWorlds, "run", fail)
+    seeds = []
+    for _ in range(3):
+        trainer.keep_going()
+        seeds.append(trainer.seed)
+    assert seeds == [tested[0], tested[0] + 1, tested[1]]
+    assert len(tested) == 2
+    opened.close()
+
+
+def test_what_holds_is_said_again_without_a_test(
+    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trainer = opened.trainer
+    show(trainer, range(3, 4))
+    assert list_seeds(trainer, monkeypatch)
+    assert list_seeds(trainer, monkeypatch) == []
+    trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=0.4))
+    assert list_seeds(trainer, monkeypatch)
     opened.close()
 
 

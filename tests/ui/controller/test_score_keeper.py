@@ -110,7 +110,9 @@ def test_one_robot_among_others_is_scored_beside_what_they_do() -> None:
     session.set_other_agents("left")
     press(session, "done", keeper)
     begin.finish()
-    assert keeper.describe() == "roam works in 2 of 2 new worlds (the other robots run left)"
+    assert keeper.describe() == (
+        "roam works in 2 of 2 new worlds (the other robots run left) (done counts wherever it is raised)"
+    )
 
 
 @pytest.mark.parametrize(

@@ -157,6 +157,7 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
     """
     from rich.markup import escape
 
+    from understudy.analysis.raised_range import describe_raised
     from understudy.analysis.result_table import Limits, format_cell
     from understudy.ui.cli.output import make_console
 
@@ -184,6 +185,8 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
     if found.raised is not UNSET:
         color = "yellow" if found.raised.elsewhere else "dim"
         out.print(f"  [{color}]{escape(found.raised.text)}[/]", soft_wrap=True)
+    elif found.goal is None and wanted is not None:
+        out.print(f"  [dim]{escape(describe_raised(wanted, None))}[/]", soft_wrap=True)
     failed = found.failed_seeds
     if failed:
         shown = ", ".join(map(str, failed[:10])) + (" …" if len(failed) > 10 else "")

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from understudy.analysis.raised_range import describe_raised
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import MOST_WORLDS, WANTED, HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
+from understudy.learning.shown_ranges import find_shown_range
 from understudy.model.library import TrainedAutomaton
+from understudy.properties.offered_goals import find_success
 from understudy.properties.run_property import Verdict
 from understudy.training.trainee import Mode
 from understudy.ui.controller.status import StatusMessage
@@ -43,6 +47,9 @@ class LessonContinuation:
         self._began_with: int | None = None
         self._tested: object = None
         self._others = ""
+        self._is_running = False
+        self._key: object = None
+        self._last: tuple[object, HoldingResult] | None = None
 
     @property
     def presses(self) -> int:
@@ -61,6 +68,8 @@ class LessonContinuation:
     def begin(self) -> Callable[[], HoldingResult]:
         """Return a function that tests the present lesson, which may run in another thread.
 
+        Nothing is tested twice: a lesson that was not changed since its test goes on with the next mistake of that.
+
         Returns
         -------
         function
@@ -69,9 +78,11 @@ class LessonContinuation:
         Raises
         ------
         SessionError
-            If there are no other worlds, or nothing to test.
+            If there are no other worlds, nothing to test, or a test is running.
         """
         session, name = self._trainer.session, self._trainer.name
+        if self._is_running:
+            raise SessionError(f"{name} is being tested in new worlds already: wait for the result")
         setup = SessionSetup.from_session(session)
         if setup is None:
             raise SessionError(
@@ -89,17 +100,29 @@ class LessonContinuation:
         self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)
         self._tested = self._describe_lesson()
         lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
-        test = self._test
+        test, last, key = self._test, self._last, (self._tested, self._others, bindings)
+        self._is_running, self._key = True, key
+        if (
+            last is not None
+            and last[0] == key
+            and (last[1].verdict is Verdict.HOLDS or len(last[1].mistakes) > 1)
+        ):
+            return lambda: replace(last[1], mistakes=last[1].mistakes[1:])
 
         def run() -> HoldingResult:
             taught = TrainedAutomaton(learn_automaton(lesson), lesson)
-            return test.test(library.with_automaton(taught), name, bindings)
+            try:
+                return test.test(library.with_automaton(taught), name, bindings)
+            except BaseException:
+                self._is_running = False
+                raise
 
         return run
 
     def finish(self, result: HoldingResult) -> StatusMessage:
         """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
         name, presses = self._trainer.name, self.presses
+        self._is_running, self._last = False, (self._key, result)
         if self._describe_lesson() != self._tested:
             return StatusMessage(
                 f"{name} was changed while it was tested: keep going to test it as it is now"
@@ -111,7 +134,8 @@ class LessonContinuation:
             self._began_with = None
             share = f"{WANTED:.0%}".replace("%", " %")
             return StatusMessage(
-                f"{name} holds, {after}: in at least {share} of worlds ({count})", "recorded"
+                f"{name} holds, {after}: in at least {share} of worlds ({count}{self._find_caution()})",
+                "recorded",
             )
         if presses >= MOST_PRESSES or not result.mistakes:
             self._began_with = None
@@ -123,6 +147,16 @@ class LessonContinuation:
         inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
         said = f"{name} works in {count}. Here, {when}: {mistake.why}.{inner} Press what it should do, and resume"
         return StatusMessage(said)
+
+    def _find_caution(self) -> str:
+        """Say that a flag was counted wherever it is raised, if its presses have nothing in common."""
+        lesson = self._trainer.session.lesson
+        flag = find_success(lesson)
+        return (
+            f"; {describe_raised(flag, None)}"
+            if isinstance(flag, str) and find_shown_range(lesson, flag) is None
+            else ""
+        )
 
     def _go_to(self, mistake: Mistake) -> float:
         """Run its world until shortly before the mistake, with nobody watching, and pause; return the time, s."""

@@ -83,10 +83,10 @@ class LessonScoreKeeper:
     def find_obstacle(self) -> str:
         """Say why there is no score; empty if there can be one."""
         setup = SessionSetup.from_session(self._session)
-        if not self.enabled:
-            return "not measured: turned off"
         if setup is None:
             return "not measured: there are no other worlds to run it in"
+        if not self.enabled:
+            return "not measured: turned off"
         if (os.cpu_count() or 1) < 2:
             return "not measured: this computer has a single core, which runs the world"
         if not self.goal:
@@ -210,7 +210,8 @@ class LessonScoreKeeper:
     def _score(self, lesson: Lesson, setup: SessionSetup, bindings: Sequence[Mapping[str, str]]) -> None:
         """Score what is learned from a lesson, and the version before, in worlds that were never used."""
         taught = TrainedAutomaton(learn_automaton(lesson), lesson)
-        by_flag = isinstance(find_success(lesson), str)
+        success = find_success(lesson)
+        by_flag = isinstance(success, str)
         count = self._worlds if by_flag else self._worlds // 2
         count = min(count, max(FEWEST_WORLDS, MOST_ROBOTS // setup.robots))
         seeds = range(self._seed, self._seed + count)
@@ -224,8 +225,13 @@ class LessonScoreKeeper:
         if before is not None and shown is not None:
             worlds = replace(worlds, shown=shown.limit_near(before.raised))
         after = self._run_worlds(taught, worlds, bindings)
-        goal = "" if shown is None else f"{shown.feature} was {shown.describe()} where it was pressed"
-        change = ScoreChange(before, after, goal, is_measured=not by_flag or shown is not None)
+        if shown is None:
+            goal = f"{success} counts wherever it is raised" if by_flag else ""
+            change = ScoreChange(before, after, goal, is_measured=not by_flag)
+        else:
+            goal = f"{shown.feature} was {shown.describe()} where it was pressed"
+            is_present = shown.feature in lesson.automaton.features
+            change = ScoreChange(before, after, goal, is_goal_present=is_present)
         with self._lock:
             self._scored, self.problem = taught, ""
             self.change = self._fresh = change
@@ -277,8 +283,17 @@ def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
 
 
 def is_success_same(first: Lesson, second: Lesson) -> bool:
-    """Return whether success means the same in two lessons."""
-    return find_success(first) == find_success(second)
+    """Return whether success means the same in two lessons; a flag also if the same feature was shown to tell where.
+
+    Only a change of the features changes which one that is for good. The last press may be a slip.
+    """
+    success = find_success(first)
+    if success != find_success(second):
+        return False
+    if not isinstance(success, str) or first.automaton.features == second.automaton.features:
+        return True
+    shown = [find_shown_range(each, success) for each in (first, second)]
+    return len({each.feature for each in shown if each is not None}) < 2
 
 
 def has_presses_of(lesson: Lesson, scored: Lesson) -> bool:

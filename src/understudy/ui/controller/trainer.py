@@ -454,9 +454,13 @@ class Trainer:
         for flag in choices.flags or ():
             if flag not in self.session.automaton.flags:
                 check_new_name(flag, "a flag")
+        meant = self.score.goal
         self.session.change_design(**choices.to_design_change(self._options))
         self.memory.clear()
-        return self._changed("Design changed; the examples are kept, and undo reverts this")
+        self.note_lesson_change()
+        means = self.score.goal
+        meaning = "" if means == meant else f". Success is now: {means or 'not chosen'}"
+        return StatusMessage(f"Design changed; the examples are kept, and undo reverts this{meaning}")
 
     @keep_status
     def save(self) -> StatusMessage:

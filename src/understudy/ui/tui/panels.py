@@ -183,7 +183,7 @@ def render_status(trainer: Trainer) -> Text:
         text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
         text.append("  u", "bold").append(" undo", DIM)
     said = score.describe()
-    if said and score.offers and score.enabled:
+    if said and score.offers:
         said += f". Success: {score.goal or score.offers[0].name + ' (S chooses)'}"
     if said:
         text.append(f"\n   {format_names(said)}", TONES["error"] if score.trend == "falling" else DIM)

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from understudy.adapters.body_maker import BodyMaker
     from understudy.model.library import Library
-    from understudy.model.property import Property
     from understudy.sim.scenario.schema import Scenario
     from understudy.sim.team.libraries import Libraries
     from understudy.ui.cli.options import RunAssignment
@@ -126,7 +125,9 @@ def evaluate_behavior(
     from understudy.analysis.comparison import compare
     from understudy.analysis.evaluate import evaluate
     from understudy.analysis.evaluation import Evaluation
+    from understudy.model.property import Property
     from understudy.properties.goal_evaluation import evaluate_goal
+    from understudy.properties.offered_goals import find_behavior_success
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli import evaluation_output as output
     from understudy.ui.cli.options import (
@@ -155,8 +156,12 @@ def evaluate_behavior(
         for ran in assigned:
             before = len(judged) * len(chosen)
             progress = partial(_report_after, before, len(assigned) * len(chosen), report)
-            meant = None if goal or metric or limit_s else _find_goal(ran, where)
-            if meant is not None and isinstance(where, Scenario):
+            meant = find_behavior_success(ran.libraries[ran.sort], ran.behavior)
+            if (
+                isinstance(meant, Property)
+                and isinstance(where, Scenario)
+                and not (goal or metric or limit_s)
+            ):
                 judged.append(
                     evaluate_goal(
                         meant,
@@ -202,14 +207,6 @@ def evaluate_behavior(
     if compared is not None:
         output.show_comparison(compared, names)
     raise typer.Exit(0)
-
-
-def _find_goal(ran: RunAssignment, where: Scenario | BodyMaker) -> Property | None:
-    """Return the goal that a person has chosen for the behavior; None if there is none, or no worlds to measure it."""
-    from understudy.properties.offered_goals import find_chosen_goal
-    from understudy.sim.scenario.schema import Scenario
-
-    return find_chosen_goal(ran.libraries[ran.sort], ran.behavior) if isinstance(where, Scenario) else None
 
 
 def _choose_library(ran: RunAssignment, where: Scenario | BodyMaker) -> tuple[Library | Libraries, str]:

@@ -7,13 +7,13 @@ from itertools import count, islice
 
 from msgspec import field
 
-from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, find_success_flag, make_evaluation_task
+from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
 from understudy.model.binding import Binding, format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.model.property import StoredMoment
+from understudy.model.property import Property, StoredMoment
 from understudy.properties import lesson_tests
 from understudy.properties.goal_evaluation import evaluate_goal
 from understudy.properties.lesson_tests import (
@@ -22,7 +22,7 @@ from understudy.properties.lesson_tests import (
     list_dependencies,
     run_lesson_test,
 )
-from understudy.properties.offered_goals import find_chosen_goal
+from understudy.properties.offered_goals import find_behavior_success
 from understudy.properties.run_property import make_property_task
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
@@ -155,16 +155,16 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
     if not any(example.is_from_press for example in trainer.session.examples):
         raise SessionError("there is nothing to test yet: press a state to direct the robot first")
     name, library, targets = trainer.name, _present(host), dict(trainer.session_view.targets)
-    goal = find_chosen_goal(library, name)
-    if goal is None and scenario.goal is None and find_success_flag(library, name) is None:
+    success = find_behavior_success(library, name)
+    if success is None and scenario.goal is None:
         raise SessionError(
             f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag "
             f"{SUCCESS_FLAG}, nor a single other one; choose what success means beside the score"
         )
-    if goal is None:
-        make_evaluation_task(library, name, scenario, binding=targets)  # mistakes are told at once
+    if isinstance(success, Property):
+        make_property_task(replace(success, behavior=name, targets=Binding(targets)), library, scenario)
     else:
-        make_property_task(replace(goal, behavior=name, targets=Binding(targets)), library, scenario)
+        make_evaluation_task(library, name, scenario, binding=targets)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
     shown = host.session_data()
@@ -173,9 +173,9 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         0 if shown is None else shown.edition,
         worlds=len(seeds),
         evaluate=lambda progress: (
-            evaluate(library, name, scenario, seeds, binding=targets, progress=progress)
-            if goal is None
-            else evaluate_goal(goal, library, name, scenario, seeds, binding=targets, progress=progress)
+            evaluate_goal(success, library, name, scenario, seeds, binding=targets, progress=progress)
+            if isinstance(success, Property)
+            else evaluate(library, name, scenario, seeds, binding=targets, progress=progress)
         ),
     )
     plural = "s" * (len(seeds) != 1)

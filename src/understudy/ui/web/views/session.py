@@ -10,6 +10,7 @@ from msgspec import UNSET, UnsetType, field, structs
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
+from understudy.analysis.raised_range import describe_raised
 from understudy.learning.report import list_contradicting_numbers
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
@@ -243,7 +244,7 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
     failed: list[FailedWorldData]
     """Of the worlds in which it failed, the first hundred."""
     raised: str
-    """Where the flag that counts was raised, beside where it was shown; empty if that is not known."""
+    """Where the flag that counts was raised, beside where it was shown; empty without such a flag."""
     elsewhere: int
     """The number of worlds in which it was raised where it was not shown."""
 
@@ -393,7 +394,7 @@ def describe_evaluation(found: Evaluation) -> EvaluationResultData:
         first=min(found.seeds),
         last=max(found.seeds),
         failed=failed[:MOST_LISTED],
-        raised="" if found.raised is None else found.raised.describe(),
+        raised=describe_raised(found.flag, found.raised),
         elsewhere=0 if found.raised is None else found.raised.elsewhere,
     )
 
