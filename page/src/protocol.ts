@@ -173,6 +173,8 @@ export type Request =
   | { do: "watch" }
   /** Test what is in training in new worlds, and go to where it goes wrong. */
   | { do: "keep_going" }
+  /** Undo what was done since the best version that was tested, and go to where that one goes wrong. */
+  | { do: "go_back_to_best" }
   /** Choose what success means, by the name of an offered goal; null: nothing is chosen. */
   | { do: "goal"; goal: NameField | null }
   /** Turn the runs in new worlds after each press off or on. */
@@ -1190,6 +1192,8 @@ export interface Score {
   chosen: boolean;
   /** Goals of which a person can pick one. */
   offers: readonly OfferedGoal[];
+  /** What was done since a version that works in more worlds, in words; empty if none is known. */
+  worse_since: string;
 }
 
 /** An evaluation in unseen worlds of the automaton in training, as it was at the start. */

@@ -55,3 +55,35 @@ def test_what_success_means_is_chosen_and_measured(
     line.get_by_role("button", name="change").click()
     line.get_by_role("button", name="none of them").click()
     expect(line).to_contain_text("choose what success means")
+
+
+def test_what_made_it_worse_is_undone(
+    visit: Callable[..., Page], studio: Studio, snap: Callable[[Page, str], None]
+) -> None:
+    """Turning on the spot touches nothing; then it is shown to drive on, into a wall."""
+    page = visit(prompt=True)
+    person = Teacher(page, studio.clock)
+    person.click("Teach something new")
+    form = page.locator("form.choice")
+    form.get_by_role("textbox", name="Name", exact=True).fill("wander")
+    form.get_by_label("Flags").fill("")
+    person.begin_as_in_the_paper()
+    person.directing("rotate_left").click()
+    person.let_pass(0.5)
+    line = page.get_by_label("In new worlds")
+    line.get_by_role("button", name="never touches anything").click()
+    line.get_by_role("button", name="Keep going").click()
+    expect(page.get_by_text("wander holds, as it is")).to_be_visible()
+    person.directing("forward").click()
+    person.let_pass(0.5)
+    expect(line).to_contain_text("wander works in 0 of 50 new worlds")
+    line.get_by_role("button", name="Keep going").click()
+    said = page.get_by_text("121 of 121 after press 1, before the last press. Undo it, or go on here")
+    expect(said).to_be_visible()
+    snap(page, "worse")
+    line.get_by_role("button", name="Undo the last press").click()
+    expect(
+        page.get_by_text("wander is as after press 1 again; redo brings back the last press. It works")
+    ).to_be_visible()
+    expect(line.get_by_role("button", name="Undo the last press")).to_have_count(0)
+    snap(page, "better again")

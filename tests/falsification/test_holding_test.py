@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distances
 
 from understudy.analysis.behavior_run import ProgramRun
-from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingTest
+from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.falsification.session_setup import SessionSetup
 from understudy.model.library import Library
@@ -136,3 +136,36 @@ def test_errors_of_all_versions_together_are_bounded() -> None:
     """1/2 + 1/6 + 1/12 and so on is 1."""
     total = sum(ERROR / (version * (version + 1)) for version in range(1, 100_000))
     assert total == pytest.approx(ERROR, rel=1e-4)
+
+
+WORSE = [  # held and worlds of a version and of the one before, whether it is worse by more than chance
+    (61, 120, 97, 100, True),
+    (97, 100, 61, 120, False),
+    (102, 146, 97, 121, False),  # by chance in 1 of 27 cases
+    (90, 121, 119, 121, True),
+    (300, 1000, 3, 10, False),
+]
+
+
+@pytest.mark.parametrize(("held", "worlds", "former", "of", "worse"), WORSE)
+def test_a_version_is_worse_by_more_than_chance(
+    held: int, worlds: int, former: int, of: int, worse: bool
+) -> None:
+    now, before = (
+        HoldingResult(LIBRARY, Verdict.FAILS, each, size, (0.0, 1.0), ())
+        for each, size in ((held, worlds), (former, of))
+    )
+    assert now.is_worse(before) is worse
+
+
+def test_the_best_version_is_kept_and_named_where_a_later_one_is_worse() -> None:
+    tested = HoldingTest(partial(NewWorlds, SessionSetup(FORAGE)), 700)
+    first = tested.test(leave_out_turning(), "goto", [STATION])
+    assert tested.best is first
+    good = tested.test(teach_distances(0.1, 0.2, 0.3, beside=0.5), "goto", [STATION])
+    assert tested.best is good
+    assert tested.find_better(good) is None
+    last = tested.test(leave_out_turning(), "goto", [STATION])
+    assert tested.best is good
+    assert tested.find_better(last) is good
+    assert good.library.taught["goto"] != last.library.taught["goto"]

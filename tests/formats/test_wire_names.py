@@ -64,13 +64,13 @@ ERRORS = {  # name, exit code, what it is made of
 MESSAGES = [
     "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes",
     "choose", "confirm", "define", "delete", "delete_property", "discard", "drive", "duplicate", "edit", "evaluate",
-    "go_back", "go_to_mark", "goal", "hand_over", "here", "keep_going", "label", "learn", "leave_failure", "let_drive",
-    "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation", "open", "open_failure",
-    "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place", "press", "promise",
-    "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove", "remove_object",
-    "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save", "save_property",
-    "save_world", "score", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by", "stand_for",
-    "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn", "undo",
+    "go_back", "go_back_to_best", "go_to_mark", "goal", "hand_over", "here", "keep_going", "label", "learn",
+    "leave_failure", "let_drive", "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation",
+    "open", "open_failure", "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place",
+    "press", "promise", "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove",
+    "remove_object", "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "save_property", "save_world", "score", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by",
+    "stand_for", "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn", "undo",
     "use_reaction", "versions", "visit", "watch", "why", "withdraw",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -12,8 +13,8 @@ import pytest
 from understudy.analysis.evaluate import evaluate
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
-from understudy.falsification.holding_test import HoldingTest
-from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.falsification.session_setup import SessionSetup
 from understudy.model.kinds import YES
 from understudy.model.library import Library
@@ -31,6 +32,7 @@ from understudy_lab.tasks.swarm_squad_teacher import PLATOON
 from understudy_lab.tasks.swarm_teacher import HELP, MUSTER
 from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
 from understudy_lab.teachers.person import KEEP
+from understudy_lab.teachers.teacher import TeachingCost
 
 ROOM = "a small room"
 
@@ -217,6 +219,56 @@ def test_a_teacher_goes_on_where_the_robot_goes_wrong_until_it_holds() -> None:
     mended = evaluate(teacher.library, "goto", NAME, range(200), binding={"A": "station"}, metrics=measured)
     assert mended.success == 1.0
     assert mended.metrics["distance_to(A)"].max() < 0.5
+
+
+class ScriptedTest(HoldingTest):
+    """A test with given results, each with four mistakes."""
+
+    held: Sequence[int] = ()
+
+    def test(self, library: Library, *_: object, **__: object) -> HoldingResult:
+        held = self.held[self.versions]
+        verdict = Verdict.HOLDS if held == 100 else Verdict.FAILS
+        mistakes = [Mistake(100 * self.versions + each, {}, 1.0, "") for each in range(4)]
+        result = HoldingResult(library, verdict, held, 100, (0.0, 1.0), tuple(mistakes))
+        self.versions += 1
+        if self.best is None or result.share >= self.best.share:
+            self.best = result
+        return result
+
+
+GOING_ON = [  # worlds of 100 in which each version works, the mistakes that are looked at, the version that is kept
+    ([80, 100], [0], 1),
+    ([80, 40, 100], [0, 1], 2),  # worse: back to the first version, and to its second mistake
+    ([80, 78, 100], [0, 100], 2),  # no worse than by chance
+    ([80, 90, 40, 40, 100], [0, 100, 101, 102], 4),
+    ([80, 78, 79], [0, 100], 0),  # the limit of two presses: the best is kept
+]
+
+
+@pytest.mark.parametrize(("held", "looked_at", "kept"), GOING_ON)
+def test_a_teacher_goes_back_to_the_better_version_and_to_another_of_its_mistakes(
+    held: list[int], looked_at: list[int], kept: int
+) -> None:
+    teacher = LiveTeacher(Library(FORAGE_KIT), make_practice, 8, options=WATCHED)
+    account = teacher.accounts["goto"] = TeachingCost(presses=10)
+    tested = ScriptedTest(lambda _: pytest.fail("no worlds are run"), 0)
+    tested.held = held
+    versions, seen = [teacher.library], list[int]()
+
+    def press(_: str, mistake: Mistake) -> None:
+        seen.append(mistake.seed)
+        account.presses += 1
+        teacher.library = replace(teacher.library)
+        versions.append(teacher.library)
+
+    most = 2 if kept == 0 else 60
+    result = teacher.go_on(GOTO, tested, [{}], watch=press, most_presses=most)
+    assert seen == looked_at
+    assert result.held == held[kept]
+    assert teacher.library is result.library
+    assert teacher.library is versions[kept]
+    assert teacher.presses == 10 + len(looked_at), "presses that were taken back count"
 
 
 @pytest.mark.parametrize(

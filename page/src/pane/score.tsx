@@ -10,7 +10,7 @@ export function ScoreLine() {
   const panel = usePanel();
   const { desk } = studio;
   if (desk === null || panel.form !== null || desk.score.text === "") return null;
-  const { text, trend, enabled, running, goal } = desk.score;
+  const { text, trend, enabled, running, goal, worse_since } = desk.score;
   const fell = trend === "falling";
   const testable = enabled ? !text.startsWith("not measured") : goal !== "" && text === TURNED_OFF;
   return (
@@ -19,7 +19,7 @@ export function ScoreLine() {
         <p role={fell ? "alert" : undefined} aria-live="polite" aria-busy={running}>
           {MARKS[trend]} {plain(text)}
         </p>
-        {fell && desk.undoable !== null && (
+        {fell && desk.undoable !== null && worse_since === "" && (
           <button
             type="button"
             class="small"
@@ -51,6 +51,20 @@ export function ScoreLine() {
           {enabled ? "turn off" : "turn on"}
         </button>
       </div>
+      {worse_since !== "" && (
+        <p>
+          It worked in more new worlds before.{" "}
+          <button
+            type="button"
+            class="small"
+            disabled={!studio.directs}
+            title="Back to the version that worked in most new worlds, and to where it goes wrong"
+            onClick={() => void studio.ask({ do: "go_back_to_best" })}
+          >
+            Undo {worse_since}
+          </button>
+        </p>
+      )}
       <GoalLine score={desk.score} />
     </section>
   );

@@ -8,13 +8,13 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from math import comb, inf, isinf
+from math import inf, isinf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.learning._growth_kernels import ENOUGH_STAYS
+from understudy.learning.fisher_test import compute_fisher_p
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature, Feature
@@ -239,20 +239,10 @@ def _list_candidates(
                 sides += [(low, inf, {"above": True}, 2)] if high == highest else []
             for first, last, how, ranges in sides:
                 wrong = bisect_right(others, last) - bisect_left(others, first)
-                likelihood = ranges * _compute_fisher_p(inside, len(shown), wrong, len(asked))
+                likelihood = ranges * compute_fisher_p(inside, len(shown), wrong, len(asked))
                 found = _Candidate(likelihood, low, high, **how)
                 if likelihood <= (CHANCE_BETWEEN if found.rank[0] else chance):
                     yield found
-
-
-@lru_cache(10_000)
-def _compute_fisher_p(inside: int, shown: int, wrong: int, asked: int) -> float:
-    """Return the probability that by chance at least so many of all inside of a range are presses for the flag."""
-    total = inside + wrong
-    ways = sum(
-        comb(shown, count) * comb(asked, total - count) for count in range(inside, min(shown, total) + 1)
-    )
-    return ways / comb(shown + asked, total)
 
 
 def _limit_range(

@@ -12,11 +12,11 @@ from bisect import bisect_left, insort
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import comb
 
 import numpy as np
 
 from understudy.errors import UnknownName
+from understudy.learning.fisher_test import compute_fisher_p
 from understudy.learning.fit import learn_state
 from understudy.learning.leave_one_out import compute_pairwise_distances
 from understudy.learning.training_set import group_examples_by_state
@@ -258,12 +258,8 @@ def _decide(function: Transition, state: str, example: Example, known: Sequence[
 def _compute_chance(first: Sequence[Example], second: Sequence[Example], following: str) -> float:
     """Compute how likely it is that so many of those who went on to a state are the second driver's, by chance."""
     mine = sum(each.next == following for each in second)
-    went, total = mine + sum(each.next == following for each in first), len(first) + len(second)
-    ways = (
-        comb(went, count) * comb(total - went, len(second) - count)
-        for count in range(mine, min(went, len(second)) + 1)
-    )
-    return sum(ways) / comb(total, len(second))
+    went = sum(each.next == following for each in first)
+    return compute_fisher_p(mine, len(second), went, len(first))
 
 
 Tested = list[tuple[int, BoundFeature]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
@@ -90,6 +90,13 @@ class History:
         self._done.append((step[0], replace(step[1], lesson=self.lesson), step[2]))
         self.lesson = step[2].lesson
         return step[0], step[2]
+
+    def count_steps_since(self, is_wanted: Callable[[Lesson], bool]) -> int | None:
+        """Count the steps since the newest former lesson that is wanted; None if there is none."""
+        for steps, (_, before, _) in enumerate(reversed(self._done), 1):
+            if is_wanted(before.lesson):
+                return steps
+        return None
 
     @property
     def undoable(self) -> str | None:

@@ -5,7 +5,7 @@ It turns ticks and presses into examples, and keeps the history for undo and the
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import NamedTuple, TypeAlias
@@ -328,6 +328,10 @@ class LessonLog:
         undone = self._history.undo()
         self._went(back=True)
         return undone
+
+    def count_steps_since(self, is_wanted: Callable[[Lesson], bool]) -> int | None:
+        """Count the steps since the newest former lesson that is wanted; None if there is none."""
+        return self._history.count_steps_since(is_wanted)
 
     def redo(self) -> tuple[str, HistoryStep]:
         """Redo the step that was undone last; return its name and the state after it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Unpack
 
 from understudy.errors import DefinitionError, UnderstudyError
@@ -94,6 +94,21 @@ class EditableSession(SessionDisplay, ABC):
         self._relink(self._try_trainee(Mode.TESTING if waiting.correction else self.trainee.mode))
         self._turned()
         return what
+
+    def count_steps_since(self, is_wanted: Callable[[Lesson], bool]) -> int | None:
+        """Count how often to undo to get a former lesson back, if nothing waits for its tick.
+
+        Parameters
+        ----------
+        is_wanted
+            Returns whether a lesson, without its record, is the wanted one.
+
+        Returns
+        -------
+        int | None
+            The number of steps since the newest such lesson; None if undo does not lead to one.
+        """
+        return self._log.count_steps_since(is_wanted)
 
     def redo(self) -> str:
         """Redo the change that was undone last.

@@ -37,7 +37,7 @@ from understudy_lab.behavior_suite.task import BehaviorTask, TaskTrial
 from understudy_lab.behavior_suite.teach import make_taught_controller, share_done
 from understudy_lab.teachers.live_teacher import MOST_LOOKS, Expectations, LiveTeacher
 from understudy_lab.teachers.person import KEEP
-from understudy_lab.teachers.teacher import Situation
+from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 FIRST_TESTED, FOR_TESTS = 2**42, 100_000
 """Worlds in which it is tested whether a behavior holds have seeds from here on, so many for each teaching."""
@@ -85,14 +85,15 @@ class TaskWorlds:
 class Complaint:
     """A moment at which an automaton does something else than it should: the robot, the automaton's level, the world.
 
-    `states` are the run states of all robots. `wished` is the state to show while the robot is paused, where it
-    switches too quickly to be pressed in time; None: it is watched.
+    `states` are the run states of all robots. `wanted` is the state that it should be in. `wished` is the state to show
+    while the robot is paused, where it switches too quickly to be pressed in time; None: it is watched.
     """
 
     agent: int
     level: int
     body: bytes
     states: Sequence[Sequence[StackFrame]]
+    wanted: str
     wished: str | None = None
 
 
@@ -111,17 +112,34 @@ class PersistentTeacher(LiveTeacher):
     def watch_whole_world(self, behavior: str, mistake: Mistake) -> None:
         """Watch the robots of a world in which the goal was not reached, and press at the first thing that is wrong.
 
-        Where nothing is seen that is clearly wrong, the behavior is watched again, and shown again where it differs
-        from what the teacher would do.
+        A robot that would never get on is what one sees first. Where nothing is seen that is clearly wrong, the
+        behavior is watched again, and shown again where it differs from what the teacher would do.
         """
-        for expected in (self._expected, {name: Expectations(topic) for name, topic in self._topics.items()}):
+        ends = {name: Expectations(self._plan_way_out(topic)) for name, topic in self._topics.items()}
+        again = {name: Expectations(topic) for name, topic in self._topics.items()}
+        looks = [(self._expected, self._expected), (again, again)]
+        for seen, shown in [(ends, self._expected), *looks] if self._task.dead_ends else looks:
             before = self.presses
-            self._look_through(behavior, mistake, expected)
+            self._look_through(behavior, mistake, seen, shown)
             if self.presses > before:
                 return
 
-    def _look_through(self, behavior: str, mistake: Mistake, expected: Mapping[str, Expectations]) -> None:
-        """Watch a world from its beginning, until a press was needed or nothing came of looking closer."""
+    def _plan_way_out(self, topic: LessonPlan) -> LessonPlan:
+        """Return a topic in which nothing but dead ends is wrong."""
+        wish = self._task.dead_ends.get(topic.name, wish_nothing)
+        return replace(topic, show=wish_nothing, complain=wish, complain_live=None, settle=None)
+
+    def _look_through(
+        self,
+        behavior: str,
+        mistake: Mistake,
+        seen: Mapping[str, Expectations],
+        shown: Mapping[str, Expectations],
+    ) -> None:
+        """Watch a world from its beginning, until a press was needed or nothing came of looking closer.
+
+        `seen` is what one complains of from afar, `shown` is by what one directs when looking closer.
+        """
         seeds = self._batches[mistake.seed]
         trial = self._task.trial(seeds)
         first = seeds.index(mistake.seed) * len(trial.bindings)
@@ -129,8 +147,10 @@ class PersistentTeacher(LiveTeacher):
         programs = {agent: link(self.library, behavior, binding) for agent, binding in mine.items()}
         drivers = [Interpreter(programs.get(agent, IDLE_PROGRAM)) for agent in range(trial.world.agents)]
         before = self.presses
-        for complaint in islice(self._list_complaints(trial, drivers, list(mine), expected), MOST_LOOKS):
-            self._look_closer(trial, drivers, complaint, behavior, mine[complaint.agent], expected)
+        for complaint in islice(self._list_complaints(trial, drivers, list(mine), seen), MOST_LOOKS):
+            if seen is not shown:  # what is seen from afar would not be seen closer
+                complaint = replace(complaint, wished=complaint.wanted)
+            self._look_closer(trial, drivers, complaint, behavior, mine[complaint.agent], shown)
             if self.presses > before:
                 return
 
@@ -165,7 +185,7 @@ class PersistentTeacher(LiveTeacher):
                             tick,
                             view.state,
                             wished,
-                            Complaint(agent, level, *_capture(trial, drivers)),
+                            Complaint(agent, level, *_capture(trial, drivers), wished),
                         )
                         often = times.setdefault(key, deque(maxlen=FIDGETS))
                         often.append(tick)
@@ -253,6 +273,11 @@ class PersistentTeacher(LiveTeacher):
             finished=lambda screen: screen.flag is not None or screen.time_s >= trial.seconds,
         )
         self._see(ends, session, Situation("", targets))
+
+
+def wish_nothing(screen: SessionView) -> str | None:
+    """Return None: the robot may go on."""
+    return None
 
 
 def _capture(

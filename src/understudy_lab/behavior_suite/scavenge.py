@@ -35,6 +35,8 @@ TOUCH_M, LIMIT_S = 0.35, 300.0
 MIDDLE = CAMERA.width_px / 2
 ASIDE, WAY_ASIDE, CENTERED = 35.0, 60.0, 14.0  # pixels
 LOOKED_S, WANDERED_S = 5.6, 4.0
+TURNED_S, LATE_S = LOOKED_S - 0.1, 100.0
+"""How long a robot looks round at most, and when a robot has long seen all that it finds on its way."""
 
 SCENARIO = Scenario(
     name="scavenge",
@@ -127,6 +129,16 @@ def _scavenged(screen: SessionView, patience: float) -> str | None:
     if screen.state == "start" or (screen.state == "wander" and passed > patience * WANDERED_S):
         return "search"
     return "wander" if screen.state == "search" and passed > patience * LOOKED_S else None
+
+
+def find_way_out(screen: SessionView) -> str | None:
+    """Return the state that leads out of a dead end, or None: late and without a can, it looks round too long.
+
+    It turns by more than a round each time, and by that much its way bends: it closes to a circle if it is much.
+    """
+    late = screen.time_s > LATE_S and isnan(screen.features["blob_x(can)"])
+    turned = screen.state == "search" and screen.features["time_in_state"] > TURNED_S
+    return "wander" if late and turned else None
 
 
 SCAVENGE = LessonPlan(
@@ -230,4 +242,5 @@ FEAT = BehaviorTask(
     practice=practice,
     trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound),
     hand=ExpertScavenger,
+    dead_ends={"scavenge": find_way_out},
 )

@@ -76,6 +76,8 @@ class BehaviorTask:
     practice: MakesBody
     trial: MakesTrial
     hand: Callable[[World], Expert]
+    dead_ends: Mapping[str, Wish] = field(default_factory=lambda: MappingProxyType({}))
+    """By the name of a topic, a function that returns the state to direct to where a robot would never get on."""
 
     @property
     def behavior(self) -> str:

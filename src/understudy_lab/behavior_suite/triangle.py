@@ -18,6 +18,7 @@ from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.task import (
+    RADIUS,
     SPEED,
     BehaviorTask,
     TaskResult,
@@ -52,6 +53,8 @@ SCENARIO = Scenario(
 )
 
 GOES_M, THERE_M = 0.15, 0.12
+AWAY_M, TOUCHES_M = 9.0, 2 * RADIUS + 0.05
+"""No two robots begin so far apart, or so close to each other."""
 FACING = 0.15
 SEEN_TWICE = 10
 TO_AND_FRO_S = 10.0
@@ -135,6 +138,15 @@ def complain_live_settle(screen: SessionView) -> str | None:
     off = screen.features["distance_to(A)"] - SIDE_M
     wrong = screen.state == "forward" and off < -GOES_M, screen.state == "backward" and off > GOES_M
     return settle_distance(screen) if any(wrong) else choose_settling_action(screen, 0.08)
+
+
+def find_way_out(screen: SessionView) -> str | None:
+    """Return the state that leads out of a dead end, or None: it drives past A and away, pushes, or stands wrongly."""
+    distance = screen.features["distance_to(A)"]
+    away = screen.state == "forward" and distance > AWAY_M
+    pushes = screen.state == "backward" and distance < TOUCHES_M
+    stands = screen.state in ("start", "done") and abs(distance - SIDE_M) > GOES_M
+    return "face" if away or pushes or stands else None
 
 
 def _at(least: float, most: float) -> Situation:
@@ -284,4 +296,5 @@ FEAT = BehaviorTask(
     practice=practice,
     trial=lambda seeds: TaskTrial(World(SCENARIO, seeds), LIMIT_S, judge, bound, BINDINGS),
     hand=ExpertTriangle,
+    dead_ends={"settle": find_way_out},
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import cycle
+from itertools import cycle, islice
 from pathlib import Path
 from typing import TypeAlias
 
@@ -268,6 +268,9 @@ class LiveTeacher(ScriptedTeacher):
     ) -> HoldingResult:
         """Go on with a topic where it goes wrong in new worlds, until it works in the wanted share of them.
 
+        Where presses made it worse by more than chance, the teacher goes back to the best version, and to another of
+        its mistakes. In the end the best version is kept. Presses that were taken back count.
+
         Parameters
         ----------
         topic
@@ -284,23 +287,35 @@ class LiveTeacher(ScriptedTeacher):
         Returns
         -------
         HoldingResult
-            The last result.
+            The result of the version that is kept.
         """
         began, idle = self.presses, 0
+        left = dict[HoldingResult, Iterator[Mistake]]()
         while True:
             result = tested.test(self.library, topic.name, bindings)
-            holds = result.verdict is Verdict.HOLDS
-            ends = holds or idle >= MOST_IDLE or self.presses - began >= most_presses
-            if ends or not result.mistakes:
-                said = "learned" if holds else "does not hold yet"
+            ends = idle >= MOST_IDLE or self.presses - began >= most_presses
+            ends = ends or result.verdict is Verdict.HOLDS or not result.mistakes
+            result = (tested.best if ends else tested.find_better(result)) or result
+            if result.library is not self.library:
+                self._go_back(result.library)
+            if ends:
+                said = "learned" if result.verdict is Verdict.HOLDS else "does not hold yet"
                 self._progress(topic.name, said, self.accounts[topic.name])
                 return result
             before = self.presses
-            for mistake in result.mistakes[:MOST_LOOKS]:
+            for mistake in islice(left.setdefault(result, iter(result.mistakes)), MOST_LOOKS):
                 watch(topic.name, mistake)
                 if self.presses > before:
                     break
             idle = idle + 1 if self.presses == before else 0
+
+    def _go_back(self, library: Library) -> None:
+        """Go back to the automata of a former library; what was pressed since remains counted."""
+        self.library = library
+        for name, account in self.accounts.items():
+            taught = library.taught.get(name)
+            if taught is not None and taught.lesson is not None:
+                account.examples = sum(example.is_from_press for example in taught.lesson.examples)
 
     @property
     def presses(self) -> int:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from math import pi, tau
 from pathlib import Path
 
+import numpy as np
+import pytest
 from textual.pilot import Pilot
 
 from understudy.errors import UnderstudyError
+from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
 from understudy.learning.fit import learn
 from understudy.model.library import Library
 from understudy.robots.twin import Ground
@@ -18,6 +21,7 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.library_folder import open_library
 from understudy.training.trainee import Mode, SessionView
 from understudy.ui.controller import interrupted_sessions
+from understudy.ui.controller.keep_going import count_presses
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan
 from understudy.ui.tui.app import SessionEnd, TrainerApp
@@ -157,3 +161,19 @@ async def trainer(
     finally:
         if app.open_session is not None:
             app.open_session.close()
+
+
+def fail_by_presses(monkeypatch: pytest.MonkeyPatch, failed: Mapping[int, float]) -> None:
+    """Let goto fail in a share of new worlds, by the number of presses of its lesson."""
+
+    def run(
+        worlds: NewWorlds, library: Library, name: str, binding: Mapping[str, str], **_: object
+    ) -> NewWorldsResult:
+        lesson = library.taught[name].lesson
+        assert lesson is not None
+        works = np.arange(len(worlds.seeds)) >= round(failed[count_presses(lesson)] * len(worlds.seeds))
+        wrong = [seed for seed, each in zip(worlds.seeds, works, strict=True) if not each]
+        mistakes = tuple(Mistake(seed, binding, 2.0, "done too early") for seed in wrong)
+        return NewWorldsResult(works, np.where(works, 1.0, np.nan), mistakes)
+
+    monkeypatch.setattr(NewWorlds, "run", run)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.tui.desks import GOTO, Hand, plan, trainer
+from tests.ui.tui.desks import GOTO, Hand, fail_by_presses, plan, trainer
 
 from understudy.learning.fit import learn
 from understudy.model.lesson import ExampleKind, Lesson
@@ -350,3 +350,23 @@ async def test_watched_examples_can_be_switched_off(tmp_path: Path) -> None:
         await hand.wait(0.1)
         assert "watched" in kinds(hand)
         assert "watched" in hand.shown("lower")
+
+
+@run
+async def test_what_made_it_worse_is_undone_by_a_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5, 3: 0.5})
+    async with trainer(plan(tmp_path / "library", seed=3)) as hand:
+        hand.trainer.pause()
+        await hand.press("up", "full_stop", "T")
+        assert "goto works in 97 of 121 new worlds. Here, in " in hand.shown("said")
+        assert "undo the last" not in hand.shown("said")
+        await hand.press("left", "full_stop", "up", "full_stop", "T")
+        said = " ".join(hand.shown("said").split())
+        assert (
+            "goto works in 73 of 146 new worlds: 97 of 121 after press 1, before the last 2 presses." in said
+        )
+        assert "B undo the last 2 presses" in said
+        await hand.press("B")
+        said = " ".join(hand.shown("said").split())
+        assert "goto is as after press 1 again; redo brings back the last 2 presses. Here, in" in said
+        assert hand.trainer.session_view.examples == 2, "a press and its default"

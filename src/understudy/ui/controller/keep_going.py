@@ -1,9 +1,12 @@
-"""Keep going: test what is in training in new worlds, and go to where it goes wrong, until it holds or presses end."""
+"""Keep going: test what is in training in new worlds, and go to where it goes wrong, until it holds or presses end.
+
+Where presses have made it worse, the best version is named, and undo leads back to it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -15,6 +18,7 @@ from understudy.falsification.open_failure import BEFORE_S
 from understudy.falsification.session_setup import SessionSetup
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import find_shown_range
+from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.properties.offered_goals import find_success
 from understudy.properties.run_property import Verdict
@@ -32,6 +36,32 @@ MOST_PRESSES = 60
 """The number of presses after which it is said that the behavior does not hold yet."""
 
 
+@dataclass(frozen=True, slots=True)
+class BetterVersion:
+    """A former version of the lesson, which works in more new worlds.
+
+    Parameters
+    ----------
+    result
+        The result of its test.
+    press
+        The number of presses of that version.
+    steps
+        How many steps of the lesson were made since, which undo takes back.
+    since
+        What was done since, in words: "the last 2 presses".
+    """
+
+    result: HoldingResult
+    press: int
+    steps: int
+    since: str
+
+    def describe(self) -> str:
+        """Say where it works: "97 of 100 after press 12, before the last 2 presses"."""
+        return f"{self.result.held} of {self.result.worlds} after press {self.press}, before {self.since}"
+
+
 class LessonContinuation:
     """Teaching of one session until the behavior works in a wanted share of new worlds.
 
@@ -46,24 +76,44 @@ class LessonContinuation:
         self._test: HoldingTest | None = None
         self._began_with: int | None = None
         self._tested: object = None
+        self._compared: object = None
         self._others = ""
         self._is_running = False
         self._key: object = None
-        self._last: tuple[object, HoldingResult] | None = None
+        self._last: tuple[object, HoldingResult | None] = (None, None)
+        self._better: HoldingResult | None = None
+        self._found: tuple[object, BetterVersion | None] = (None, None)
+        self._shown = dict[HoldingResult, int]()
 
     @property
     def presses(self) -> int:
         """The number of presses since the first test."""
-        return max(0, self._count() - (self._began_with or 0))
+        return max(0, count_presses(self._trainer.session.lesson) - (self._began_with or 0))
 
-    def _count(self) -> int:
-        return self._trainer.session_view.examples
+    @property
+    def better(self) -> BetterVersion | None:
+        """The best version, if the one that was tested last works in fewer worlds and undo leads back to it."""
+        result, session, seen = self._better, self._trainer.session, self._trainer.session_view
+        presses = tuple(each for each in session.examples if each.is_from_press)
+        key = result, session.automaton, presses, seen.undoable, seen.redoable
+        if key != self._found[0]:  # asked for at every frame
+            self._found = key, None if result is None else self._find_version(result)
+        return self._found[1]
 
-    def _describe_lesson(self) -> object:
-        """Return what differs after each change by a person of what is learned."""
-        lesson = self._trainer.session.lesson
-        presses = [each for each in self._trainer.session.examples if each.is_from_press]
-        return lesson.automaton, lesson.options, lesson.goal, presses
+    def _find_version(self, result: HoldingResult) -> BetterVersion | None:
+        lesson = result.library.taught[self._trainer.name].lesson
+        if lesson is None:
+            return None
+        wanted, session = describe_teaching(lesson), self._trainer.session
+        steps = session.count_steps_since(lambda former: describe_teaching(former) == wanted)
+        if steps is None or describe_teaching(session.lesson) == wanted:
+            return None
+        press = count_presses(lesson)
+        what = "press" if count_presses(session.lesson) - press == steps else "change"
+        since = (
+            f"the last {what}" if steps == 1 else f"the last {steps} {what}{'es' if what == 'press' else 's'}"
+        )
+        return BetterVersion(result, press, steps, since)
 
     def begin(self) -> Callable[[], HoldingResult]:
         """Return a function that tests the present lesson, which may run in another thread.
@@ -96,18 +146,17 @@ class LessonContinuation:
             numbers = max(example.number for example in session.examples)
             self._test = HoldingTest(partial(NewWorlds, setup), FIRST_SEED + SEEDS_PER_EXAMPLE * numbers)
         if self._began_with is None:
-            self._began_with = self._count()
+            self._began_with = count_presses(session.lesson)
         self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)
-        self._tested = self._describe_lesson()
         lesson, library, bindings = session.lesson, session.library, self._trainer.score.list_bindings()
-        test, last, key = self._test, self._last, (self._tested, self._others, bindings)
+        self._tested, test = describe_teaching(lesson), self._test
+        compared = find_success(lesson), bindings, self._others
+        if compared != self._compared:  # former results are about something else
+            self._compared, test.best, self._better = compared, None, None
+        key, (last_key, last) = (self._tested, compared), self._last
         self._is_running, self._key = True, key
-        if (
-            last is not None
-            and last[0] == key
-            and (last[1].verdict is Verdict.HOLDS or len(last[1].mistakes) > 1)
-        ):
-            return lambda: replace(last[1], mistakes=last[1].mistakes[1:])
+        if last is not None and last_key == key and (last.verdict is Verdict.HOLDS or self._has_more(last)):
+            return lambda: last
 
         def run() -> HoldingResult:
             taught = TrainedAutomaton(learn_automaton(lesson), lesson)
@@ -123,13 +172,14 @@ class LessonContinuation:
         """Go to where the behavior goes wrong, or say that it holds, or that it does not hold yet."""
         name, presses = self._trainer.name, self.presses
         self._is_running, self._last = False, (self._key, result)
-        if self._describe_lesson() != self._tested:
+        if describe_teaching(self._trainer.session.lesson) != self._tested:
             return StatusMessage(
                 f"{name} was changed while it was tested: keep going to test it as it is now"
             )
         others = f" ({self._others})" if self._others else ""
         count = f"{result.held} of {result.worlds} new worlds{others}"
         after = f"after {presses} press{'es' * (presses != 1)}" if presses else "as it is"
+        self._better = None
         if result.verdict is Verdict.HOLDS:
             self._began_with = None
             share = f"{WANTED:.0%}".replace("%", " %")
@@ -137,16 +187,71 @@ class LessonContinuation:
                 f"{name} holds, {after}: in at least {share} of worlds ({count}{self._find_caution()})",
                 "recorded",
             )
+        best = self._test.best if self._test is not None else None
         if presses >= MOST_PRESSES or not result.mistakes:
             self._began_with = None
-            return StatusMessage(f"{name} does not hold yet, {after}: it works in {count}", "error")
-        mistake = result.mistakes[0]
+            self._better = best if best is not None and best.share > result.share else None
+            offered = "" if self.better is None else f". The best version works in {self.better.describe()}"
+            undo = "" if self.better is None else f": undo {self._name_steps(self.better)} to keep that"
+            said = f"{name} does not hold yet, {after}: it works in {count}{offered}{undo}"
+            return StatusMessage(said, "error")
+        self._better = best if best is not None and result.is_worse(best) else None
+        here = self._show_mistake(result)
+        if self.better is None:
+            return StatusMessage(f"{name} works in {count}. Here, {here}")
+        undo = self._name_steps(self.better)
+        said = f"{name} works in {count}: {self.better.describe()}. Undo {undo}, or go on here: {here}"
+        return StatusMessage(said, "error")
+
+    @staticmethod
+    def _name_steps(better: BetterVersion) -> str:
+        return "it" if better.steps == 1 else "them"
+
+    def go_back(self) -> StatusMessage:
+        """Undo what was done since the best version, and go to another world in which that one goes wrong.
+
+        Returns
+        -------
+        StatusMessage
+            What was undone, and what goes wrong there.
+
+        Raises
+        ------
+        SessionError
+            If no better version is known, or undo does not lead back to it.
+        """
+        session, result = self._trainer.session, self._better
+        better = None if result is None else self._find_version(result)
+        if better is None:
+            raise SessionError(
+                "no better version is known: keep going tests this one in new worlds, and names the best so far"
+            )
+        if session.view().waiting is not None:
+            session.undo()
+        for _ in range(better.steps):
+            session.undo()
+        self._trainer.note_lesson_change()
+        self._better = None
+        said = f"{self._trainer.name} is as after press {better.press} again; redo brings back {better.since}"
+        if not self._has_more(better.result):
+            held = better.result.verdict is Verdict.HOLDS
+            count = f"It works in {better.result.held} of {better.result.worlds} new worlds"
+            return StatusMessage(f"{said}. {count if held else 'Keep going to find where it goes wrong'}")
+        return StatusMessage(f"{said}. Here, {self._show_mistake(better.result)}")
+
+    def _has_more(self, result: HoldingResult) -> bool:
+        """Return whether a version goes wrong in a world that was not shown yet."""
+        return self._shown.get(result, 0) < len(result.mistakes)
+
+    def _show_mistake(self, result: HoldingResult) -> str:
+        """Go to the next world in which a version goes wrong, and say when and why."""
+        number = self._shown.get(result, 0)
+        self._shown[result], mistake = number + 1, result.mistakes[number]
         before_s = mistake.wrong_s - self._go_to(mistake)
         when = "from now on" if before_s < self._trainer.session.body.tick_s else f"in {before_s:.1f} s"
         path = self._trainer.session_view.path
         inner = f" {path[-2]} runs here: to correct that, open it." if len(path) > 1 else ""
-        said = f"{name} works in {count}. Here, {when}: {mistake.why}.{inner} Press what it should do, and resume"
-        return StatusMessage(said)
+        return f"{when}: {mistake.why}.{inner} Press what it should do, and resume"
 
     def _find_caution(self) -> str:
         """Say that a flag was counted wherever it is raised, if its presses have nothing in common."""
@@ -176,3 +281,14 @@ class LessonContinuation:
             session.is_watching = watching
         trainer.note_moved(f"World {mistake.seed}")
         return session.body.time_s
+
+
+def describe_teaching(lesson: Lesson) -> object:
+    """Return what differs after each change by a person of what is learned, wherever the record has its moments."""
+    presses = [replace(each, moment=None) for each in lesson.examples if each.is_from_press]
+    return lesson.automaton, lesson.options, lesson.goal, presses
+
+
+def count_presses(lesson: Lesson) -> int:
+    """Count the presses of a lesson; the default that one adds is no press."""
+    return sum(each.is_from_press and each.kind is not ExampleKind.DEFAULT for each in lesson.examples)

@@ -368,6 +368,11 @@ class Trainer:
         return self.continuation.finish(self.continuation.begin()())
 
     @keep_status
+    def go_back(self) -> StatusMessage:
+        """Undo what was done since the best version that was tested, and go to where that one goes wrong."""
+        return self.continuation.go_back()
+
+    @keep_status
     def cycle_targets(self) -> StatusMessage:
         """Bind the parameters to the next targets."""
         parameters, known = self.session.automaton.parameters, tuple(self.body.targets)

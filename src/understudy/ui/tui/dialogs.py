@@ -73,6 +73,7 @@ KEYS = {
         ("p", "bind the parameters to the next target"),
         ("w", "stop or start learning from silence"),
         ("T", "test it in new worlds, and go to where it goes wrong, until it holds"),
+        ("B", "undo what made it worse: back to the version that T found to work in most worlds"),
         (
             "S",
             "what success means, for a behavior without a flag: the next of the goals that fit what was shown",

@@ -44,7 +44,7 @@ ACTIONS = {
     "t": "toggle_mode", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
     "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
     "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
-    "p": "cycle_targets", "M": "toggle_score", "T": "keep_going",
+    "p": "cycle_targets", "M": "toggle_score", "T": "keep_going", "B": "go_back",
 }  # fmt: skip
 """From a key to what the trainer does."""
 

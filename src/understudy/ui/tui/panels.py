@@ -179,6 +179,8 @@ def render_status(trainer: Trainer) -> Text:
     """Render the status, what the last press or edit changed beyond what it says, and the score in new worlds."""
     tone, score, change = trainer.status.tone, trainer.score, trainer.session.last_change
     text = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
+    if (better := trainer.continuation.better) is not None:
+        text.append("  B", "bold").append(f" undo {better.since}", DIM)
     if change is not None:
         text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
         text.append("  u", "bold").append(" undo", DIM)

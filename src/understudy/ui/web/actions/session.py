@@ -344,6 +344,12 @@ def handle_keep_going(host: SessionHost, _: m.KeepGoing) -> SlowAction:
     )
 
 
+def handle_go_back_to_best(host: SessionHost, _: m.GoBackToBest) -> None:
+    """Undo what was done since the best version that was tested, and go to where that one goes wrong."""
+    host.active_trainer.go_back()
+    host.clear_rewind()
+
+
 def handle_select_agent(host: SessionHost, message: m.SelectAgent) -> None:
     """Select the robot or the coordinator to train."""
     if message.sort != host.sort or has_other_library(host, message.agent):

@@ -250,6 +250,10 @@ class KeepGoing(Message, frozen=True, kw_only=True, tag="keep_going"):
     """Test what is in training in new worlds, and go to where it goes wrong."""
 
 
+class GoBackToBest(Message, frozen=True, kw_only=True, tag="go_back_to_best"):
+    """Undo what was done since the best version that was tested, and go to where that one goes wrong."""
+
+
 class ChooseGoal(Message, frozen=True, kw_only=True, tag="goal"):
     """Choose what success means, by the name of an offered goal; null: nothing is chosen."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from understudy.falsification.lesson_score import Trend
+from understudy.ui.controller.keep_going import BetterVersion
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.web.messages.base import Data
 
@@ -33,10 +34,12 @@ class ScoreData(Data, frozen=True, kw_only=True):
     """Whether a person has chosen that."""
     offers: list[OfferedGoalData]
     """Goals of which a person can pick one."""
+    worse_since: str
+    """What was done since a version that works in more worlds, in words; empty if none is known."""
 
 
-def describe_score(score: LessonScoreKeeper) -> ScoreData:
-    """Return the score, and what success means, as the page shows them."""
+def describe_score(score: LessonScoreKeeper, better: BetterVersion | None) -> ScoreData:
+    """Return the score, what success means, and what made it worse, as the page shows them."""
     return ScoreData(
         text=score.describe(),
         trend=score.trend,
@@ -45,4 +48,5 @@ def describe_score(score: LessonScoreKeeper) -> ScoreData:
         goal=score.goal,
         chosen=score.is_goal_chosen,
         offers=[OfferedGoalData(name=each.name, claim=each.claim) for each in score.offers],
+        worse_since="" if better is None else better.since,
     )

@@ -334,7 +334,7 @@ class SessionViewBuilder:
             others=others,
             doing=doing,
             asking=asking,
-            score=describe_score(trainer.score),
+            score=describe_score(trainer.score, trainer.continuation.better),
             evaluation=evaluation,
         )
 
