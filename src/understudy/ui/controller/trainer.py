@@ -5,7 +5,6 @@ Every action returns its result in one sentence (`status`), or raises an Underst
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -31,37 +30,11 @@ from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.keep_going import LessonContinuation
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.library_changes import list_library_changes
+from understudy.ui.controller.recent_history import RecentHistory
 from understudy.ui.controller.saved_lesson import SavedLesson
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name
-
-TRAIL_POINTS = 400
-READINGS = 60
-
-
-class RecentHistory:
-    """The last moments of a run, cleared when a world begins."""
-
-    def __init__(self) -> None:
-        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
-        self._readings: dict[str, deque[float]] = {}
-
-    def append(self, x: float, y: float, view: SessionView) -> None:
-        """Add a tick."""
-        if not self.trail or (self.trail[-1][0] - x) ** 2 + (self.trail[-1][1] - y) ** 2 > 0.01:
-            self.trail.append((x, y))
-        for label, number in view.features.items():
-            self._readings.setdefault(label, deque(maxlen=READINGS)).append(number)
-
-    def readings(self, label: str) -> Sequence[float]:
-        """Return the last values of a feature, oldest first."""
-        return tuple(self._readings.get(label, ()))
-
-    def clear(self) -> None:
-        """Clear the history."""
-        self.trail.clear()
-        self._readings.clear()
 
 
 class Trainer:
