@@ -125,7 +125,7 @@ def test_where_a_flag_counts_before_and_after_a_press(
     lesson = read(tmp_path, "state,next,kind,distance:continuous\nforward,done,directive,0.2\n" + rows)
     found = find_shown_range(lesson, "done", fewest=1, chance=0.7)
     assert found is not None
-    first = found.bound_limits()
+    first = found.restrict_limits()
     second = first.limit_near(np.array(raised))
     assert (first.below, second.below) == (-inf, -inf)
     assert [first.above, second.above] == pytest.approx([before, after])
@@ -136,7 +136,7 @@ def test_angles_count_as_they_were_shown(tmp_path: Path) -> None:
         f"a,b,directive,{angle}\n" for angle in range(40, 320, 10)
     )
     found = find(tmp_path, "state,next,kind,angle:toroidal(360)\n" + rows)
-    assert found.bound_limits().limit_near(np.array([2.0])) == found
+    assert found.restrict_limits().limit_near(np.array([2.0])) == found
 
 
 NOTHING = {  # why -> next state, kind and value of each example

@@ -83,7 +83,7 @@ class ShownRange:
             inside |= placed - self.feature.kind.period > self.below
         return inside
 
-    def bound_limits(self) -> ShownRange:
+    def restrict_limits(self) -> ShownRange:
         """Return the range with limits between SURELY_AGREES and FARTHEST of the extent beyond what was shown.
 
         Two presses far apart say that the truth lies between them, anywhere. Open sides remain open.

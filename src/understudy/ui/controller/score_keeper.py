@@ -271,7 +271,7 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
     if former is not None and former.lesson is not None and flag in former.automaton.flags:
         found = find_shown_range(former.lesson, flag, fewest=1, chance=COMPARED_CHANCE)
     found = found or find_shown_range(taught.lesson, flag, chance=COMPARED_CHANCE)
-    return None if found is None else found.bound_limits()
+    return None if found is None else found.restrict_limits()
 
 
 def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:

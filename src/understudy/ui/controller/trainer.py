@@ -22,7 +22,7 @@ from understudy.sim.target_lookup import find_target_place
 from understudy.sim.view import WorldView
 from understudy.training.edits import ExampleChange
 from understudy.training.session import Session
-from understudy.training.trainee import Mode, SessionView
+from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
 from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.coach import CoachController, pause_for_question
