@@ -14,12 +14,12 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from understudy.analysis.criteria import Criteria
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.evaluation_jobs import Executor, run_in_jobs
 from understudy.analysis.evaluation_task import EvaluationTask, MakeBody
-from understudy.analysis.goal_runs import Criteria
-from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.analysis.world_run import Goal, Metric
 from understudy.errors import SettingError
 from understudy.model.automaton import USUAL_FLAGS

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, RunReading, TeamRun
+from understudy.analysis.rollout import Instant, Monitor
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.team.team import Team
@@ -112,14 +113,15 @@ def name_value(given: str | Callable[..., Any]) -> str:
     return given if isinstance(given, str) else str(getattr(given, "__name__", type(given).__name__))
 
 
-class TickRecorder:
-    """What is recorded of a run before its first tick and after each one."""
+class TickRecorder(Monitor):
+    """What is recorded of the run of one world before its first tick and after each one."""
 
     def __init__(self, run: WorldRun, values: Mapping[str, Metric]) -> None:
+        super().__init__(1)
         self._run, self._values = run, values
         self._rows: dict[str, list[NDArray[Any]]] = {name: [] for name in values}
 
-    def record(self) -> None:
+    def look(self, now: Instant) -> None:
         """Record the present values."""
         for name, value in self._values.items():
             found = self._run.read(value) if isinstance(value, str) else value(self._run)
@@ -129,16 +131,6 @@ class TickRecorder:
     def rows(self) -> dict[str, NDArray[Any]]:
         """What was recorded, by name [T + 1, ...]."""
         return {name: np.array(rows) for name, rows in self._rows.items()}
-
-
-def compute_metrics(run: WorldRun, metrics: Mapping[str, Metric]) -> tuple[dict[str, float], list[str]]:
-    """Compute metrics at the end of a run; return them, NaN where absent, and a sentence for each that is absent."""
-    found, problems = dict[str, float](), list[str]()
-    for name, metric in metrics.items():
-        found[name], problem = compute_metric(run, metric)
-        if problem is not None:
-            problems.append(describe_problem(run.seed, name, problem))
-    return found, problems
 
 
 def compute_metric(run: WorldRun, metric: Metric) -> tuple[float, str | None]:

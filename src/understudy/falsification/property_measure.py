@@ -21,7 +21,6 @@ from understudy.properties.offered_goals import find_behavior_success
 from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
-from understudy.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,13 +74,12 @@ class PropertyMeasure(TrialMeasure):
 
         If the condition is not about each robot, it is the same robot as for a goal.
         """
-        run = self.start([trial])
-        kind, world = self.subject.kind, run.body
-        if kind is PropertyKind.PROGRESS or not isinstance(world, World):
+        run, kind = self.start([trial]), self.subject.kind
+        if kind is PropertyKind.PROGRESS:
             return super().choose_robot(trial, wrong)
-        run.advance_all(wrong)
+        run.advance(wrong)
         margins = bind_condition(parse_condition(self.subject.what), run, self.task.criteria.flags)()[0]
-        if len(margins) != world.robots:
+        if len(margins) != run.get_world().robots:
             return super().choose_robot(trial, wrong)
         return int(margins.argmin() if kind is PropertyKind.ALWAYS else margins.argmax())
 

@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.evaluation_task import WORLDS_AT_ONCE
-from understudy.analysis.measurement import Progress, skip_progress
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.rollout import WORLDS_AT_ONCE, Outcomes, Progress, skip_progress
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.model.property import Property
-from understudy.properties.margins import get_world
 from understudy.properties.monitor import PropertyOutcomes, monitor_property
 from understudy.properties.run_property import make_property_task
 from understudy.sim.scenario.schema import Scenario
@@ -72,8 +69,7 @@ def evaluate_goal(
 
         run = task.make_run(scenario, seeds[first : first + WORLDS_AT_ONCE])
         done.append(monitor_property(subject, run, task.criteria.flags, progress=report))
-        if (world := get_world(run)) is not None:
-            counts.append((world.delivered, world.gathered))
+        counts.append((run.get_world().delivered, run.get_world().gathered))
     found = PropertyOutcomes.concatenate(done)
     limit_s = goal.seconds if goal.is_timed else goal.start.limit_s
     limits = np.full(len(seeds), scenario.limit_s if limit_s is None else limit_s)

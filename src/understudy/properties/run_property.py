@@ -9,11 +9,11 @@ from typing import Self
 
 import numpy as np
 
+from understudy.analysis.criteria import Criteria
 from understudy.analysis.evaluate import find_flags, find_runners
-from understudy.analysis.evaluation_task import WORLDS_AT_ONCE, EvaluationTask
-from understudy.analysis.goal_runs import Criteria
+from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.intervals import LEVEL, exact_interval_of_share
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.rollout import WORLDS_AT_ONCE, Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.model.library import Library
 from understudy.model.property import Property, SeededWorlds
