@@ -23,16 +23,17 @@ from understudy.analysis.rollout import (
     Outcomes,
     Progress,
     SuccessMonitor,
+    monitor_condition,
+    monitor_flag,
+    monitor_goal,
     roll_out,
     skip_progress,
-    watch_condition,
-    watch_flag,
-    watch_goal,
 )
 from understudy.analysis.world_run import (
     ABSENT,
     Goal,
     Metric,
+    SuccessRule,
     TickRecorder,
     WorldRun,
     average,
@@ -79,7 +80,7 @@ class Criteria:
     def are_names(self) -> bool:
         """Whether there are only names, no functions, so that worlds can run side by side."""
         given = [*([] if self.goal is None else [self.goal]), *self.metrics.values()]
-        return not self.record and all(isinstance(each, str) for each in given)
+        return not self.record and all(isinstance(each, str | SuccessRule) for each in given)
 
     @property
     def flag(self) -> str | None:
@@ -143,10 +144,10 @@ def judge_runs(
     recorder = None if alone is None or not criteria.record else TickRecorder(alone, criteria.record)
     values = _EndValues(run, {name: each for name, each in criteria.metrics.items() if isinstance(each, str)})
     reader = _make_raised_reader(run, criteria)
-    success = _make_success_monitor(run, criteria, alone, stride=None if reader is None else reader.stride)
+    success = _make_monitor(run, criteria, alone, stride=None if reader is None else reader.stride)
     monitors: list[Monitor | None] = [recorder, reader, success, values]
     chosen = [each for each in monitors if each is not None]
-    roll_out(run, chosen, limit_s, to_goal=criteria.goal is None, progress=progress)
+    roll_out(run, chosen, limit_s, to_goal=success.to_goal, progress=progress)
     outcomes = success.make_outcomes(limit_s)
     metrics, problems = dict[str, Column](), list[tuple[int, str]]()
     if alone is not None:
@@ -196,25 +197,27 @@ def _make_raised_reader(run: BehaviorRun, criteria: Criteria) -> RaisedReader | 
     )
 
 
-def _make_success_monitor(
+def _make_monitor(
     run: BehaviorRun, criteria: Criteria, alone: WorldRun | None, *, stride: int | None
 ) -> SuccessMonitor:
     """Make what ends a world when it has succeeded."""
     goal = criteria.goal
     if goal is None:
-        return watch_goal(run)
+        return monitor_goal(run)
     if criteria.flag is not None and criteria.are_plain:
         return (
-            watch_flag(run, criteria.flag)
+            monitor_flag(run, criteria.flag)
             if stride is None
-            else watch_flag(run, criteria.flag, stride=stride)
+            else monitor_flag(run, criteria.flag, stride=stride)
         )
+    if isinstance(goal, SuccessRule):
+        return goal.make_monitor(run, criteria.flags)
     if isinstance(goal, str):
-        return watch_condition(run, find_goal(run, goal, criteria.flags))
+        return monitor_condition(run, find_goal(run, goal, criteria.flags))
     if alone is None:
         raise TypeError("a goal that is a function needs the run of a single world")
     function, world = goal, alone
-    return watch_condition(run, lambda: np.array([_ask(function, world)]))
+    return monitor_condition(run, lambda: np.array([_ask(function, world)]))
 
 
 def find_goal(run: BehaviorRun, goal: str, flags: frozenset[str]) -> Callable[[], NDArray[np.bool_]]:

@@ -74,8 +74,9 @@ def evaluate(
         Name of a target by parameter of the behavior.
     goal
         When a world has succeeded: the name of a flag of the behavior; the name of a feature or reading that is yes or
-        no, such as "at_station" or "seen(ball)", and has to be yes for all agents that have it; or a function of the
-        `WorldRun` that is called before the first tick and after each one. None: as above.
+        no, such as "at_station" or "seen(ball)", and has to be yes for all agents that have it; a function of the
+        `WorldRun` that is called before the first tick and after each one; or a rule for worlds of a scenario, such as
+        a `PropertyRule`. None: as above.
     metrics
         What is measured at the end of each world, by name: the name of a feature or reading, of which the last value is
         taken, averaged over the agents that have it; or a function of the `WorldRun` that returns a number. A list of

@@ -14,7 +14,7 @@ from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun
 from understudy.analysis.criteria import Criteria, JudgedRuns, find_goal, judge_runs
 from understudy.analysis.evaluation import Evaluation, join_evaluations
 from understudy.analysis.rollout import WORLDS_AT_ONCE, Outcomes, Progress
-from understudy.analysis.world_run import format_exception, name_value
+from understudy.analysis.world_run import SuccessRule, format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.kinds import Column
 from understudy.model.library import Library
@@ -102,6 +102,8 @@ class EvaluationTask:
         run = self.make_run(self.world, [seed])
         if isinstance(self.criteria.goal, str):
             find_goal(run, self.criteria.goal, self.criteria.flags)
+        elif isinstance(self.criteria.goal, SuccessRule):
+            self.criteria.goal.make_monitor(run, self.criteria.flags)
         for metric in (*self.criteria.metrics.values(), *self.criteria.record.values()):
             if isinstance(metric, str):
                 run.find_reading(metric)
@@ -161,7 +163,10 @@ class EvaluationTask:
     def _get_limit(self) -> float:
         if self.limit_s is not None:
             return self.limit_s
-        return self.world.limit_s if isinstance(self.world, Scenario) else np.inf
+        if not isinstance(self.world, Scenario):
+            return np.inf
+        goal = self.criteria.goal
+        return goal.find_limit(self.world) if isinstance(goal, SuccessRule) else self.world.limit_s
 
     def _measure_baseline(
         self, scenario: Scenario, batch: Sequence[int], report: Progress

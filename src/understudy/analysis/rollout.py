@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import TypeAlias
@@ -167,32 +168,23 @@ class Outcomes:
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
-class SuccessMonitor(Monitor):
-    """What ends each world when it has succeeded, and notes when that was.
+class SuccessMonitor(Monitor, ABC):
+    """What decides which worlds succeed, and ends those of which that is known.
 
     Parameters
     ----------
     run
         The behavior in B worlds.
-    find_success_s
-        Returns when each world succeeded [B], s since the run began; NaN where it has not.
     stride
-        The number of ticks between two looks: 1 if a success is seen only when it happens.
+        The number of ticks between two looks.
+    to_goal
+        Whether worlds also end where they reach the scenario's goal.
     """
 
-    def __init__(self, run: BehaviorRun, find_success_s: Callable[[], Column], *, stride: int = 1) -> None:
+    def __init__(self, run: BehaviorRun, *, stride: int = 1, to_goal: bool = False) -> None:
         super().__init__(run.worlds, stride=stride)
-        self._world, self._find = run.world, find_success_s
-        self.seconds = np.full(run.worlds, np.nan)
-        """When each world succeeded [B], s; NaN where it has not in time."""
+        self.to_goal, self._world = to_goal, run.world
         self._delivered, self._gathered = np.zeros((2, run.worlds), np.int64)
-
-    def look(self, now: Instant) -> None:
-        """Note which worlds have succeeded."""
-        found = self._find()
-        new = now.running & ~np.isnan(found)
-        self.seconds[new] = found[new]
-        self.over |= new
 
     def end(self, ended: NDArray[np.bool_]) -> None:
         """Note the food and boxes of worlds that have just ended."""
@@ -201,18 +193,58 @@ class SuccessMonitor(Monitor):
             self._gathered[ended] = self._world.gathered[ended]
 
     def make_outcomes(self, limit_s: float | Column) -> Outcomes:
-        """Make the outcomes of all worlds, with the limit of each, s."""
-        limits = np.broadcast_to(np.asarray(limit_s, np.float64), self.seconds.shape).copy()
-        return Outcomes(self.seconds, limits, self._delivered, self._gathered)
+        """Make the outcomes of all worlds after the last tick, with the limit of each, s."""
+        limits = np.broadcast_to(np.asarray(limit_s, np.float64), self.over.shape).copy()
+        return Outcomes(self.find_success_s(limits), limits, self._delivered, self._gathered)
+
+    @abstractmethod
+    def find_success_s(self, limits: Column) -> Column:
+        """Return how long each world took to succeed [B], s, given its limit; NaN where it has not."""
 
 
-def watch_goal(run: BehaviorRun) -> SuccessMonitor:
-    """Make what ends a world when it has reached its scenario's goal; roll it out with `to_goal`."""
+class EventMonitor(SuccessMonitor):
+    """What ends each world when it has succeeded, and notes when that was.
+
+    Parameters
+    ----------
+    run
+        The behavior in B worlds.
+    find_s
+        Returns when each world succeeded [B], s since the run began; NaN where it has not.
+    stride
+        The number of ticks between two looks: 1 if a success is seen only when it happens.
+    to_goal
+        Whether worlds also end where they reach the scenario's goal.
+    """
+
+    def __init__(
+        self, run: BehaviorRun, find_s: Callable[[], Column], *, stride: int = 1, to_goal: bool = False
+    ) -> None:
+        super().__init__(run, stride=stride, to_goal=to_goal)
+        self._find = find_s
+        self.seconds = np.full(run.worlds, np.nan)
+        """When each world succeeded [B], s; NaN where it has not in time."""
+
+    def look(self, now: Instant) -> None:
+        """Note which worlds have succeeded."""
+        found = self._find()
+        new = now.running & ~np.isnan(found)
+        self.seconds[new] = found[new]
+        self.over |= new
+
+    def find_success_s(self, limits: Column) -> Column:
+        """Return when each world succeeded [B], s; NaN where it has not."""
+        return self.seconds
+
+
+def monitor_goal(run: BehaviorRun) -> EventMonitor:
+    """Make what ends a world when it has reached its scenario's goal."""
     world = run.get_world()
-    return SuccessMonitor(run, lambda: world.finished_s, stride=TICKS_AT_ONCE if run.is_fused else 1)
+    stride = TICKS_AT_ONCE if run.is_fused else 1
+    return EventMonitor(run, lambda: world.finished_s, stride=stride, to_goal=True)
 
 
-def watch_flag(run: BehaviorRun, flag: str, *, stride: int = TICKS_AT_ONCE) -> SuccessMonitor:
+def monitor_flag(run: BehaviorRun, flag: str, *, stride: int = TICKS_AT_ONCE) -> EventMonitor:
     """Make what ends a world when all agents that run the behavior have raised a flag.
 
     Parameters
@@ -226,18 +258,18 @@ def watch_flag(run: BehaviorRun, flag: str, *, stride: int = TICKS_AT_ONCE) -> S
 
     Returns
     -------
-    SuccessMonitor
+    EventMonitor
         The monitor.
     """
     if run.knows_times:
         stride = stride if run.is_fused else 1
-        return SuccessMonitor(run, lambda: run.find_raised_s(flag).max(axis=1), stride=stride)
-    return watch_condition(run, lambda: run.find_raised(flag))
+        return EventMonitor(run, lambda: run.find_raised_s(flag).max(axis=1), stride=stride)
+    return monitor_condition(run, lambda: run.find_raised(flag))
 
 
-def watch_condition(run: BehaviorRun, is_reached: Callable[[], NDArray[np.bool_]]) -> SuccessMonitor:
+def monitor_condition(run: BehaviorRun, is_reached: Callable[[], NDArray[np.bool_]]) -> EventMonitor:
     """Make what ends a world when a condition, which is asked after each tick, holds there for the first time."""
-    return SuccessMonitor(run, lambda: np.where(is_reached(), run.time_s, np.nan))
+    return EventMonitor(run, lambda: np.where(is_reached(), run.time_s, np.nan))
 
 
 def measure_success(
@@ -266,6 +298,6 @@ def measure_success(
     Outcomes
         The results.
     """
-    monitor = watch_goal(run) if flag is None else watch_flag(run, flag)
-    roll_out(run, [monitor], limit_s, to_goal=flag is None, progress=progress)
-    return monitor.make_outcomes(limit_s)
+    success = monitor_goal(run) if flag is None else monitor_flag(run, flag)
+    roll_out(run, [success], limit_s, to_goal=success.to_goal, progress=progress)
+    return success.make_outcomes(limit_s)

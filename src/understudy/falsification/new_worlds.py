@@ -20,7 +20,7 @@ from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
 from understudy.analysis.criteria import TICKS_BETWEEN_READINGS, judge_runs
 from understudy.analysis.evaluate import find_flags, make_evaluation_task
 from understudy.analysis.raised_range import find_shown_goal
-from understudy.analysis.rollout import Instant, Monitor, Progress, roll_out, skip_progress, watch_flag
+from understudy.analysis.rollout import Instant, Monitor, Progress, monitor_flag, roll_out, skip_progress
 from understudy.falsification.progress import ProgressMonitor
 from understudy.falsification.session_setup import CoordinatorRun, SessionSetup
 from understudy.learning.shown_ranges import ShownRange
@@ -263,7 +263,7 @@ def _run_to_flag(
     world = run.get_world()
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
     approach = None if shown is None else _Approach(run, shown, stride=step)
-    success = watch_flag(run, flag, stride=step)
+    success = monitor_flag(run, flag, stride=step)
     monitors = [success] if approach is None else [approach, success]
     roll_out(run, monitors, limit_s, progress=progress)
     times = success.seconds

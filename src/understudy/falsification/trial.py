@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
 from understudy.analysis.evaluation_task import EvaluationTask
-from understudy.analysis.rollout import Instant, Monitor, roll_out, watch_flag, watch_goal
+from understudy.analysis.rollout import Instant, Monitor, monitor_flag, monitor_goal, roll_out
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
 from understudy.falsification.progress import ProgressMonitor
 from understudy.model.describe import format_value
@@ -187,7 +187,7 @@ class GoalMeasure(TrialMeasure):
         run, scenario = self.start(trials), trials[0].scenario
         flag, tick_s = self.task.criteria.flag, scenario.tick_s
         limit_s = self.get_limit(scenario)
-        success = watch_goal(run) if flag is None else watch_flag(run, flag, stride=TICKS_AT_ONCE)
+        success = monitor_goal(run) if flag is None else monitor_flag(run, flag, stride=TICKS_AT_ONCE)
         progress, states = ProgressMonitor(run), _LastStates(run, limit_s)
         roll_out(run, [success, progress, states], limit_s, to_goal=flag is None)
         reached_s = success.seconds
@@ -221,7 +221,7 @@ class GoalMeasure(TrialMeasure):
         if flag is None or shown is None:
             return None
         run = self.start([trial])
-        success = watch_flag(run, flag, stride=1)
+        success = monitor_flag(run, flag, stride=1)
         roll_out(run, [success], self.get_limit(trial.scenario))
         values = run.find_reading(str(shown.feature)).read()[0]
         away = values[~shown.contains(values)]

@@ -12,13 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun
-from understudy.analysis.rollout import TICKS_AT_ONCE, Instant, Monitor, Progress, roll_out, skip_progress
+from understudy.analysis.rollout import (
+    TICKS_AT_ONCE,
+    Instant,
+    Monitor,
+    Progress,
+    SuccessMonitor,
+    roll_out,
+    skip_progress,
+)
+from understudy.analysis.world_run import SuccessRule
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.properties.condition import ClauseTest, Condition, parse_condition
 from understudy.properties.goal_progress import GoalProgress
 from understudy.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal
+from understudy.sim.scenario.schema import Scenario
 
 LOOK_S = 1.0
 """How often progress toward a goal is looked at, s."""
@@ -89,10 +99,8 @@ def monitor_property(
     """
     watch = make_watch(subject, run, flags)
     world = run.world
-    if subject.kind is PropertyKind.ALWAYS:
-        limit_s = subject.seconds
-    elif limit_s is None:
-        limit_s = None if isinstance(subject.start, StoredMoment) else subject.start.limit_s
+    if limit_s is None or subject.kind is PropertyKind.ALWAYS:
+        limit_s = find_limit(subject)
     if limit_s is None and world is not None:
         limit_s = world.scenario.limit_s
     if limit_s is None:
@@ -101,6 +109,13 @@ def monitor_property(
         )
     roll_out(run, [watch], limit_s, to_goal=watch.ends, progress=progress)
     return watch.make_outcomes(run.ticks)
+
+
+def find_limit(subject: Property) -> float | None:
+    """Find the longest run of a property, s; None if it leaves that to the scenario."""
+    if subject.kind is PropertyKind.ALWAYS:
+        return subject.seconds
+    return None if isinstance(subject.start, StoredMoment) else subject.start.limit_s
 
 
 def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> Watch:
@@ -159,6 +174,52 @@ class Watch(Monitor):
         )
         size = np.maximum(np.abs(robustness), NEXT_TO_NOTHING)
         return PropertyOutcomes(failed, reached, np.where(self.failed >= 0, -size, size))
+
+
+@dataclass(frozen=True)
+class PropertyRule(SuccessRule):
+    """Success of a behavior as a property that holds.
+
+    Parameters
+    ----------
+    subject
+        The property. Where its runs start is not used, but for the longest run.
+    """
+
+    subject: Property
+
+    @property
+    def name(self) -> str:
+        """The name of the property, or its claim."""
+        return self.subject.name or self.subject.claim
+
+    def find_limit(self, scenario: Scenario) -> float:
+        """Return the longest run in a scenario, s."""
+        given = find_limit(self.subject)
+        return scenario.limit_s if given is None else given
+
+    def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:
+        """Make what decides whether the property holds in the worlds of a run."""
+        return _PropertyMonitor(run, make_watch(self.subject, run, flags))
+
+
+class _PropertyMonitor(SuccessMonitor):
+    """What decides whether a property holds: a success takes until what it demands is reached, or else the limit."""
+
+    def __init__(self, run: BehaviorRun, watch: Watch) -> None:
+        super().__init__(run, stride=watch.stride, to_goal=watch.ends)
+        self._run, self._watch = run, watch
+
+    def look(self, now: Instant) -> None:
+        """Let the watch observe the worlds."""
+        self._watch.look(now)
+        self.over = self._watch.over
+
+    def find_success_s(self, limits: Column) -> Column:
+        """Return how long each world took to succeed [B], s; NaN where the property failed."""
+        found = self._watch.make_outcomes(self._run.ticks)
+        took = np.where(np.isnan(found.reached_s), limits, found.reached_s)
+        return np.where(found.held, took, np.nan)
 
 
 class NeverWatch(Watch):
