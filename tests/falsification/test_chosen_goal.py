@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
@@ -115,10 +115,10 @@ def test_an_evaluation_counts_it() -> None:
 def test_jobs_and_metrics_know_it() -> None:
     """A rule can be sent to other processes, and metrics are read where its worlds end."""
     library, rule = teach("forward", TOUCHES), PropertyRule(TOUCHES)
-    alone = evaluate(library, "go", ARENA, range(20), goal=rule)
+    alone = evaluate(library, "go", ARENA, range(200), goal=rule)
     with ThreadPoolExecutor(2) as executor:
         shared = evaluate(
-            library, "go", ARENA, range(20), goal=pickle.loads(pickle.dumps(rule)), metrics=["bumper"],
+            library, "go", ARENA, range(200), goal=ForkingPickler.loads(ForkingPickler.dumps(rule)), metrics=["bumper"],
             jobs=4, executor=executor,
         )  # fmt: skip
     assert shared.taught.finished.tolist() == alone.taught.finished.tolist()
