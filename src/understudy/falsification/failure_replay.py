@@ -94,7 +94,8 @@ def replay_failure(
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
-    wrong = measure.find_wrong_tick(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    moment = measure.find_wrong_moment(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    wrong = moment.tick
     robot = measure.choose_robot(trial, wrong)
     world = World(trial.scenario, [trial.seed])
     team = make_scenario_team(
@@ -121,14 +122,14 @@ def replay_failure(
     robots = frames[min(wrong, len(frames) - 1)].view.robots
     return FailureReplay(
         wrong * tick_s,
-        measure.find_wrong_label(trial),
+        moment.label,
         robot,
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
         decided,
         reason,
         (
-            measure.describe_wrong_time(trial, wrong * tick_s),
+            moment.sentence,
             *describe_failing_decision(reason),
             *([_describe_states(paths, tick_s)] if paths else []),
         ),

@@ -10,7 +10,7 @@ import numpy as np
 from understudy.analysis.evaluate import find_runners, make_evaluation_task
 from understudy.errors import SettingError
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import GoalMeasure, TrialMeasure, TrialResults
+from understudy.falsification.trial import GoalMeasure, TrialMeasure, TrialResults, WrongMoment
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
@@ -36,7 +36,7 @@ class PropertyMeasure(TrialMeasure):
     """
 
     subject: Property
-    is_cause_later, wrong_label = False, "failed"
+    is_cause_later = False
 
     @property
     def name_in_file(self) -> str | None:
@@ -64,10 +64,11 @@ class PropertyMeasure(TrialMeasure):
         states[:] = [frozenset[str]()] * len(trials)
         return TrialResults(outcomes.robustness, outcomes.failed_s, outcomes.failed_s, states)
 
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick at which the property failed."""
-        failed_s = float(self([trial]).failed_s[0])
-        return round(min(failed_s, until_s) / trial.scenario.tick_s)
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment at which the property failed."""
+        tick_s = trial.scenario.tick_s
+        tick = round(min(float(self([trial]).failed_s[0]), until_s) / tick_s)
+        return WrongMoment(tick, "failed", f"At {tick * tick_s:.1f} s it failed: {self.subject.claim}.")
 
     def choose_robot(self, trial: Trial, wrong: int) -> int:
         """Choose the robot for which the condition of the property was farthest from what is demanded.
@@ -82,10 +83,6 @@ class PropertyMeasure(TrialMeasure):
         if len(margins) != run.get_world().robots:
             return super().choose_robot(trial, wrong)
         return int(margins.argmin() if kind is PropertyKind.ALWAYS else margins.argmax())
-
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe the failure of the property."""
-        return f"At {wrong_s:.1f} s it failed: {self.subject.claim}."
 
 
 def make_success_measure(

@@ -65,6 +65,25 @@ class TrialResults:
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
+@dataclass(frozen=True, slots=True)
+class WrongMoment:
+    """The moment at which the run of a failing world went wrong.
+
+    Parameters
+    ----------
+    tick
+        The number of ticks before it.
+    label
+        Its name, for pictures.
+    sentence
+        What happened then.
+    """
+
+    tick: int
+    label: str
+    sentence: str
+
+
 Measure: TypeAlias = Callable[[Sequence[Trial]], TrialResults]
 """A function that runs a behavior in the given worlds and returns the results in the same order."""
 
@@ -83,8 +102,6 @@ class TrialMeasure(ABC):
 
     task: EvaluationTask
     limit_s: float | None = None
-    wrong_label: ClassVar[str]
-    """The name of the moment at which a run went wrong, for pictures."""
     is_cause_later: ClassVar[bool]
     """True if the decision that explains a failure is the first after the run went wrong; else the last before it."""
 
@@ -113,8 +130,8 @@ class TrialMeasure(ABC):
         """Run the behavior in worlds that differ only in places and amounts."""
 
     @abstractmethod
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick, until a time (s), at which the run of a failing world went wrong."""
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment, until a time (s), at which the run of a failing world went wrong, by running it again."""
 
     def choose_robot(self, trial: Trial, wrong: int) -> int:
         """Choose the robot to explain in a failing world that went wrong at a tick.
@@ -132,14 +149,6 @@ class TrialMeasure(ABC):
         apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
         return int(apart.argmax())
 
-    def find_wrong_label(self, trial: Trial) -> str:
-        """Find the name of the moment at which a failing world went wrong, for its picture."""
-        return self.wrong_label
-
-    @abstractmethod
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe in a sentence what happened in a failing world at the time (s) at which it went wrong."""
-
 
 @dataclass(frozen=True)
 class GoalMeasure(TrialMeasure):
@@ -153,34 +162,26 @@ class GoalMeasure(TrialMeasure):
     -d / (1 + d) for the distance d from what was shown, in the unit of that reading.
     """
 
-    is_cause_later, wrong_label = True, "last progress"
+    is_cause_later = True
 
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick at which progress ended, or the one before the flag was raised elsewhere than shown."""
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment at which progress ended, or the tick before the flag was raised elsewhere than shown."""
         if (elsewhere := self._find_elsewhere(trial)) is not None:
-            return round(elsewhere[0] / trial.scenario.tick_s) - 1
+            raised_s, where = elsewhere
+            tick = round(raised_s / trial.scenario.tick_s) - 1
+            return WrongMoment(
+                tick, f"{self.task.criteria.flag} elsewhere", f"At {raised_s:.1f} s it was {where}."
+            )
         run = self.start([trial])
         progress = ProgressMonitor(run, stride=1)
         roll_out(run, [progress], until_s)
-        return round(float(progress.last_s[0]) / run.body.tick_s)
-
-    def find_wrong_label(self, trial: Trial) -> str:
-        """Find the name of the moment at which a failing world went wrong, for its picture."""
-        return (
-            self.wrong_label
-            if self._find_elsewhere(trial) is None
-            else f"{self.task.criteria.flag} elsewhere"
-        )
-
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe the end of progress, or where the flag was raised."""
-        if (elsewhere := self._find_elsewhere(trial)) is not None:
-            return f"At {elsewhere[0]:.1f} s it was {elsewhere[1]}."
-        return (
-            f"From {wrong_s:.1f} s on there was no more progress."
-            if wrong_s
+        last_s = float(progress.last_s[0])
+        said = (
+            f"From {last_s:.1f} s on there was no more progress."
+            if last_s
             else "There was never any progress."
         )
+        return WrongMoment(round(last_s / run.body.tick_s), "last progress", said)
 
     def run_together(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in worlds that differ only in places and amounts, many ticks at once."""
