@@ -309,7 +309,8 @@ function Results({ studio }: { studio: Studio }) {
   if (found === null || (found.length === 0 && trial.testing === null)) return null;
   const bad = found.filter(({ works }) => !works).length;
   const otherwise = found.reduce((sum, each) => sum + each.otherwise, 0);
-  const held = otherwise === 0 ? "All as shown" : `${counted(otherwise, "moment")} decided otherwise than shown`;
+  const held =
+    otherwise === 0 ? "All as shown" : `${counted(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
       <div class="outcomes-head">

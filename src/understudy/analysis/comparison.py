@@ -108,8 +108,8 @@ class Comparison:
             f" The first: {raised[0] or 'no flag'}; the second: {raised[1] or 'no flag'}." if is_known else ""
         )
         return (
-            f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}.{where} Numbers are medians over "
-            "the worlds in which both have one, and medians of differences. Success: McNemar's exact test; numbers: "
+            f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}.{where} Numbers are medians "
+            "over the worlds in which both have one, and medians of differences. Success: McNemar's exact test; numbers: "
             "Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
         )
 
