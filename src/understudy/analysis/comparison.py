@@ -109,8 +109,8 @@ class Comparison:
         )
         return (
             f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}.{where} Numbers are medians "
-            "over the worlds in which both have one, and medians of differences. Success: McNemar's exact test; numbers: "
-            "Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
+            "over the worlds in which both have one, and medians of differences. Success: McNemar's exact test; "
+            "numbers: Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
         )
 
     def to_table(self, layout: str = MARKDOWN, *, names: tuple[str, str] = ("first", "second")) -> str:
