@@ -113,7 +113,7 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     margin = bind_condition(condition, run, flags)
     if subject.kind is PropertyKind.NEVER_LONGER:
         return DurationWatch(run, margin, seconds, ends=ends)
-    if isinstance(run, ProgramRun) and run.is_fused and (flag := _get_flag(condition)) is not None:
+    if isinstance(run, ProgramRun) and run.is_fused and (flag := find_flag(condition)) is not None:
         return FlagWatch(run, flag, seconds, ends=ends, wanted=subject.kind is PropertyKind.ALWAYS)
     if subject.kind is PropertyKind.ALWAYS and is_goal(condition):
         return GoalWatch(run, seconds)
@@ -122,7 +122,8 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     return NeverWatch(run, margin, ends=ends)
 
 
-def _get_flag(condition: Condition) -> str | None:
+def find_flag(condition: Condition) -> str | None:
+    """Return the flag if a condition is only that it is raised, else None."""
     clause = condition.single
     raised = clause is not None and clause.comparison is ClauseTest.RAISED and not clause.negated
     return clause.subject if clause is not None and raised else None

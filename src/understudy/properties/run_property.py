@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Self
 
 import numpy as np
 
-from understudy.analysis.evaluate import find_flags, find_runners
+from understudy.analysis.evaluate import evaluate, find_flags, find_runners
 from understudy.analysis.evaluation_task import WORLDS_AT_ONCE, EvaluationTask
 from understudy.analysis.goal_runs import Criteria
 from understudy.analysis.intervals import LEVEL, exact_interval_of_share
 from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.raised_range import RaisedRange, describe_raised, find_shown_goal
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.model.library import Library
-from understudy.model.property import Property, SeededWorlds
-from understudy.properties.monitor import PropertyOutcomes, make_watch, monitor_property
+from understudy.model.property import Property, PropertyKind, SeededWorlds
+from understudy.properties.condition import parse_condition
+from understudy.properties.monitor import PropertyOutcomes, find_flag, make_watch, monitor_property
 from understudy.runtime.program import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
@@ -48,12 +50,16 @@ class PropertyResult:
         The results of those worlds; of the single run from a stored moment.
     problem
         Why it could not be tested; empty if it could.
+    raised
+        Where the flag was raised that the property demands in time, beside where it was shown. None: it demands
+        something else, or nothing shown says where that is right.
     """
 
     tested: Property
     seeds: tuple[int, ...]
     outcomes: PropertyOutcomes
     problem: str = ""
+    raised: RaisedRange | None = None
 
     @classmethod
     def from_problem(cls, tested: Property, problem: str) -> Self:
@@ -222,7 +228,35 @@ def run_property(
             and _join(subject, seeds[:last], done).verdict is not Verdict.UNDECIDED
         ):
             break
-    return _join(subject, seeds[:last], done)
+    raised = _find_raised(subject, library, scenario, seeds[:last])
+    return replace(_join(subject, seeds[:last], done), raised=raised)
+
+
+def _find_raised(
+    subject: Property, library: Library | Libraries, scenario: Scenario, seeds: tuple[int, ...]
+) -> RaisedRange | None:
+    """Find where the flag was raised that a property demands in time: the robot's own word, which is looked at.
+
+    The worlds are run again, and only if the presses for the flag say where it is right.
+    """
+    flag = _find_demanded_flag(subject)
+    _, _, behavior, found = find_runners(library, subject.behavior, scenario)
+    if find_shown_goal(found, behavior, flag) is None:
+        return None
+    return evaluate(
+        library,
+        subject.behavior,
+        scenario,
+        seeds,
+        binding=subject.targets,
+        goal=flag,
+        limit_s=subject.seconds,
+    ).raised
+
+
+def _find_demanded_flag(subject: Property) -> str | None:
+    """Return the flag that a property demands in time, and nothing else; None if it demands something else."""
+    return find_flag(parse_condition(subject.what)) if subject.kind is PropertyKind.ALWAYS else None
 
 
 def _join(subject: Property, seeds: tuple[int, ...], parts: list[PropertyOutcomes]) -> PropertyResult:
@@ -267,6 +301,9 @@ def describe_result(result: PropertyResult) -> Iterator[str]:
         yield _describe_decision(result, at_least)
     if failures:
         yield _describe_failures(result)
+    flag = _find_demanded_flag(result.tested)
+    if flag is not None:
+        yield describe_raised(flag, result.raised)
 
 
 def _describe_decision(result: PropertyResult, at_least: float) -> str:
