@@ -53,7 +53,7 @@ class DrawnBody(BodyWrapper[GroundT]):
 
     @property
     def display_world(self) -> World:
-        """The world that is drawn, as it is now. It is never advanced."""
+        """The world that is drawn, as it is now; of its state, only the tick goes on by itself."""
         self._draw()
         return self._drawn
 
