@@ -143,7 +143,7 @@ def judge_runs(
     alone = None if criteria.are_names else WorldRun(run, seeds[0], float(np.max(limit_s)))
     recorder = None if alone is None or not criteria.record else TickRecorder(alone, criteria.record)
     values = _EndValues(run, {name: each for name, each in criteria.metrics.items() if isinstance(each, str)})
-    reader = _make_raised_reader(run, criteria)
+    reader = make_raised_reader(run, criteria)
     success = _make_monitor(run, criteria, alone, stride=None if reader is None else reader.stride)
     monitors: list[Monitor | None] = [recorder, reader, success, values]
     chosen = [each for each in monitors if each is not None]
@@ -183,7 +183,7 @@ class _EndValues(Monitor):
             self.columns[name][ended] = [average(row) for row in reading.read()[ended]]
 
 
-def _make_raised_reader(run: BehaviorRun, criteria: Criteria) -> RaisedReader | None:
+def make_raised_reader(run: BehaviorRun, criteria: Criteria) -> RaisedReader | None:
     """Make what reads where a flag is raised, if it is known where it was shown.
 
     A single robot with a flag stays where it is, and can be read later if nothing else is to be read.

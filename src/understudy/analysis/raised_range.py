@@ -50,12 +50,27 @@ class RaisedRange:
         """The number of worlds in which the flag was raised at a value that was not shown."""
         return int((self.raised & ~self.agrees).sum())
 
+    @property
+    def beyond(self) -> int:
+        """The number of worlds in which the flag was raised beyond what was shown, where nothing says that it is wrong.
+
+        People do not press at the same place twice, so values close to those shown do not count.
+        """
+        return int((self.agrees & ~self.shown.is_near(self.values).all(axis=1)).sum())
+
+    @property
+    def leaves_shown(self) -> bool:
+        """Whether the flag was raised where it was not shown, in any world."""
+        return self.elsewhere > 0 or self.beyond > 0
+
     def describe(self) -> str:
         """Return what happened in words: "done at 0.11 to 0.46 m of distance_to(A), shown at 0.17 to 0.44 m"."""
         feature, ends = self.shown.feature, self.find_ends()
         if ends is None:
             return f"{self.flag} was never raised; it was shown where {feature} is {self.shown.describe()}"
-        away = f"; elsewhere in {self.elsewhere} of {int(self.raised.sum())} worlds" if self.elsewhere else ""
+        counts = {"elsewhere": self.elsewhere, "beyond that": self.beyond}
+        away = ", ".join(f"{where} in {count}" for where, count in counts.items() if count)
+        away = f"; {away} of {int(self.raised.sum())} worlds" if away else ""
         where = f"{self.flag} where {feature} is {describe_range(feature, *ends)}"
         return f"{where}, shown at {self.shown.describe()}{away}"
 

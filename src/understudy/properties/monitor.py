@@ -5,7 +5,7 @@ Many worlds are watched side by side. What only concerns the scenario's goal or 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -63,6 +63,7 @@ def monitor_property(
     flags: Collection[str],
     *,
     limit_s: float | None = None,
+    also: Sequence[Monitor] = (),
     progress: Progress = skip_progress,
 ) -> PropertyOutcomes:
     """Run a behavior from the present moment on, until it is known in every world whether a property holds.
@@ -79,6 +80,8 @@ def monitor_property(
     limit_s
         The longest run, s. None: that of the property, or the scenario's. An "always" property needs none: its time
         is the limit.
+    also
+        What else observes the worlds, before the property does.
     progress
         Function called repeatedly with the number of completed worlds and their total.
 
@@ -100,18 +103,18 @@ def monitor_property(
     watch = make_watch(subject, run, flags)
     world = run.world
     if limit_s is None or subject.kind is PropertyKind.ALWAYS:
-        limit_s = find_limit(subject)
+        limit_s = find_longest_run(subject)
     if limit_s is None and world is not None:
         limit_s = world.scenario.limit_s
     if limit_s is None:
         raise SettingError(
             where="property", setting="limit_s", problem="is missing", remedy="give the longest run in s"
         )
-    roll_out(run, [watch], limit_s, to_goal=watch.ends, progress=progress)
+    roll_out(run, [*also, watch], limit_s, to_goal=watch.ends, progress=progress)
     return watch.make_outcomes(run.ticks)
 
 
-def find_limit(subject: Property) -> float | None:
+def find_longest_run(subject: Property) -> float | None:
     """Find the longest run of a property, s; None if it leaves that to the scenario."""
     if subject.kind is PropertyKind.ALWAYS:
         return subject.seconds
@@ -129,7 +132,7 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     margin = bind_condition(condition, run, flags)
     if subject.kind is PropertyKind.NEVER_LONGER:
         return DurationWatch(run, margin, seconds, ends=ends)
-    if run.knows_times and run.is_fused and (flag := _get_flag(condition)) is not None:
+    if run.knows_times and run.is_fused and (flag := find_flag(condition)) is not None:
         return FlagWatch(run, flag, seconds, ends=ends, wanted=subject.kind is PropertyKind.ALWAYS)
     if subject.kind is PropertyKind.ALWAYS and is_goal(condition):
         return GoalWatch(run, seconds)
@@ -138,7 +141,8 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     return NeverWatch(run, margin, ends=ends)
 
 
-def _get_flag(condition: Condition) -> str | None:
+def find_flag(condition: Condition) -> str | None:
+    """Return the flag if a condition is only that it is raised, else None."""
     clause = condition.single
     raised = clause is not None and clause.comparison is ClauseTest.RAISED and not clause.negated
     return clause.subject if clause is not None and raised else None
@@ -195,7 +199,7 @@ class PropertyRule(SuccessRule):
 
     def find_limit(self, scenario: Scenario) -> float:
         """Return the longest run in a scenario, s."""
-        given = find_limit(self.subject)
+        given = find_longest_run(self.subject)
         return scenario.limit_s if given is None else given
 
     def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:

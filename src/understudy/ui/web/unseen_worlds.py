@@ -51,7 +51,11 @@ class UnseenWorldsEvaluation:
         if data.result is None:
             return StatusMessage(data.problem, "error")
         worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
-        return StatusMessage(f"{data.called} succeeded in {data.result.succeeded} of {worlds}")
+        raised = f" ({data.result.raised})" if data.result.raised else ""
+        return StatusMessage(
+            f"{data.called} succeeded in {data.result.succeeded} of {worlds}{raised}",
+            "error" if data.result.leaves_shown else "",
+        )
 
     def _run(self, evaluate: Callable[[Progress], Evaluation]) -> None:
         try:

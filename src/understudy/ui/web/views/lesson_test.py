@@ -64,6 +64,8 @@ class TestedData(Data, frozen=True, kw_only=True):
     name: str
     works: bool
     examples: int
+    otherwise: int
+    """How many examples, shown or watched, are decided otherwise."""
     outcomes: list[PropertyTestedData]
     """In the order of the lesson."""
     worse: list[str]
@@ -116,6 +118,7 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
         name=seen.name,
         works=seen.is_passing,
         examples=seen.replayed.examples,
+        otherwise=len(seen.replayed.mismatches) + seen.replayed.overruled,
         outcomes=[
             PropertyTestedData(
                 said=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
