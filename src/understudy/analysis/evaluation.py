@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from understudy.analysis.evaluation_display import EvaluationDisplay
 from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
-from understudy.analysis.outcomes import Outcomes
 from understudy.analysis.raised_range import RaisedRange, describe_raised
 from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
+from understudy.analysis.rollout import Outcomes
 from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
 

@@ -9,12 +9,12 @@ from typing import Self
 
 import numpy as np
 
-from understudy.analysis.evaluate import evaluate, find_flags, find_runners
-from understudy.analysis.evaluation_task import WORLDS_AT_ONCE, EvaluationTask
-from understudy.analysis.goal_runs import Criteria
+from understudy.analysis.criteria import Criteria, make_raised_reader
+from understudy.analysis.evaluate import find_flags, find_runners
+from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.intervals import LEVEL, exact_interval_of_share
-from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.raised_range import RaisedRange, describe_raised, find_shown_goal
+from understudy.analysis.rollout import WORLDS_AT_ONCE, Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
@@ -214,7 +214,9 @@ def run_property(
     if not isinstance(subject.start, SeededWorlds):
         raise TypeError("a property from a stored moment has no seeds")
     task = make_property_task(subject, library, scenario)
-    seeds, done = subject.start.seeds, list[PropertyOutcomes]()
+    flag = _find_demanded_flag(subject)
+    shown = find_shown_goal(task.library, task.behavior, flag)
+    seeds, done, raised = subject.start.seeds, list[PropertyOutcomes](), list[RaisedRange]()
     last = 0
     for first, last in _divide(subject, len(seeds)):
 
@@ -222,36 +224,18 @@ def run_property(
             progress(first + through, len(seeds))
 
         run = task.make_run(scenario, seeds[first:last])
-        done.append(monitor_property(subject, run, task.criteria.flags, progress=report))
+        reader = make_raised_reader(run, Criteria(flag, task.criteria.flags, {}, {}, shown))
+        also = [] if reader is None else [reader]
+        done.append(monitor_property(subject, run, task.criteria.flags, also=also, progress=report))
+        if reader is not None:
+            raised.append(reader.finish(~np.isnan(done[-1].reached_s)))
         if (
             subject.at_least is not None
             and _join(subject, seeds[:last], done).verdict is not Verdict.UNDECIDED
         ):
             break
-    raised = _find_raised(subject, library, scenario, seeds[:last])
-    return replace(_join(subject, seeds[:last], done), raised=raised)
-
-
-def _find_raised(
-    subject: Property, library: Library | Libraries, scenario: Scenario, seeds: tuple[int, ...]
-) -> RaisedRange | None:
-    """Find where the flag was raised that a property demands in time: the robot's own word, which is looked at.
-
-    The worlds are run again, and only if the presses for the flag say where it is right.
-    """
-    flag = _find_demanded_flag(subject)
-    _, _, behavior, found = find_runners(library, subject.behavior, scenario)
-    if find_shown_goal(found, behavior, flag) is None:
-        return None
-    return evaluate(
-        library,
-        subject.behavior,
-        scenario,
-        seeds,
-        binding=subject.targets,
-        goal=flag,
-        limit_s=subject.seconds,
-    ).raised
+    joined = _join(subject, seeds[:last], done)
+    return replace(joined, raised=RaisedRange.concatenate(raised)) if raised else joined
 
 
 def _find_demanded_flag(subject: Property) -> str | None:

@@ -143,7 +143,7 @@ def test_among_others_the_situation_is_that_of_the_test(
     assert setup is not None
     library = session.library.with_automaton(session.make_trained_automaton())
     run = setup.start([77], library, "new", {})
-    run.advance_all(round(6.0 / SCENARIO.tick_s))
+    run.advance(round(6.0 / SCENARIO.tick_s))
     assert isinstance(run.body, World)
     for what in ("x", "y", "heading"):
         there = run.body.state.robots[what]

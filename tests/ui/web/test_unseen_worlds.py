@@ -15,7 +15,7 @@ from tests.ui.web.pages import GOTO, Page, page, served, studio
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.measurement import Progress
+from understudy.analysis.rollout import Progress
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test

@@ -10,7 +10,7 @@ from time import sleep
 from msgspec import structs
 
 from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.measurement import Progress
+from understudy.analysis.rollout import Progress
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.views.session import EvaluationData, describe_evaluation
 
