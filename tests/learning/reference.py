@@ -76,8 +76,6 @@ class Learner:
 
     def grow(self, rows: list[Row], tested: frozenset[int] = frozenset()) -> Any:
         pressed = [row for row in rows if row.group != WATCHED]
-        if not pressed:
-            return None
         if len({row.outcome for row in pressed}) > 1:
             splits = list(self.splits(rows))
             if self.watched:
@@ -97,13 +95,17 @@ class Learner:
             if splits:
                 return self.split(max(splits, key=lambda split: split.key), tested)
         elif limits := list(self.limits(rows, pressed[0].outcome, tested)):
-            return self.split(max(limits, key=lambda split: split.key), tested)
+            return self.split(max(limits, key=lambda split: split.key), tested, silent=self.current)
         return self.vote(pressed)
 
-    def split(self, best: Split, tested: frozenset[int]) -> Any:
+    def split(self, best: Split, tested: frozenset[int], silent: int | None = None) -> Any:
+        """The test and what is grown below it; `silent` where only watched examples are."""
         kind, feature = best.test[:2]
         below = tested | {feature} if kind == TestKind.BELOW else tested
-        grown = {side: self.grow(part, below) for side, part in best.children.items()}
+        grown = {
+            side: self.grow(part, below) if any(row.group != WATCHED for row in part) else silent
+            for side, part in best.children.items()
+        }
         shown = {side: child for side, child in grown.items() if child is not None}
         children = shown if kind == TestKind.LABEL else grown
         return (*best.test, best.absent if best.absent in shown else None, children)
