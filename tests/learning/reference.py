@@ -237,14 +237,15 @@ class Learner:
                 return
 
     def score(self, parts: Sequence[Sequence[Row]], *, arc: bool = False) -> tuple[float, ...]:
-        """How well it tells flags apart, gain ratio, and gain."""
+        """How well it tells all flags apart, or one of them; gain ratio, and gain."""
         ratio, gain = scores(parts, self.weights)
         apart = 0
-        for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
-            flagged = [[row.outcome in self.flags for row in part if row.group in groups] for part in parts]
-            flags, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
-            if flags and others and any(part in ([True] * flags, [False] * others) for part in flagged):
-                apart = max(apart, how)
+        for flags, least in ((self.flags, 2), *(([flag], 0) for flag in self.flags)):
+            for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
+                flagged = [[row.outcome in flags for row in part if row.group in groups] for part in parts]
+                count, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
+                if count and others and any(part in ([True] * count, [False] * others) for part in flagged):
+                    apart = max(apart, least + how)
         return 0 if arc else apart, ratio, gain
 
     def sort(self, feature: int, gap: tuple[float, float], rows: list[Row]) -> int:
