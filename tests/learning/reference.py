@@ -76,8 +76,6 @@ class Learner:
 
     def grow(self, rows: list[Row], tested: frozenset[int] = frozenset()) -> Any:
         pressed = [row for row in rows if row.group != WATCHED]
-        if not pressed:
-            return None
         if len({row.outcome for row in pressed}) > 1:
             splits = list(self.splits(rows))
             if self.watched:
@@ -97,13 +95,17 @@ class Learner:
             if splits:
                 return self.split(max(splits, key=lambda split: split.key), tested)
         elif limits := list(self.limits(rows, pressed[0].outcome, tested)):
-            return self.split(max(limits, key=lambda split: split.key), tested)
+            return self.split(max(limits, key=lambda split: split.key), tested, silent=self.current)
         return self.vote(pressed)
 
-    def split(self, best: Split, tested: frozenset[int]) -> Any:
+    def split(self, best: Split, tested: frozenset[int], silent: int | None = None) -> Any:
+        """The test and what is grown below it; `silent` where only watched examples are."""
         kind, feature = best.test[:2]
         below = tested | {feature} if kind == TestKind.BELOW else tested
-        grown = {side: self.grow(part, below) for side, part in best.children.items()}
+        grown = {
+            side: self.grow(part, below) if any(row.group != WATCHED for row in part) else silent
+            for side, part in best.children.items()
+        }
         shown = {side: child for side, child in grown.items() if child is not None}
         children = shown if kind == TestKind.LABEL else grown
         return (*best.test, best.absent if best.absent in shown else None, children)
@@ -235,14 +237,15 @@ class Learner:
                 return
 
     def score(self, parts: Sequence[Sequence[Row]], *, arc: bool = False) -> tuple[float, ...]:
-        """How well it tells flags apart, gain ratio, and gain."""
+        """How well it tells all flags apart, or one of them; gain ratio, and gain."""
         ratio, gain = scores(parts, self.weights)
         apart = 0
-        for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
-            flagged = [[row.outcome in self.flags for row in part if row.group in groups] for part in parts]
-            flags, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
-            if flags and others and any(part in ([True] * flags, [False] * others) for part in flagged):
-                apart = max(apart, how)
+        for flags, least in ((self.flags, 2), *(([flag], 0) for flag in self.flags)):
+            for groups, how in (((DEFAULT, SHOWN), 2), ((SHOWN,), 1)):
+                flagged = [[row.outcome in flags for row in part if row.group in groups] for part in parts]
+                count, others = (sum(part.count(is_flag) for part in flagged) for is_flag in (True, False))
+                if count and others and any(part in ([True] * count, [False] * others) for part in flagged):
+                    apart = max(apart, least + how)
         return 0 if arc else apart, ratio, gain
 
     def sort(self, feature: int, gap: tuple[float, float], rows: list[Row]) -> int:

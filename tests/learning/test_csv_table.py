@@ -98,6 +98,24 @@ def test_flags_are_told_apart_before_what_steers(tmp_path: Path) -> None:
         assert predict_next_states(functions, names, [near_at_40]) == [decided]
 
 
+BUMPED = """state,next,kind,distance:continuous,angle:continuous,bumped:categorical(no|yes)
+forward,forward,default,5.0,-10,no
+forward,left,directive,4.0,40,no
+forward,forward,default,1.1,0,no
+forward,right,directive,0.9,-40,no
+forward,done,directive,0.3,-20,no
+forward,done,directive,0.2,-25,no
+forward,failed,directive,2.2,-5,yes
+"""
+
+
+def test_one_flag_is_told_apart_where_no_test_tells_all(tmp_path: Path) -> None:
+    lesson = read_lesson_table(write(tmp_path, BUMPED))
+    rows = [QueryRow("forward", values) for values in ((0.25, 40.0, 0.0), (3.0, -22.0, 0.0), (3.0, 0.0, 1.0))]
+    decided = predict_next_states(learn(lesson), lesson.automaton.state_names, rows)
+    assert decided == ["done", "forward", "failed"]
+
+
 HEADERS = [  # header, name, kind: names may hold colons and brackets, as those of the RoboCup lessons do
     ("x:continuous", "x", Continuous()),
     (

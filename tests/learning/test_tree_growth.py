@@ -14,7 +14,7 @@ from tests.learning.reference import Learner, Row, nested
 from understudy.errors import DefinitionError
 from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree
 from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
-from understudy.model.tree import TestKind, Tree
+from understudy.model.tree import STAY, TestKind, Tree
 
 MANY = settings(max_examples=400)
 FLAGS = st.lists(st.integers(0, 2), max_size=2, unique=True)
@@ -73,6 +73,14 @@ def test_watched_stays_beyond_all_presses_limit_a_decision(
     last = max(value for value in np.arange(0.0, 3.0, 0.005) if tree.decide([value]) == 1)
     assert first == pytest.approx(leaves[0], abs=0.03)
     assert last == pytest.approx(2.995 if leaves[1] is None else leaves[1], abs=0.01)
+
+
+def test_what_silence_limits_was_shown() -> None:
+    """It ends at a leaf: it does not stay there because nothing was shown."""
+    rows = [Row((0.0,), 0, 0), Row((0.97,), 1, 1), *(Row((value,), 0, 2) for value in STAYS)]
+    tree = tree_of(rows, [Continuous()], current=0, silence=True)
+    assert tree.path([2.0])[1] != STAY
+    assert tree.decide([2.0]) == 0
 
 
 def test_silence_brings_no_other_feature_in() -> None:

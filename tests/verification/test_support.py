@@ -89,6 +89,17 @@ def test_a_label_without_examples() -> None:
     assert not check(shown, FindingKind.NEVER_SHOWN)
 
 
+def test_where_silence_limits_a_decision_something_was_shown() -> None:
+    rows = (
+        SHOWN[0],
+        ("ahead", "ahead", "default", 0.0, 0),
+        ("ahead", "back", "directive", 1.0, 0),
+        *(("ahead", "ahead", "watched", distance, 0) for distance in (1.3, 1.6, 2.0, 2.4)),
+        *SHOWN[4:],
+    )
+    assert not check(rows, FindingKind.NEVER_SHOWN)
+
+
 def test_absence_without_examples() -> None:
     (found,) = check(SHOWN, FindingKind.ABSENT_NEVER_SHOWN)
     assert found.states == ("ahead", "back")

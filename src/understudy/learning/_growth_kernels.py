@@ -163,6 +163,8 @@ def grow_nodes(
         for k in range(outcomes):
             if pressed[k] == presses:
                 nodes[node, OUTCOME] = k
+        if presses == 0:  # it is beyond the limit that silence has set
+            nodes[node, OUTCOME] = quiet
         best[:] = NOTHING
         for attempt in range(2 if watched else 1):
             if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
@@ -204,7 +206,7 @@ def grow_nodes(
         partition_rows(here, side, sizes, kept)
         at = stop
         for child in range(children - 1, -1, -1):
-            if presses_of[child] > 0:
+            if presses_of[child] > 0 or (decided != NOTHING and sizes[child] > 0):
                 waiting[depth, 0], waiting[depth, 1] = at - sizes[child], at
                 waiting[depth, 2], waiting[depth, 3] = node, child
                 depth += 1

@@ -55,11 +55,14 @@ def keep_if_better(
 
 
 @inner
-def is_flags_alone(counts: Ints, here: Ints, flags: Bools) -> bool:
-    """Return whether a branch has exactly those examples that lead to flags, or exactly all others."""
+def is_alone(counts: Ints, here: Ints, flags: Bools, flag: int) -> bool:
+    """Return whether a branch has exactly those examples that lead to a flag, or exactly all others.
+
+    `flag` is the index of the flag, or NOTHING for all flags together.
+    """
     flagged = others = flagged_here = others_here = 0
     for k in range(len(counts)):
-        if flags[k]:
+        if k == flag or (flag == NOTHING and flags[k]):
             flagged += counts[k]
             flagged_here += here[k]
         else:
@@ -72,14 +75,22 @@ def is_flags_alone(counts: Ints, here: Ints, flags: Bools) -> bool:
 
 @inner
 def tell_flags_apart(pressed: Ints, shown: Ints, told: Ints, said: Ints, flags: Bools) -> int:
-    """Return how well a branch tells flags from all else: 2 for all press-made examples, 1 without defaults, or 0.
+    """Return how well a branch tells flags from all else: 4 for all press-made examples, 3 without defaults, or 0.
 
-    Of the node and of the branch, by outcome: `pressed` and `shown` are the press-made examples, `told` and `said`
-    those that are no defaults.
+    For a single one of several flags it is 2 and 1. Of the node and of the branch, by outcome: `pressed` and `shown`
+    are the press-made examples, `told` and `said` those that are no defaults.
     """
-    if is_flags_alone(pressed, shown, flags):
-        return 2
-    return int(is_flags_alone(told, said, flags))
+    if is_alone(pressed, shown, flags, NOTHING):
+        return 4
+    if is_alone(told, said, flags, NOTHING):
+        return 3
+    best = 0
+    for k in range(len(flags)):
+        if flags[k] and best < 2 and is_alone(pressed, shown, flags, k):
+            best = 2
+        if flags[k] and best < 1 and is_alone(told, said, flags, k):
+            best = 1
+    return best
 
 
 @inner
