@@ -19,17 +19,17 @@ export function Bars() {
       </div>
     );
   }
-  if (studio.told === null || studio.directs) return null;
+  if (studio.status === null || studio.directs) return null;
   return (
     <div class="bar" role="status">
       <span>
-        {studio.told.directed
-          ? studio.told.can_take
+        {studio.status.directed
+          ? studio.status.can_take
             ? "Someone else is in control, and has done nothing for a while."
             : "Someone else is in control. You can watch, and take control when nobody is."
           : "No one is in control. Take control to teach the robot."}
       </span>
-      {studio.told.can_take && (
+      {studio.status.can_take && (
         <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
           Take control
         </button>

@@ -2,7 +2,7 @@
 
 import { useRef, useState } from "preact/hooks";
 import { useStudio } from "./context";
-import { Running } from "./running";
+import { TimeControls } from "./timecontrols";
 import type { Studio } from "./studio";
 import { className, plain } from "./words";
 
@@ -10,7 +10,7 @@ export function Header() {
   const studio = useStudio();
   const { desk, scene } = studio;
   const { real } = studio.live;
-  const overview = studio.team !== null && studio.shows === "team";
+  const overview = studio.team !== null && studio.view === "team";
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
@@ -30,13 +30,13 @@ export function Header() {
           </span>
         </>
       )}
-      {scene !== null && !real && <Place studio={studio} scenario={scene.scenario} />}
+      {scene !== null && !real && <WorldPlace studio={studio} scenario={scene.scenario} />}
       {real && studio.team === null && <span class="soft">on {scene?.real.join(", ")}</span>}
       <span class="space" />
-      {!overview && <Running studio={studio} />}
+      {!overview && <TimeControls studio={studio} />}
       <span class="space" />
       {!overview && desk !== null && <ModeSwitch studio={studio} />}
-      <Saving studio={studio} />
+      <SaveControls studio={studio} />
     </header>
   );
 }
@@ -49,8 +49,8 @@ function Views({ studio }: { studio: Studio }) {
         <button
           type="button"
           key={each}
-          aria-pressed={studio.shows === each}
-          onClick={() => studio.show(each)}
+          aria-pressed={studio.view === each}
+          onClick={() => studio.switchView(each)}
         >
           {each === "team" ? "Team" : "Training"}
         </button>
@@ -59,8 +59,8 @@ function Views({ studio }: { studio: Studio }) {
   );
 }
 
-function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
-  const seed = studio.told?.seed ?? studio.scene?.seed ?? null;
+function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) {
+  const seed = studio.status?.seed ?? studio.scene?.seed ?? null;
   const [typed, setTyped] = useState<string | null>(null);
   const edited = useRef(false);
   const go = (event: Event): void => {
@@ -80,7 +80,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   };
   return (
     <span class="soft place">
-      {studio.told?.places.saves === true ? (
+      {studio.status?.places.saves === true ? (
         <label class="where">
           in{" "}
           <select
@@ -95,7 +95,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
               void studio.ask({ do: "open_world", name, discard: false });
             }}
           >
-            {studio.told.places.worlds.map((each) => (
+            {studio.status.places.worlds.map((each) => (
               <option key={each} value={each}>
                 {plain(each)}
               </option>
@@ -153,18 +153,18 @@ function ModeSwitch({ studio }: { studio: Studio }) {
   );
 }
 
-function Saving({ studio }: { studio: Studio }) {
-  const { desk, told } = studio;
-  const saved = told?.library.trained.some(({ name }) => name === desk?.name) ?? false;
+function SaveControls({ studio }: { studio: Studio }) {
+  const { desk, status } = studio;
+  const saved = status?.library.trained.some(({ name }) => name === desk?.name) ?? false;
   return (
-    <div class="saving">
+    <div class="save-controls">
       {desk !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
           <span class={className("dot", (desk.unsaved || !saved) && "open")} />
           {desk.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
         </span>
       )}
-      {(told?.viewers ?? 1) > 1 && studio.directs && (
+      {(status?.viewers ?? 1) > 1 && studio.directs && (
         <button type="button" title="Hand over control" onClick={() => void studio.ask({ do: "hand_over" })}>
           Hand over
         </button>
@@ -172,8 +172,8 @@ function Saving({ studio }: { studio: Studio }) {
       {desk !== null && (
         <button
           type="button"
-          disabled={!studio.directs || !desk.unsaved || studio.trial.saving}
-          onClick={() => void studio.trial.save()}
+          disabled={!studio.directs || !desk.unsaved || studio.lessonTests.saving}
+          onClick={() => void studio.lessonTests.save()}
         >
           Save
         </button>

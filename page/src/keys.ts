@@ -50,7 +50,7 @@ function commands(studio: Studio, event: KeyboardEvent): boolean {
       void studio.ask({ do: "turn" });
       return true;
     case " ":
-      void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
+      void studio.ask({ do: "pause", paused: !(studio.status?.paused ?? false) });
       return true;
     case "F":
       void studio.ask({ do: "skip" });

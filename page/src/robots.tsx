@@ -10,7 +10,7 @@ import { className } from "./words";
 export function Robots() {
   const studio = useStudio();
   const [asks, setAsks] = useState(false);
-  const robots = studio.told?.robots ?? [];
+  const robots = studio.status?.robots ?? [];
   if (robots.length === 0) return null;
   const all = robots.every(({ armed }) => armed);
   const { holding } = studio.live;

@@ -1,14 +1,14 @@
 /** The tab Automaton: the graph, the rules in words, and why it does what it does. */
 
 import { useState } from "preact/hooks";
-import { ChangedCard } from "../changed";
+import { ChangeCard } from "../changes";
 import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
 import type { Edge, Way } from "../protocol";
 import { className, plain } from "../words";
 import { GraphView } from "./graph";
-import { Pruned, SimplerCard } from "./simpler";
+import { PruningLine, SimplifyCard } from "./simplify";
 import { Why } from "./why";
 
 export function AutomatonTab() {
@@ -34,7 +34,7 @@ export function AutomatonTab() {
           now {desk.path.map(plain).join(" › ")}
         </p>
       )}
-      <ChangedCard />
+      <ChangeCard />
       <Why />
       <div class="rules-head">
         <h3>
@@ -50,10 +50,12 @@ export function AutomatonTab() {
           </button>
         )}
         {picked === undefined && inner === null && !simplifying && (
-          <Pruned desk={desk} studio={studio} show={() => simplify(true)} />
+          <PruningLine desk={desk} studio={studio} show={() => simplify(true)} />
         )}
       </div>
-      {simplifying && <SimplerCard desk={desk} panel={panel} studio={studio} close={() => simplify(false)} />}
+      {simplifying && (
+        <SimplifyCard desk={desk} panel={panel} studio={studio} close={() => simplify(false)} />
+      )}
       {desk.edges.length === 0 && (
         <p class="empty">
           Nothing yet. Press a state below the world to direct the robot: each press is an example, and from

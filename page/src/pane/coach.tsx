@@ -5,7 +5,7 @@ import { usePanel, useStudio } from "../context";
 import type { Advice, Finding, Late, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
-import { AskingPart } from "./asking";
+import { QueryPart } from "./query";
 import { FailuresPart } from "./failures";
 import { PropertiesPart } from "./properties";
 
@@ -33,24 +33,28 @@ export function CoachTab() {
   }
   return (
     <>
-      <AskingPart desk={desk} studio={studio} />
+      <QueryPart desk={desk} studio={studio} />
       <FailuresPart studio={studio} />
       <PropertiesPart studio={studio} />
-      <Advised key={desk.name} desk={desk} studio={studio} />
+      <CoachReportView key={desk.name} desk={desk} studio={studio} />
     </>
   );
 }
 
-interface Coached {
+interface CoachReport {
   advice: readonly Advice[];
   findings: readonly Finding[];
   late: Late | null;
 }
 
 /** What the coach says of the lesson; asked again when that has changed, and when its score is taken. */
-function useCoach(studio: Studio, edition: number, scoring: boolean): readonly [Coached | null, () => void] {
-  const [coached, setCoached] = useState<Coached | null>(null);
-  const [asked, setAsked] = useState(0);
+function useCoach(
+  studio: Studio,
+  edition: number,
+  scoring: boolean,
+): readonly [CoachReport | null, () => void] {
+  const [report, setReport] = useState<CoachReport | null>(null);
+  const [requests, setRequests] = useState(0);
   const last = useRef(-REST_MS);
   useEffect(() => {
     let over = false;
@@ -60,32 +64,32 @@ function useCoach(studio: Studio, edition: number, scoring: boolean): readonly [
       const { advice, findings, late, later } = await studio.ask({ do: "advise" });
       if (over) return;
       if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
-      if (advice !== undefined) setCoached({ advice, findings: findings ?? [], late: late ?? null });
+      if (advice !== undefined) setReport({ advice, findings: findings ?? [], late: late ?? null });
     };
     return () => {
       over = true;
       clearTimeout(due);
     };
-  }, [edition, scoring, asked]);
+  }, [edition, scoring, requests]);
   const again = (): void => {
     last.current = -REST_MS;
-    setAsked((count) => count + 1);
+    setRequests((count) => count + 1);
   };
-  return [coached, again];
+  return [report, again];
 }
 
-interface Part {
+interface SessionProps {
   desk: Session;
   studio: Studio;
 }
 
-function Advised({ desk, studio }: Part) {
-  const [coached, again] = useCoach(studio, desk.edition, desk.score.running);
+function CoachReportView({ desk, studio }: SessionProps) {
+  const [report, again] = useCoach(studio, desk.edition, desk.score.running);
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
-  if (coached === null) return null;
-  const { advice, findings, late } = coached;
-  const there = setUp !== null && (studio.told?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
+  if (report === null) return null;
+  const { advice, findings, late } = report;
+  const there = setUp !== null && (studio.status?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
   const listed = all ? advice : advice.slice(0, FIRST);
   const place = async (of: string): Promise<void> => {
     const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
@@ -93,7 +97,7 @@ function Advised({ desk, studio }: Part) {
   };
   return (
     <>
-      {late !== null && <LateCard late={late} studio={studio} />}
+      {late !== null && <ReactionCard late={late} studio={studio} />}
       <h3>What to show next</h3>
       {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
       <ol class="advices" aria-label="Advice">
@@ -119,7 +123,7 @@ function Advised({ desk, studio }: Part) {
       {findings.length > 0 && <h3>What a check finds</h3>}
       <ol class="advices" aria-label="Findings">
         {findings.map((each) => (
-          <FindingItem
+          <FindingRow
             key={each.sentence}
             finding={each}
             studio={studio}
@@ -132,7 +136,7 @@ function Advised({ desk, studio }: Part) {
   );
 }
 
-interface FindingProps {
+interface FindingRowProps {
   finding: Finding;
   studio: Studio;
   /** What came of setting it up, where that was the last. */
@@ -141,11 +145,11 @@ interface FindingProps {
 }
 
 /** What the automaton cannot do, or does without end, by its trees alone. */
-function FindingItem({ finding, studio, outcome, setUp }: FindingProps) {
+function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
   const { error, sentence, remedy, assumptions, examples, place } = finding;
   return (
-    <li class={className("advice", "finding", "plainly", error && "error", outcome !== null && "on")}>
+    <li class={className("advice", "finding", "important", error && "error", outcome !== null && "on")}>
       <div class="advice-head">
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
@@ -205,7 +209,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
   };
   return (
     <li
-      class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
+      class={className("advice", (weight > PLAIN || kind === "few") && "important", outcome !== null && "on")}
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
@@ -213,7 +217,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
       {says !== null && (
-        <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
+        <SlipQuestion number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
       )}
       <p class="advice-more">
         {examples.length > 0 && (
@@ -240,25 +244,25 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
   );
 }
 
-interface MeantProps extends Part {
+interface SlipQuestionProps extends SessionProps {
   number: number;
   says: { state: string; next: string };
   again: () => void;
 }
 
 /** Whether a press that looks like a slip was meant, and if not, what was. */
-function MeantPart({ number, says, desk, studio, again }: MeantProps) {
+function SlipQuestion({ number, says, desk, studio, again }: SlipQuestionProps) {
   const others = desk.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
-  const mend = (next: string): void => {
+  const correct = (next: string): void => {
     if (next !== "") void studio.change({ do: "mend", number, next }, { do: "undo" });
   };
-  const stand = async (): Promise<void> => {
+  const confirm = async (): Promise<void> => {
     await studio.ask({ do: "stand_by", number });
     again();
   };
   return (
     <p class="choices">
-      <button type="button" class="small" disabled={!studio.directs} onClick={() => void stand()}>
+      <button type="button" class="small" disabled={!studio.directs} onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
       </button>
       <select
@@ -266,7 +270,7 @@ function MeantPart({ number, says, desk, studio, again }: MeantProps) {
         class="small"
         disabled={!studio.directs}
         value=""
-        onChange={(event) => mend(event.currentTarget.value)}
+        onChange={(event) => correct(event.currentTarget.value)}
       >
         <option value="">No, I meant …</option>
         {others.map((name) => (
@@ -279,10 +283,10 @@ function MeantPart({ number, says, desk, studio, again }: MeantProps) {
   );
 }
 
-function LateCard({ late, studio }: { late: Late; studio: Studio }) {
+function ReactionCard({ late, studio }: { late: Late; studio: Studio }) {
   const { reaction_s, sentence } = late;
   return (
-    <section class="advice plainly late" aria-label="Reaction time">
+    <section class="advice important late" aria-label="Reaction time">
       <p>{plain(sentence)}</p>
       <p class="choices">
         <button

@@ -3,13 +3,13 @@
 import { useState } from "preact/hooks";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { clock, plain } from "../words";
+import { formatTime, plain } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
 
 export function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
-  const [asked, setAsked] = useState(false);
+  const [confirms, setConfirms] = useState(false);
   const { number, state, next } = example;
   const remove = async (): Promise<void> => {
     const answer = await studio.change({ do: "delete", number }, { do: "undo" });
@@ -64,16 +64,16 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         {example.quarantined === "" ? "Ignore" : "Use it again"}
       </button>
       {desk.features.length > 0 && (
-        <button type="button" class="link" aria-expanded={asked} onClick={() => setAsked(!asked)}>
+        <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values
         </button>
       )}
       {example.source !== "" ? (
         <span class="tiny">from {example.source}</span>
       ) : (
-        example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>
+        example.time_s !== null && <span class="tiny">shown at {formatTime(example.time_s)}</span>
       )}
-      {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
+      {confirms && <Values example={example} desk={desk} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (
         <p class="tiny warn">Contradicts another example: same readings, different press.</p>
@@ -119,19 +119,19 @@ interface ValuesProps {
 }
 
 function Values({ example, desk, studio, edit }: ValuesProps) {
-  const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, shown: string) => {
-    const done = field.value === shown || (await edit({ values: { [feature.label]: field.value } }));
-    if (!done) field.value = shown;
+  const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, text: string) => {
+    const done = field.value === text || (await edit({ values: { [feature.label]: field.value } }));
+    if (!done) field.value = text;
   };
   return (
     <div class="values">
       {desk.features.map((feature, index) => {
-        const shown = example.values[index] ?? "";
+        const text = example.values[index] ?? "";
         const options = {
-          value: shown,
+          value: text,
           disabled: !studio.directs,
           onChange: (event: { currentTarget: HTMLInputElement | HTMLSelectElement }) =>
-            void change(feature, event.currentTarget, shown),
+            void change(feature, event.currentTarget, text),
         };
         return (
           <label key={feature.label}>

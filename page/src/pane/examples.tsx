@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { className, clock, plain } from "../words";
+import { className, formatTime, plain } from "../words";
 import { Detail } from "./example";
 
 type Kind = Example["kind"] | "correction";
@@ -33,12 +33,12 @@ export interface TableProps {
 
 export function Examples({ desk, panel, studio }: TableProps) {
   const [all, setAll] = useState(false);
-  const latest = all || panel.shown.size > 0 ? desk.examples : desk.examples.slice(-LATEST);
+  const latest = all || panel.highlighted.size > 0 ? desk.examples : desk.examples.slice(-LATEST);
   const rows = [...latest].reverse();
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
     body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
-  }, [panel.shown]);
+  }, [panel.highlighted]);
   return (
     <>
       <table class="examples">
@@ -49,7 +49,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
             <th>next</th>
             {desk.features.map(({ label, unit }) => (
               <th key={label} class="number" title={unit === "" ? plain(label) : `${plain(label)}, ${unit}`}>
-                {shortened(label)}
+                {shorten(label)}
               </th>
             ))}
             <th aria-label="how" />
@@ -77,7 +77,7 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
   const { number, correction, contradicts } = example;
   const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
-  const marks = [picked && "picked", panel.shown.has(number) && "shown", correction && "correction"];
+  const marks = [picked && "picked", panel.highlighted.has(number) && "shown", correction && "correction"];
   return (
     <>
       <tr
@@ -123,7 +123,7 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
           </span>
         </td>
         <td class="number soft">
-          <span title={clock(example.time_s)}>{clock(example.time_s).replace(/\..*/, "")}</span>
+          <span title={formatTime(example.time_s)}>{formatTime(example.time_s).replace(/\..*/, "")}</span>
         </td>
       </tr>
       {picked && (
@@ -143,6 +143,6 @@ function bare(value: string, unit: string): string {
 }
 
 /** distance_to(A) is "distance A" over a narrow column. */
-function shortened(label: string): string {
+function shorten(label: string): string {
   return plain(label.replace(/_to\b/, "").replace(/\((.+)\)/, " $1"));
 }

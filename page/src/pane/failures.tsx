@@ -2,17 +2,17 @@
 
 import type { FailingWorld, Failures } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 
 const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
   "not run": ["○", "soft", "Not run yet with what is trained"],
   fails: ["✗", "warn", "Still fails"],
-  passes: ["✓", "came", "Passes now"],
+  passes: ["✓", "passes", "Passes now"],
   unknown: ["?", "warn", "Could not be run"],
 };
 
 export function FailuresPart({ studio }: { studio: Studio }) {
-  const failures = studio.told?.failures ?? null;
+  const failures = studio.status?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
   const { worlds, problems, running } = failures;
   return (
@@ -29,7 +29,7 @@ export function FailuresPart({ studio }: { studio: Studio }) {
           {running ? "Running …" : "Run again"}
         </button>
       </div>
-      <Standing failures={failures} studio={studio} />
+      <PassCount failures={failures} studio={studio} />
       <ul class="failed" aria-label="Failing worlds, the worst and most different first">
         {worlds.map((world) => (
           <FailureItem key={world.name} world={world} open={failures.open === world.name} studio={studio} />
@@ -45,22 +45,22 @@ export function FailuresPart({ studio }: { studio: Studio }) {
 }
 
 /** How many of them pass; while they are run, how far that is. */
-function Standing({ failures, studio }: { failures: Failures; studio: Studio }) {
+function PassCount({ failures, studio }: { failures: Failures; studio: Studio }) {
   const { worlds, running, through, stale, leads_to } = failures;
-  const known = worlds.filter(({ state }) => state === "fails" || state === "passes");
-  const passed = known.filter(({ state }) => state === "passes").length;
+  const tested = worlds.filter(({ state }) => state === "fails" || state === "passes");
+  const passed = tested.filter(({ state }) => state === "passes").length;
   return (
     <>
       {running && (
-        <p class="trying">
+        <p class="test-progress">
           <progress aria-label="Failing worlds run" value={through} max={Math.max(1, worlds.length)} />
         </p>
       )}
       <p class="tiny" aria-live="polite">
-        {known.length === 0
+        {tested.length === 0
           ? "Open one, and press what is right where it goes wrong."
-          : `${passed} of ${counted(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
-        {stale && known.length > 0 && !running && ", before the lesson changed; run them again"}
+          : `${passed} of ${formatCount(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
+        {stale && tested.length > 0 && !running && ", before the lesson changed; run them again"}
         {leads_to !== null && (
           <>
             {" · "}
@@ -88,7 +88,7 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
       <span class={tone} role="img" aria-label={means} title={means}>
         {mark}
       </span>
-      <span class="promised" title={plain(sentences.join(" "))}>
+      <span class="claim" title={plain(sentences.join(" "))}>
         {name}{" "}
         <span class="soft">
           {!name.startsWith(behavior) && `${plain(behavior)}: `}

@@ -1,11 +1,11 @@
 /** The automaton as a graph: the active state lit, the last transition flashing, every edge to be clicked. */
 
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "../graph";
+import { BUTTON, curve, layoutGraph, edgeId, HEIGHT, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Session } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted, isSmall, plain } from "../words";
+import { className, formatCount, isSmall, plain } from "../words";
 
 const LARGEST = 1.15;
 /** On a small screen letters are 13 px high at this scale. */
@@ -26,12 +26,12 @@ interface GraphProps {
 
 export function GraphView({ desk, panel, last }: GraphProps) {
   const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
-  const open = (path: string): void => setOpened((before) => toggled(before, path));
+  const open = (path: string): void => setOpened((before) => togglePath(before, path));
   const shape = desk.states.map(({ name, flag }) => `${name} ${flag}`).join();
   const edges = desk.edges.map(edgeId).join();
   const drawn = useMemo(
     () =>
-      drawing(
+      layoutGraph(
         desk.states,
         desk.edges,
         ({ name, flag }) => plain(name) + (flag ? " ⚑" : ""),
@@ -100,7 +100,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   );
 }
 
-function toggled(opened: ReadonlySet<string>, path: string): ReadonlySet<string> {
+function togglePath(opened: ReadonlySet<string>, path: string): ReadonlySet<string> {
   const now = new Set(opened);
   if (!now.delete(path)) now.add(path);
   return now;
@@ -127,7 +127,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
       role="button"
       tabindex={0}
       aria-pressed={picked}
-      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : counted(examples, "example")}`}
+      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : formatCount(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;

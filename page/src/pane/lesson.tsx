@@ -2,7 +2,7 @@
 
 import { usePanel, useStudio } from "../context";
 import type { Session } from "../protocol";
-import { counted } from "../words";
+import { formatCount } from "../words";
 import { Examples, KINDS, kindOf } from "./examples";
 import { Outcomes } from "./outcomes";
 
@@ -15,7 +15,7 @@ export function LessonTab() {
   return (
     <>
       <div class="lesson-head">
-        <span>{counted(desk.examples.length, "example")}</span>
+        <span>{formatCount(desk.examples.length, "example")}</span>
         <span class="space" />
         <button
           type="button"
@@ -39,9 +39,9 @@ export function LessonTab() {
       <Kinds desk={desk} />
       {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}
       {(desk.examples.length > 0 || desk.outcomes.length > 0) && <Outcomes desk={desk} studio={studio} />}
-      {panel.shown.size > 0 && (
+      {panel.highlighted.size > 0 && (
         <p class="tiny shown">
-          {counted(panel.shown.size, "example")} marked.{" "}
+          {formatCount(panel.highlighted.size, "example")} marked.{" "}
           <button type="button" class="link" onClick={() => panel.showExamples([])}>
             unmark
           </button>

@@ -4,24 +4,24 @@ import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
-import { CutOffLesson } from "./cutoff";
-import { Parcel } from "./parcel";
+import { InterruptedLesson } from "./interrupted";
+import { LibraryTransfer } from "./librarytransfer";
 import { Places } from "./places";
 import { plain } from "../words";
 
 export function LibraryTab() {
   const studio = useStudio();
   const panel = usePanel();
-  const { told, desk, directs } = studio;
-  if (told === null) return null;
-  const { folder, trained, trash, basic, cut_off: cutOff } = told.library;
+  const { status, desk, directs } = studio;
+  if (status === null) return null;
+  const { folder, trained, trash, basic, cut_off: cutOff } = status.library;
   return (
     <>
       {desk !== null && <SaveAs studio={studio} name={desk.name} />}
       {cutOff.length > 0 && (
         <ul class="behaviors">
           {cutOff.map((left) => (
-            <CutOffLesson key={left.name} left={left} studio={studio} />
+            <InterruptedLesson key={left.name} left={left} studio={studio} />
           ))}
         </ul>
       )}
@@ -64,7 +64,7 @@ export function LibraryTab() {
       )}
       <Places />
       <h3>As a file</h3>
-      <Parcel studio={studio} />
+      <LibraryTransfer studio={studio} />
       <p class="padded tiny folder">in the folder {folder}</p>
     </>
   );

@@ -6,7 +6,7 @@
 import { useState } from "preact/hooks";
 import type { Evaluation, EvaluationResult, Session, Tested } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 
 /** In so many worlds what is trained is tried at a click. */
 const WORLDS = 100;
@@ -16,16 +16,16 @@ const FIRST = 6;
 export function Outcomes({ desk, studio }: { desk: Session; studio: Studio }) {
   return (
     <>
-      <Promised desk={desk} studio={studio} />
+      <PropertyList desk={desk} studio={studio} />
       <UnseenWorlds desk={desk} studio={studio} />
     </>
   );
 }
 
-function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
+function PropertyList({ desk, studio }: { desk: Session; studio: Studio }) {
   const [adding, add] = useState(false);
-  const { trial, directs } = studio;
-  const tested = trial.fresh ? trial.found?.find(({ name }) => name === desk.name) : undefined;
+  const { lessonTests, directs } = studio;
+  const tested = lessonTests.fresh ? lessonTests.results?.find(({ name }) => name === desk.name) : undefined;
   return (
     <section class="outcomes" aria-label="Properties">
       <div class="outcomes-head">
@@ -45,19 +45,19 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
         <button
           type="button"
           class="small"
-          disabled={trial.testing !== null}
+          disabled={lessonTests.testing !== null}
           title="All recorded moments and properties of the library, as everything is now"
-          onClick={() => void trial.test()}
+          onClick={() => void lessonTests.test()}
         >
-          {trial.testing === null ? "Test lessons" : `Testing ${plain(trial.testing)} …`}
+          {lessonTests.testing === null ? "Test lessons" : `Testing ${plain(lessonTests.testing)} …`}
         </button>
       </div>
-      {adding && <Promising desk={desk} studio={studio} close={() => add(false)} />}
+      {adding && <PropertyAdder desk={desk} studio={studio} close={() => add(false)} />}
       <ul>
-        {desk.outcomes.map((said, index) => (
+        {desk.outcomes.map((property, index) => (
           <li key={index}>
-            <Came outcome={tested?.outcomes[index]} />
-            <span class="promised">{plain(said)}</span>
+            <PropertyMark outcome={tested?.outcomes[index]} />
+            <span class="claim">{plain(property)}</span>
             <button
               type="button"
               class="link"
@@ -71,7 +71,7 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
               type="button"
               class="link"
               disabled={!directs}
-              aria-label={`Remove property: ${said}`}
+              aria-label={`Remove property: ${property}`}
               title="Remove property"
               onClick={() => void studio.change({ do: "withdraw", outcome: index }, { do: "undo" })}
             >
@@ -118,7 +118,7 @@ function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
       {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
       {running && <Progress evaluation={evaluation} />}
       {evaluation !== undefined && !running && (
-        <Evaluated evaluation={evaluation} desk={desk} studio={studio} />
+        <EvaluationView evaluation={evaluation} desk={desk} studio={studio} />
       )}
     </section>
   );
@@ -127,17 +127,25 @@ function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
 function Progress({ evaluation }: { evaluation: Evaluation }) {
   const { called, worlds, through } = evaluation;
   return (
-    <p class="trying">
+    <p class="test-progress">
       <progress aria-label="Worlds tried" value={through} max={worlds} />
       <span class="tiny">
-        {plain(called)}: {through} of {counted(worlds, "world")}
+        {plain(called)}: {through} of {formatCount(worlds, "world")}
       </span>
     </p>
   );
 }
 
 /** What came of it: the rate, and the worlds in which it failed. */
-function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk: Session; studio: Studio }) {
+function EvaluationView({
+  evaluation,
+  desk,
+  studio,
+}: {
+  evaluation: Evaluation;
+  desk: Session;
+  studio: Studio;
+}) {
   const { called, worlds, result, problem, edition } = evaluation;
   return (
     <section class="tested" aria-label="How often it succeeded" aria-live="polite">
@@ -145,7 +153,7 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
         <b class={className(result === null && "warn")}>
           {result === null
             ? "It could not be tried"
-            : `Succeeded in ${result.succeeded} of ${counted(worlds, "world")}`}
+            : `Succeeded in ${result.succeeded} of ${formatCount(worlds, "world")}`}
         </b>
         <span class="space" />
         <button
@@ -171,7 +179,7 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
             {plain(called)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
-          <Failed result={result} failed={worlds - result.succeeded} desk={desk} studio={studio} />
+          <FailedWorlds result={result} failed={worlds - result.succeeded} desk={desk} studio={studio} />
         </>
       )}
     </section>
@@ -183,7 +191,7 @@ function percent([low, high]: readonly [number, number]): string {
   return `${Math.round(100 * low)} to ${Math.round(100 * high)}`;
 }
 
-function Failed({
+function FailedWorlds({
   result,
   failed,
   desk,
@@ -206,11 +214,11 @@ function Failed({
   };
   return (
     <>
-      {failed > 0 && <p class="failed-in">Failed in {counted(failed, "world")}:</p>}
+      {failed > 0 && <p class="failed-count">Failed in {formatCount(failed, "world")}:</p>}
       <ul class="failed" aria-label="Worlds in which it failed">
         {listed.map(({ seed, problem }) => (
-          <li key={seed} class={className(studio.told?.seed === seed && "on")}>
-            <span class="promised">
+          <li key={seed} class={className(studio.status?.seed === seed && "on")}>
+            <span class="claim">
               World {seed} <span class="soft">{plain(problem)}</span>
             </span>
             <button
@@ -241,7 +249,7 @@ function Failed({
 }
 
 /** The result of a property in the last test. */
-function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) {
+function PropertyMark({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) {
   if (outcome === undefined) return null;
   if (!outcome.held) {
     return (
@@ -251,29 +259,29 @@ function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) 
     );
   }
   return outcome.took_s === null ? (
-    <span class="came" title="It held">
+    <span class="passes" title="It held">
       ✓
     </span>
   ) : (
-    <span class="came" title="Time until it was reached">
+    <span class="passes" title="Time until it was reached">
       ✓ {outcome.took_s.toFixed(1)} s
     </span>
   );
 }
 
-function Promising({ desk, studio, close }: { desk: Session; studio: Studio; close: () => void }) {
+function PropertyAdder({ desk, studio, close }: { desk: Session; studio: Studio; close: () => void }) {
   const [flag, setFlag] = useState(desk.flags[0] ?? "");
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);
   const sensible = seconds.trim() !== "" && within > 0;
-  const promise = async (event: Event): Promise<void> => {
+  const addProperty = async (event: Event): Promise<void> => {
     event.preventDefault();
     if (!sensible) return;
     const answer = await studio.change({ do: "promise", flag, within_s: within }, { do: "undo" });
     if (answer.error === undefined) close();
   };
   return (
-    <form class="promising" onSubmit={(event) => void promise(event)}>
+    <form class="property-adder" onSubmit={(event) => void addProperty(event)}>
       <span>From here,</span>
       <select aria-label="flag" value={flag} onChange={(event) => setFlag(event.currentTarget.value)}>
         {desk.flags.map((each) => (
@@ -304,30 +312,35 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
 
 /** What was found, an automaton each, the one in training first. */
 function Results({ studio }: { studio: Studio }) {
-  const { trial } = studio;
-  const { found } = trial;
-  if (found === null || (found.length === 0 && trial.testing === null)) return null;
-  const bad = found.filter(({ works }) => !works).length;
+  const { lessonTests } = studio;
+  const { results } = lessonTests;
+  if (results === null || (results.length === 0 && lessonTests.testing === null)) return null;
+  const bad = results.filter(({ works }) => !works).length;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
       <div class="outcomes-head">
         <b>
-          {trial.testing !== null
+          {lessonTests.testing !== null
             ? "Testing"
             : bad === 0
               ? "All as shown, all properties hold"
-              : `Failed: ${bad} of ${found.length}`}
+              : `Failed: ${bad} of ${results.length}`}
         </b>
-        {trial.testing === null && !trial.fresh && (
+        {lessonTests.testing === null && !lessonTests.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>
         )}
         <span class="space" />
-        <button type="button" class="link" aria-label="Close what was tested" onClick={() => trial.forget()}>
+        <button
+          type="button"
+          class="link"
+          aria-label="Close what was tested"
+          onClick={() => lessonTests.clearResults()}
+        >
           ×
         </button>
       </div>
       <ul>
-        {found.map((each) => (
+        {results.map((each) => (
           <Result key={each.name} tested={each} />
         ))}
       </ul>
@@ -341,12 +354,12 @@ function Result({ tested }: { tested: Tested }) {
   return (
     <li class={className("result", !works && "bad")}>
       <p>
-        <span role="img" aria-label={word} class={works ? "came" : "warn"}>
+        <span role="img" aria-label={word} class={works ? "passes" : "warn"}>
           {sign}
         </span>{" "}
         <b>{plain(name)}</b>{" "}
         <span class="tiny">
-          {examples === 0 ? "nothing recorded" : counted(examples, "moment")}
+          {examples === 0 ? "nothing recorded" : formatCount(examples, "moment")}
           {outcomes.length > 0 && `, ${outcomes.length} ${outcomes.length === 1 ? "property" : "properties"}`}
         </span>
       </p>

@@ -3,7 +3,7 @@
 import { useState } from "preact/hooks";
 import type { LibraryProperties, LibraryProperty } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 import { PropertyForm } from "./propertyform";
 
 const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, string, string]>> = {
@@ -17,7 +17,7 @@ const NEW = "\n";
 
 export function PropertiesPart({ studio }: { studio: Studio }) {
   const [changing, change] = useState<string | null>(null);
-  const properties = studio.told?.properties ?? null;
+  const properties = studio.status?.properties ?? null;
   if (properties === null) return null;
   const { rows, problem, testing } = properties;
   return (
@@ -73,10 +73,10 @@ function Progress({ properties }: { properties: LibraryProperties }) {
   const { testing, through, total } = properties;
   if (testing === null) return null;
   return (
-    <p class="trying">
+    <p class="test-progress">
       <progress aria-label="Worlds of a property run" value={through} max={total} />
       <span class="tiny">
-        {testing}: {through} of {counted(total, "world")}
+        {testing}: {through} of {formatCount(total, "world")}
       </span>
     </p>
   );
@@ -103,7 +103,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
         <span class={tone} role="img" aria-label={means} title={means}>
           {mark}
         </span>
-        <span class="promised">
+        <span class="claim">
           {name}{" "}
           <span class="soft">
             {problem === ""

@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import type { Version } from "../protocol";
 import type { Studio } from "../studio";
-import { when } from "../words";
+import { formatMoment } from "../words";
 import { Changes } from "./changes";
 
 export function Versions({ name, count, studio }: { name: string; count: number; studio: Studio }) {
@@ -29,7 +29,7 @@ export function Versions({ name, count, studio }: { name: string; count: number;
             >
               version {number}
             </button>
-            <span class="tiny">{when(saved)}</span>
+            <span class="tiny">{formatMoment(saved)}</span>
             <span class="space" />
             <button
               type="button"

@@ -3,13 +3,13 @@
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import { Spark } from "../spark";
-import { plain, value } from "../words";
+import { plain, formatValue } from "../words";
 
 export function Readings() {
   const studio = useStudio();
   const panel = usePanel();
   useSlowNews(studio.framed);
-  const { desk, memory, motion, directs } = studio;
+  const { desk, history, motion, directs } = studio;
   if (desk === null) return null;
   const values = motion.last?.features;
   return (
@@ -23,8 +23,8 @@ export function Readings() {
           <span class="cut" title={plain(feature.label)}>
             {plain(feature.label)}
           </span>
-          <b class="number">{value(feature, values?.[index] ?? NaN)}</b>
-          <Spark feature={feature} values={memory.of(index)} />
+          <b class="number">{formatValue(feature, values?.[index] ?? NaN)}</b>
+          <Spark feature={feature} values={history.valuesOf(index)} />
         </div>
       ))}
       <button type="button" class="row soft" disabled={!directs} onClick={() => panel.choose("choose")}>

@@ -4,8 +4,8 @@ import { useMemo, useState } from "preact/hooks";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
-import { className, counted, plain } from "../words";
-import { atWork } from "./doing";
+import { className, formatCount, plain } from "../words";
+import { countActivities } from "./activities";
 
 /** Of so many squads or fewer each is shown at once. */
 const FEW = 8;
@@ -22,7 +22,7 @@ export function Squads({ studio, squads }: Props) {
   return (
     <section>
       <h2>Team</h2>
-      <Level studio={studio} squads={tops} shown={tops.length <= FEW} turned={turned} toggle={toggle} />
+      <Level studio={studio} squads={tops} opensBelow={tops.length <= FEW} turned={turned} toggle={toggle} />
     </section>
   );
 }
@@ -31,21 +31,21 @@ interface LevelProps {
   studio: Studio;
   squads: readonly Squad[];
   /** Whether those below are shown by default. */
-  shown: boolean;
+  opensBelow: boolean;
   /** Those that were unfolded or folded, by name. */
   turned: ReadonlyMap<string, boolean>;
   toggle: (squad: Squad, open: boolean) => void;
 }
 
-function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
+function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
   return (
     <ul class="rows">
       {squads.map((squad) => {
-        const first = shown || squad.below.some((each) => holds(each, studio));
+        const first = opensBelow || squad.below.some((each) => holds(each, studio));
         const open = squad.below.length > 0 && (turned.get(squad.name) ?? first);
         return (
           <li key={squad.name}>
-            <div class="rank">
+            <div class="squad-row">
               {squad.below.length > 0 && (
                 <button
                   type="button"
@@ -59,7 +59,13 @@ function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
             </div>
             {open && (
               <div class="below">
-                <Level studio={studio} squads={squad.below} shown={false} turned={turned} toggle={toggle} />
+                <Level
+                  studio={studio}
+                  squads={squad.below}
+                  opensBelow={false}
+                  turned={turned}
+                  toggle={toggle}
+                />
               </div>
             )}
           </li>
@@ -95,8 +101,8 @@ function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
       <span class="soft cut">
         ·{" "}
         {studio.sort !== null && desk !== null
-          ? plain(atWork(studio, squad.robots))
-          : counted(squad.robots.length, "robot")}
+          ? plain(countActivities(studio, squad.robots))
+          : formatCount(squad.robots.length, "robot")}
       </span>
     </button>
   );

@@ -2,7 +2,7 @@
 
 import { paint } from "./palette";
 import { disc, is, letters, spot, type Picture } from "./picture";
-import { ring } from "./things";
+import { strokeRing } from "./things";
 import type { Pose } from "./motion";
 import { plain } from "../words";
 
@@ -22,7 +22,7 @@ export function drawRobots(picture: Picture): void {
   for (let robot = 0; robot < frame.robots.count; robot += 1) {
     if (is(picture.marked, "robot", robot) && robot !== trained) {
       const { x, y } = pose(picture, robot);
-      ring(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
+      strokeRing(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
     }
   }
 }

@@ -3,7 +3,7 @@
 import { useStudio } from "../context";
 import { plain } from "../words";
 
-export function Standing() {
+export function ParameterList() {
   const studio = useStudio();
   const { desk, scene } = studio;
   if (desk === null || scene === null || desk.parameters.length === 0) return null;

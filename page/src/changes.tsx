@@ -7,7 +7,7 @@ import type { ChangeSummary } from "./protocol";
 import { plain } from "./words";
 
 /** The line; it is gone after an undo, and stays closed until the lesson changes again. */
-export function ChangedLine() {
+export function ChangeLine() {
   const studio = useStudio();
   const panel = usePanel();
   const [closed, close] = useState<string | null>(null);
@@ -37,7 +37,7 @@ export function ChangedLine() {
 }
 
 /** In the tab Automaton, where it was asked for: what each changed decision looked like, and looks like now. */
-export function ChangedCard() {
+export function ChangeCard() {
   const { desk } = useStudio();
   const panel = usePanel();
   if (!panel.showsChanges || desk === null || desk.changed === null) return null;
@@ -51,13 +51,13 @@ export function ChangedCard() {
       >
         ×
       </button>
-      <ChangedDecisions summary={desk.changed} />
+      <DecisionChanges summary={desk.changed} />
     </section>
   );
 }
 
 /** All changes, each with its former and its present conditions. */
-export function ChangedDecisions({ summary }: { summary: ChangeSummary }) {
+export function DecisionChanges({ summary }: { summary: ChangeSummary }) {
   return (
     <>
       {summary.changes.map(({ state, next, said, was, now }) => (

@@ -1,7 +1,7 @@
 /** The form that exports a behavior: its target, what its parameters stand for, and a zip as a download. */
 
 import { useRef, useState } from "preact/hooks";
-import { exportQuery, fileName, needsRobot, offersSingle, targetName, type Wanted } from "../export";
+import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
 import type { Trained } from "../protocol";
 import type { Studio } from "../studio";
 import { plain } from "../words";
@@ -9,7 +9,7 @@ import { plain } from "../words";
 const PATH = "export.zip";
 const SAID = "X-Understudy-Said";
 
-export function Exporting({ trained, studio }: { trained: Trained; studio: Studio }) {
+export function ExportForm({ trained, studio }: { trained: Trained; studio: Studio }) {
   const { name, parameters } = trained;
   const offered = studio.scene?.targets ?? [];
   const [to, setTo] = useState(studio.exports[0] ?? "");
@@ -19,7 +19,7 @@ export function Exporting({ trained, studio }: { trained: Trained; studio: Studi
   const [working, setWorking] = useState(false);
   const field = useRef<HTMLInputElement>(null);
   const targets = Object.fromEntries(parameters.map((each) => [each, chosen[each] ?? offered[0] ?? ""]));
-  const real = (studio.told?.robots.length ?? 0) > 0;
+  const real = (studio.status?.robots.length ?? 0) > 0;
   const asksFile = needsRobot(to) && !real;
   const act = async (): Promise<void> => {
     setWorking(true);
@@ -28,7 +28,7 @@ export function Exporting({ trained, studio }: { trained: Trained; studio: Studi
   };
   return (
     <form
-      class="exporting"
+      class="export-form"
       aria-label={`Export ${name}`}
       onSubmit={(event) => {
         event.preventDefault();
@@ -89,7 +89,7 @@ export function Exporting({ trained, studio }: { trained: Trained; studio: Studi
           />
         </p>
       )}
-      <p class="exporting-foot">
+      <p class="export-foot">
         <button type="submit" class="small" disabled={working || to === "" || (asksFile && robot === null)}>
           {working ? "Exporting…" : "Download"}
         </button>
@@ -104,7 +104,7 @@ export function Exporting({ trained, studio }: { trained: Trained; studio: Studi
 }
 
 /** Ask for the zip and keep it as a download; say what it lacks, or why there is none. */
-async function download(studio: Studio, wanted: Wanted, robot: File | null): Promise<void> {
+async function download(studio: Studio, wanted: ExportRequest, robot: File | null): Promise<void> {
   const address = studio.address(PATH);
   for (const [key, value] of exportQuery(wanted)) address.searchParams.append(key, value);
   const content = await robot?.text().catch(() => null);

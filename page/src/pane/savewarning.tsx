@@ -1,12 +1,12 @@
 /** What saving would break, and what changed unasked, before it is saved: save anyway, or not now. */
 
-import { ChangedDecisions } from "../changed";
+import { DecisionChanges } from "../changes";
 import { useStudio } from "../context";
 import { plain } from "../words";
 
-export function SavingCard() {
-  const { trial, desk, directs } = useStudio();
-  const { worse, changed } = trial;
+export function SaveWarning() {
+  const { lessonTests, desk, directs } = useStudio();
+  const { worse, changed } = lessonTests;
   if (worse === null || desk === null) return null;
   return (
     <section class="doubt" role="alert" aria-label="Before it is saved">
@@ -24,19 +24,19 @@ export function SavingCard() {
       {changed !== null && (
         <>
           <p>Since it was last saved, beyond what you pressed:</p>
-          <ChangedDecisions summary={changed} />
+          <DecisionChanges summary={changed} />
         </>
       )}
       <p class="choices">
         <button
           type="button"
           class="small primary"
-          disabled={!directs || trial.saving}
-          onClick={() => void trial.save(true)}
+          disabled={!directs || lessonTests.saving}
+          onClick={() => void lessonTests.save(true)}
         >
           Save anyway
         </button>
-        <button type="button" class="small" onClick={() => trial.leave()}>
+        <button type="button" class="small" onClick={() => lessonTests.dismissWarning()}>
           Not now
         </button>
       </p>

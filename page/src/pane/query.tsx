@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import type { AskWhenName, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
-import { clock, plain } from "../words";
+import { formatTime, plain } from "../words";
 
 const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>> = {
   never: ["no", "Never asks."],
@@ -12,10 +12,10 @@ const WAYS: Readonly<Record<AskWhenName, readonly [name: string, about: string]>
   mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
 };
 
-export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) {
+export function QueryPart({ desk, studio }: { desk: Session; studio: Studio }) {
   const { when, marks } = desk.asking;
   return (
-    <section class="asking" aria-label="Asking">
+    <section class="query" aria-label="Asking">
       <div class="ask-when">
         <span id="ask-when">Ask when unsure</span>
         <div class="ways" role="group" aria-labelledby="ask-when">
@@ -57,10 +57,10 @@ export function AskingPart({ desk, studio }: { desk: Session; studio: Studio }) 
                 title="Go back to this moment, and answer"
                 onClick={() => void studio.ask({ do: "go_to_mark", number })}
               >
-                {clock(time_s)}
+                {formatTime(time_s)}
               </button>
               <span>
-                {run !== studio.told?.run.number && <span class="soft">in an earlier run: </span>}
+                {run !== studio.status?.run.number && <span class="soft">in an earlier run: </span>}
                 {plain(sentence.replace(/^I am not sure: | What is right\?$/g, ""))}
               </span>
             </li>

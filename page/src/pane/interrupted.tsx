@@ -2,12 +2,12 @@
 
 import type { CutOff } from "../protocol";
 import type { Studio } from "../studio";
-import { counted, plain } from "../words";
-import { useOpening } from "./opening";
+import { formatCount, plain } from "../words";
+import { useOpenAction } from "./openaction";
 
-export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio }) {
+export function InterruptedLesson({ left, studio }: { left: CutOff; studio: Studio }) {
   const { name, examples } = left;
-  const { open, asks } = useOpening(studio, name);
+  const { open, asks } = useOpenAction(studio, name);
   return (
     <li class="behavior">
       <div class="behavior-head">
@@ -24,7 +24,7 @@ export function CutOffLesson({ left, studio }: { left: CutOff; studio: Studio })
         </button>
         <Discard name={name} studio={studio} />
       </div>
-      <p class="tiny">interrupted before it was saved, with {counted(examples, "example")}</p>
+      <p class="tiny">interrupted before it was saved, with {formatCount(examples, "example")}</p>
       {asks}
     </li>
   );

@@ -2,21 +2,21 @@
 
 import { useStudio } from "../context";
 import { useSlowNews } from "../news";
-import { className, counted, plain } from "../words";
-import { doing } from "./doing";
+import { className, formatCount, plain } from "../words";
+import { describeActivity } from "./activities";
 import { Others } from "./others";
 import { Squads } from "./squads";
 
 const MOST = 6;
 
-export function Roster() {
+export function RobotList() {
   const studio = useStudio();
   useSlowNews(studio.framed);
   const { scene, desk, directs, motion } = studio;
   if (scene === null) return null;
   const chosen = desk?.agent ?? motion.last?.agent ?? 0;
-  const shown = Array.from({ length: scene.robots }, (_, robot) => robot);
-  const few = shown.filter((robot) => robot < MOST || robot === chosen);
+  const robots = Array.from({ length: scene.robots }, (_, robot) => robot);
+  const few = robots.filter((robot) => robot < MOST || robot === chosen);
   const { sort } = studio;
   return (
     <>
@@ -39,14 +39,16 @@ export function Roster() {
                   <span class={className("dot", trained && desk?.mode)} />
                   {scene.real[robot] ?? `robot ${robot + 1}`}
                   <span class="soft cut">
-                    · {trained && desk !== null ? "being trained" : plain(doing(studio, robot))}
+                    · {trained && desk !== null ? "being trained" : plain(describeActivity(studio, robot))}
                   </span>
                 </button>
               </li>
             );
           })}
         </ul>
-        {scene.robots > few.length && <p class="tiny">and {counted(scene.robots - few.length, "other")}</p>}
+        {scene.robots > few.length && (
+          <p class="tiny">and {formatCount(scene.robots - few.length, "other")}</p>
+        )}
         {sort === null && <Others />}
       </section>
     </>

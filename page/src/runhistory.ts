@@ -12,13 +12,13 @@ export interface Mark {
   correction: boolean;
 }
 
-export class Past {
+export class RunHistory {
   /** When the run began as far as is known, where it is now, and how far it went before the person went back. */
   start = 0;
   now = 0;
   latest = 0;
   marks: readonly Mark[] = [];
-  private known: ReadonlySet<number> = new Set();
+  private exampleNumbers: ReadonlySet<number> = new Set();
 
   get from(): number {
     return Math.max(this.start, this.latest - KEPT_S);
@@ -31,25 +31,25 @@ export class Past {
   }
 
   /** A moment of the run was seen: it went on, or the person went back. */
-  see(time: number): void {
-    if (time > this.now + HAIR_S) this.goOn(time);
+  record(time: number): void {
+    if (time > this.now + HAIR_S) this.advance(time);
     else this.now = time;
   }
 
   /** The lesson's examples; those that are new were shown now. */
-  note(examples: readonly Example[], fresh: boolean): void {
+  markExamples(examples: readonly Example[], fresh: boolean): void {
     const numbers = new Set(examples.map((example) => example.number));
-    const shown = examples.filter(
-      (example) => fresh && example.kind !== "default" && !this.known.has(example.number),
+    const added = examples.filter(
+      (example) => fresh && example.kind !== "default" && !this.exampleNumbers.has(example.number),
     );
     this.marks = [
       ...this.marks.filter((mark) => numbers.has(mark.number)),
-      ...shown.map(({ number, correction }) => ({ number, correction, time: this.now })),
+      ...added.map(({ number, correction }) => ({ number, correction, time: this.now })),
     ];
-    this.known = numbers;
+    this.exampleNumbers = numbers;
   }
 
-  private goOn(time: number): void {
+  private advance(time: number): void {
     const back = this.latest > this.now + HAIR_S;
     if (back) this.marks = this.marks.filter((mark) => mark.time <= this.now + HAIR_S);
     this.latest = time;

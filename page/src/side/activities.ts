@@ -1,19 +1,19 @@
 /** What robots are at, in words. */
 
-import { called } from "../calls";
+import { formatCall } from "../calls";
 import type { Studio } from "../studio";
 
 /** How many robots do what: "3 attack, 1 home". */
-export function atWork(studio: Studio, robots: readonly number[]): string {
+export function countActivities(studio: Studio, robots: readonly number[]): string {
   const counts = new Map<string, number>();
   for (const robot of robots) {
-    const what = doing(studio, robot);
+    const what = describeActivity(studio, robot);
     counts.set(what, (counts.get(what) ?? 0) + 1);
   }
   return [...counts].map(([what, count]) => `${count} ${what}`).join(", ");
 }
 
-export function doing(studio: Studio, robot: number): string {
+export function describeActivity(studio: Studio, robot: number): string {
   const number = studio.motion.last?.robots.doing[robot] ?? -1;
   const { desk } = studio;
   if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idle";
@@ -21,5 +21,5 @@ export function doing(studio: Studio, robot: number): string {
   if (state !== undefined) return state.name;
   const agent = studio.team?.agents.find(({ name }) => name === studio.scene?.real[robot]);
   if (agent !== undefined && !studio.desk?.others) return agent.doing[0] ?? "idle";
-  return studio.desk?.others ? called(studio.desk.others) : "idle";
+  return studio.desk?.others ? formatCall(studio.desk.others) : "idle";
 }

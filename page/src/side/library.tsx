@@ -1,15 +1,15 @@
 /** The library at a glance: basic behaviors, trained ones, and the way to a new one. */
 
 import { usePanel, useStudio } from "../context";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 
-export function Shelf() {
+export function LibraryList() {
   const studio = useStudio();
   const panel = usePanel();
-  const { told, desk, directs } = studio;
-  if (told === null) return null;
-  const { basic, trained } = told.library;
-  const known = trained.some(({ name }) => name === desk?.name);
+  const { status, desk, directs } = studio;
+  if (status === null) return null;
+  const { basic, trained } = status.library;
+  const isSaved = trained.some(({ name }) => name === desk?.name);
   return (
     <section>
       <h2>Library</h2>
@@ -20,7 +20,7 @@ export function Shelf() {
         <p class="tiny list">{basic.map(plain).join(", ")}</p>
       </details>
       <ul class="rows">
-        {desk !== null && !known && (
+        {desk !== null && !isSaved && (
           <li class="row on">
             <span aria-hidden="true">◆</span>
             <b>{plain(desk.name)}</b>
@@ -40,7 +40,7 @@ export function Shelf() {
               <span class="soft cut">
                 {[
                   parameters.join(", "),
-                  runs.length > 0 ? runs.map(plain).join(", ") : counted(examples, "example"),
+                  runs.length > 0 ? runs.map(plain).join(", ") : formatCount(examples, "example"),
                 ]
                   .filter(Boolean)
                   .join(" · ")}
@@ -56,7 +56,7 @@ export function Shelf() {
         <li>
           <button
             type="button"
-            class="row soft shelf-new"
+            class="row soft library-new"
             disabled={!directs}
             onClick={() => panel.choose("new")}
           >

@@ -2,11 +2,11 @@
 
 export const KEPT = 200;
 
-export class Memory {
+export class FeatureHistory {
   private tick = -1;
   private columns: number[][] = [];
 
-  see(tick: number, values: Float32Array): void {
+  record(tick: number, values: Float32Array): void {
     if (values.length !== this.columns.length || tick < this.tick) {
       this.columns = Array.from(values, () => []);
       this.tick = -1;
@@ -19,11 +19,11 @@ export class Memory {
     });
   }
 
-  of(index: number): readonly number[] {
+  valuesOf(index: number): readonly number[] {
     return this.columns[index] ?? [];
   }
 
-  forget(): void {
+  clear(): void {
     this.columns = [];
     this.tick = -1;
   }

@@ -5,35 +5,35 @@ import type { Studio } from "../studio";
 import { plain } from "../words";
 
 const PATH = "library.zip";
-type Taken = "refuse" | "replace" | "keep";
+type ConflictRule = "refuse" | "replace" | "keep";
 
-interface Told {
+interface ImportAnswer {
   said?: string;
   error?: string;
   /** Behaviors that are in the library already, and not the same. */
   taken?: readonly string[];
 }
 
-export function Parcel({ studio }: { studio: Studio }) {
-  const [asked, setAsked] = useState<{ file: File; taken: readonly string[] } | null>(null);
+export function LibraryTransfer({ studio }: { studio: Studio }) {
+  const [conflict, setConflict] = useState<{ file: File; taken: readonly string[] } | null>(null);
   const [sending, setSending] = useState(false);
   const field = useRef<HTMLInputElement>(null);
-  const { directs, told } = studio;
-  const give = async (file: File, taken: Taken): Promise<void> => {
-    setAsked(null);
+  const { directs, status } = studio;
+  const importFile = async (file: File, taken: ConflictRule): Promise<void> => {
+    setConflict(null);
     setSending(true);
-    const answer = await sent(studio, file, taken);
+    const answer = await sendFile(studio, file, taken);
     setSending(false);
-    if (answer.taken !== undefined) setAsked({ file, taken: answer.taken });
+    if (answer.taken !== undefined) setConflict({ file, taken: answer.taken });
     else if (answer.error !== undefined) studio.say({ text: answer.error, tone: "error" });
   };
   return (
     <>
-      <p class="padded parcel">
+      <p class="padded library-transfer">
         <button
           type="button"
-          disabled={told === null || told.library.trained.length === 0}
-          onClick={() => fetchTo(studio)}
+          disabled={status === null || status.library.trained.length === 0}
+          onClick={() => downloadLibrary(studio)}
         >
           Export library
         </button>
@@ -49,23 +49,23 @@ export function Parcel({ studio }: { studio: Studio }) {
           onChange={(event) => {
             const file = event.currentTarget.files?.[0];
             event.currentTarget.value = "";
-            if (file !== undefined) void give(file, "refuse");
+            if (file !== undefined) void importFile(file, "refuse");
           }}
         />
       </p>
-      {asked !== null && (
-        <div class="asks" role="alert">
+      {conflict !== null && (
+        <div class="prompt" role="alert">
           <p>
-            {asked.taken.map(plain).join(", ")} {asked.taken.length === 1 ? "is" : "are"} in the library
+            {conflict.taken.map(plain).join(", ")} {conflict.taken.length === 1 ? "is" : "are"} in the library
             already, and not the same. What is replaced is kept as a former version.
           </p>
-          <button type="button" class="small" onClick={() => void give(asked.file, "replace")}>
+          <button type="button" class="small" onClick={() => void importFile(conflict.file, "replace")}>
             Replace
           </button>
-          <button type="button" class="small" onClick={() => void give(asked.file, "keep")}>
+          <button type="button" class="small" onClick={() => void importFile(conflict.file, "keep")}>
             Import only the others
           </button>
-          <button type="button" class="link" onClick={() => setAsked(null)}>
+          <button type="button" class="link" onClick={() => setConflict(null)}>
             not now
           </button>
         </div>
@@ -74,18 +74,18 @@ export function Parcel({ studio }: { studio: Studio }) {
   );
 }
 
-async function sent(studio: Studio, file: File, taken: Taken): Promise<Told> {
+async function sendFile(studio: Studio, file: File, taken: ConflictRule): Promise<ImportAnswer> {
   const address = studio.address(PATH);
   address.searchParams.set("taken", taken);
   try {
     const answer = await fetch(address, { method: "POST", body: file });
-    return (await answer.json()) as Told;
+    return (await answer.json()) as ImportAnswer;
   } catch {
     return { error: `${file.name} could not be sent: the studio does not answer, or the file is gone.` };
   }
 }
 
-function fetchTo(studio: Studio): void {
+function downloadLibrary(studio: Studio): void {
   const link = document.createElement("a");
   link.href = studio.address(PATH).href;
   link.download = PATH;

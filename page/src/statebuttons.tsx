@@ -5,14 +5,14 @@ import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
 import { className, keyName, plain } from "./words";
 
-export function Directing() {
+export function StateButtons() {
   const studio = useStudio();
   const { desk } = studio;
   if (desk === null) return null;
   const corrected = studio.notice.tone === "correction";
   return (
     <div
-      class={className("directing", desk.mode, corrected && "corrected")}
+      class={className("state-buttons", desk.mode, corrected && "corrected")}
       role="toolbar"
       aria-label="Direct the robot"
     >
@@ -21,7 +21,7 @@ export function Directing() {
           <StateButton key={state.name} state={state} studio={studio} desk={desk} />
         ))}
       </div>
-      <div class="consent">
+      <div class="confirm-buttons">
         {desk.watched && (
           <button
             type="button"

@@ -2,13 +2,13 @@
 
 import { useEffect, useRef } from "preact/hooks";
 import { useStudio } from "./context";
-import { isAskedAnew, playQuestion, soundIsOn, type Heard } from "./sound";
+import { isNewQuestion, playQuestion, soundIsOn, type QuestionState } from "./sound";
 import { plain } from "./words";
 
 /** How many other answers are offered beside the likeliest. */
 const OTHERS = 2;
 
-export function Asked() {
+export function QuestionCard() {
   const studio = useStudio();
   const { desk } = studio;
   const question = desk?.asking.question ?? null;
@@ -20,7 +20,7 @@ export function Asked() {
     void (state === desk.state ? studio.confirm(event.timeStamp) : studio.press(state, event.timeStamp));
   };
   return (
-    <section class="asked" role="status" aria-label="Question of the robot">
+    <section class="question-card" role="status" aria-label="Question of the robot">
       <p>
         {plain(question.sentence)} <span class="soft">Press it below.</span>
       </p>
@@ -59,10 +59,10 @@ export function Asked() {
 }
 
 /** Play the sound of a question when there is a new one, if that is wanted. */
-function useSound(now: Heard): void {
+function useSound(now: QuestionState): void {
   const before = useRef(now);
   useEffect(() => {
-    if (isAskedAnew(now, before.current) && soundIsOn()) playQuestion();
+    if (isNewQuestion(now, before.current) && soundIsOn()) playQuestion();
     before.current = now;
   });
 }

@@ -12,7 +12,7 @@ interface Props {
   close: () => void;
 }
 
-export function Naming({ way, name, studio, close }: Props) {
+export function NameForm({ way, name, studio, close }: Props) {
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
   useLayoutEffect(() => {
@@ -35,7 +35,7 @@ export function Naming({ way, name, studio, close }: Props) {
   };
   return (
     <form
-      class="naming"
+      class="name-form"
       onSubmit={(event) => {
         event.preventDefault();
         if (!useless) void act();

@@ -8,14 +8,14 @@ import { className, plain } from "./words";
 const EVERY_MS = 200;
 const NUMBER = "X-Image";
 
-interface Shown {
+interface CameraImage {
   url: string;
   number: number;
 }
 
 type Point = readonly [number, number];
 
-export function Eye() {
+export function CameraView() {
   const studio = useStudio();
   const [open, setOpen] = useState(true);
   const eyes = studio.scene?.eyes ?? [];
@@ -23,7 +23,7 @@ export function Eye() {
   const robot = eyes.includes(trained) ? trained : eyes[0];
   if (robot === undefined) return null;
   return (
-    <section class="eye" aria-label="Camera">
+    <section class="camera" aria-label="Camera">
       <button type="button" class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
         Camera{eyes.length > 1 && ` of ${studio.scene?.real[robot] ?? ""}`}
       </button>
@@ -33,7 +33,7 @@ export function Eye() {
 }
 
 function Picture({ studio, robot }: { studio: Studio; robot: number }) {
-  const shown = useImages(studio, robot);
+  const image = useImages(studio, robot);
   const [name, setName] = useState(studio.scene?.targets[0] ?? "");
   const [points, setPoints] = useState<readonly Point[]>([]);
   const into = useRef<number | null>(null);
@@ -43,27 +43,27 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
     setPoints([]);
   };
   const click = async (event: MouseEvent): Promise<void> => {
-    const image = event.currentTarget as HTMLImageElement;
-    if (shown === null || !studio.directs) return;
-    const box = image.getBoundingClientRect();
+    const element = event.currentTarget as HTMLImageElement;
+    if (image === null || !studio.directs) return;
+    const box = element.getBoundingClientRect();
     const at: Point = [
-      Math.floor(((event.clientX - box.left) / box.width) * image.naturalWidth),
-      Math.floor(((event.clientY - box.top) / box.height) * image.naturalHeight),
+      Math.floor(((event.clientX - box.left) / box.width) * element.naturalWidth),
+      Math.floor(((event.clientY - box.top) / box.height) * element.naturalHeight),
     ];
     // Clicks count together as long as they are into one image: the robot stands, or the thing is clicked anew.
-    const all = into.current === shown.number ? [...points, at] : [at];
-    into.current = shown.number;
+    const all = into.current === image.number ? [...points, at] : [at];
+    into.current = image.number;
     setPoints(all);
-    await studio.ask({ do: "pick_color", robot, name, image: shown.number, points: all });
+    await studio.ask({ do: "pick_color", robot, name, image: image.number, points: all });
   };
 
   return (
     <>
-      {shown === null ? (
+      {image === null ? (
         <p class="soft">No image has come yet.</p>
       ) : (
         <img
-          src={shown.url}
+          src={image.url}
           class={className("seen", studio.directs && "picks")}
           alt="What the camera sees, with outlines around the colors it looks for"
           onClick={(event) => void click(event)}
@@ -87,8 +87,8 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
 }
 
 /** The newest image, several times a second. */
-function useImages(studio: Studio, robot: number): Shown | null {
-  const [shown, setShown] = useState<Shown | null>(null);
+function useImages(studio: Studio, robot: number): CameraImage | null {
+  const [image, setImage] = useState<CameraImage | null>(null);
   useEffect(() => {
     let going = true;
     let last: string | null = null;
@@ -97,7 +97,7 @@ function useImages(studio: Studio, robot: number): Shown | null {
         const answer = await fetch(studio.address(`camera/${robot}.jpg`));
         if (going && answer.status === 200) {
           const url = URL.createObjectURL(await answer.blob());
-          setShown({ url, number: Number(answer.headers.get(NUMBER)) });
+          setImage({ url, number: Number(answer.headers.get(NUMBER)) });
           if (last !== null) URL.revokeObjectURL(last);
           last = url;
         }
@@ -115,5 +115,5 @@ function useImages(studio: Studio, robot: number): Shown | null {
       if (last !== null) URL.revokeObjectURL(last);
     };
   }, [studio, robot]);
-  return shown;
+  return image;
 }

@@ -4,16 +4,16 @@ import { useQuietStudio } from "./context";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
 import type { Studio } from "./studio";
-import { clock } from "./words";
+import { formatTime } from "./words";
 
 const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
-export function Running({ studio }: { studio: Studio }) {
-  const paused = studio.told?.paused ?? false;
+export function TimeControls({ studio }: { studio: Studio }) {
+  const paused = studio.status?.paused ?? false;
   const off = !studio.directs;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
-    <div class="running" role="toolbar" aria-label="Time">
+    <div class="time-controls" role="toolbar" aria-label="Time">
       {!real && <Worlds studio={studio} />}
       <button
         type="button"
@@ -44,14 +44,14 @@ export function Running({ studio }: { studio: Studio }) {
           Skip <kbd>F</kbd>
         </button>
       )}
-      {!real && <Pace studio={studio} />}
+      {!real && <SpeedSelect studio={studio} />}
       <Time />
     </div>
   );
 }
 
 function Worlds({ studio }: { studio: Studio }) {
-  const seed = studio.told?.seed ?? studio.scene?.seed ?? 0;
+  const seed = studio.status?.seed ?? studio.scene?.seed ?? 0;
   return (
     <>
       <button
@@ -76,12 +76,12 @@ function Worlds({ studio }: { studio: Studio }) {
   );
 }
 
-function Pace({ studio }: { studio: Studio }) {
+function SpeedSelect({ studio }: { studio: Studio }) {
   return (
     <select
       aria-label="Speed"
       disabled={!studio.directs}
-      value={String(studio.told?.speed ?? 1)}
+      value={String(studio.status?.speed ?? 1)}
       onChange={(event) => {
         const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
         if (speed !== undefined) void studio.ask({ do: "speed", speed });
@@ -102,7 +102,7 @@ function Time() {
   useSlowNews(studio.framed);
   return (
     <span class="soft time" title="Time in the world">
-      {clock(studio.motion.last?.time ?? 0)}
+      {formatTime(studio.motion.last?.time ?? 0)}
     </span>
   );
 }

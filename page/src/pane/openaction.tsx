@@ -5,55 +5,55 @@ import { useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { CutOff } from "../protocol";
 import type { Studio } from "../studio";
-import { counted, plain } from "../words";
+import { formatCount, plain } from "../words";
 
-interface Opening {
+interface OpenAction {
   open: () => void;
   /** What is asked first; null where nothing is. */
   asks: ComponentChildren;
 }
 
 /** Opens an automaton; `left` is its lesson that was cut off, where what is saved is meant. */
-export function useOpening(studio: Studio, name: string, left?: CutOff): Opening {
+export function useOpenAction(studio: Studio, name: string, left?: CutOff): OpenAction {
   const panel = usePanel();
-  const [asked, setAsked] = useState<"unsaved" | "cut off" | null>(null);
+  const [question, setQuestion] = useState<"unsaved" | "cut off" | null>(null);
   const { desk } = studio;
   const send = async (): Promise<void> => {
-    setAsked(null);
+    setQuestion(null);
     const answer = await studio.ask({ do: "open", name, discard: true });
     if (answer.error === undefined) panel.open("automaton");
   };
-  const settled = (): void => (left === undefined ? void send() : setAsked("cut off"));
+  const proceed = (): void => (left === undefined ? void send() : setQuestion("cut off"));
   const saveFirst = async (): Promise<void> => {
-    if (await studio.trial.save()) settled();
+    if (await studio.lessonTests.save()) proceed();
   };
   const openSaved = async (): Promise<void> => {
     const answer = await studio.ask({ do: "discard", name });
     if (answer.error === undefined) await send();
   };
   const notNow = (
-    <button type="button" class="link" onClick={() => setAsked(null)}>
+    <button type="button" class="link" onClick={() => setQuestion(null)}>
       not now
     </button>
   );
   const asks = {
     unsaved: (
-      <div class="asks" role="alert">
+      <div class="prompt" role="alert">
         <p>{plain(desk?.name ?? "")} has changes that are not in the library.</p>
         <button type="button" class="small" onClick={() => void saveFirst()}>
           Save, then open
         </button>
-        <button type="button" class="small" onClick={settled}>
+        <button type="button" class="small" onClick={proceed}>
           Open without saving
         </button>
         {notNow}
       </div>
     ),
     "cut off": (
-      <div class="asks" role="alert">
+      <div class="prompt" role="alert">
         <p>
           A lesson of {plain(name)} was interrupted before it was saved, with{" "}
-          {counted(left?.examples ?? 0, "example")}.
+          {formatCount(left?.examples ?? 0, "example")}.
         </p>
         <button type="button" class="small" onClick={() => void send()}>
           Resume it
@@ -66,7 +66,10 @@ export function useOpening(studio: Studio, name: string, left?: CutOff): Opening
     ),
   };
   return {
-    open: () => (desk?.unsaved === true ? setAsked("unsaved") : settled()),
-    asks: asked !== null && (asked === "cut off" ? left !== undefined : desk !== null) ? asks[asked] : null,
+    open: () => (desk?.unsaved === true ? setQuestion("unsaved") : proceed()),
+    asks:
+      question !== null && (question === "cut off" ? left !== undefined : desk !== null)
+        ? asks[question]
+        : null,
   };
 }

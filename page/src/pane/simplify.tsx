@@ -4,18 +4,18 @@ import { useEffect, useState } from "preact/hooks";
 import type { Panel } from "../panel";
 import type { Session, Simpler } from "../protocol";
 import type { Studio } from "../studio";
-import { counted, plain } from "../words";
+import { formatCount, plain } from "../words";
 
 const MOST_DECISIONS = 8;
 
-interface PrunedProps {
+interface PruningLineProps {
   desk: Session;
   studio: Studio;
   show: () => void;
 }
 
 /** How much is pruned, and a way to see what less or more would come to. */
-export function Pruned({ desk, studio, show }: PrunedProps) {
+export function PruningLine({ desk, studio, show }: PruningLineProps) {
   if (desk.pruning === null || desk.edges.length === 0) return null;
   return (
     <span class="pruned">
@@ -50,33 +50,35 @@ interface CardProps {
   close: () => void;
 }
 
-export function SimplerCard({ desk, panel, studio, close }: CardProps) {
+export function SimplifyCard({ desk, panel, studio, close }: CardProps) {
   const [wanted, want] = useState<number | null>(null);
-  const [found, setFound] = useState<Simpler | null>(null);
+  const [preview, setPreview] = useState<Simpler | null>(null);
   useEffect(() => {
     let current = true;
     void studio.ask({ do: "simplify", pruning: wanted }).then(({ simpler }) => {
       if (!current) return;
       if (simpler === undefined) close();
-      else setFound(simpler);
+      else setPreview(simpler);
     });
     return () => {
       current = false;
     };
   }, [wanted, desk.edition, desk.name]);
-  if (found === null) return null;
-  const changes = found.states.length > 0;
+  if (preview === null) return null;
+  const changes = preview.states.length > 0;
   const keep = async (): Promise<void> => {
-    const answer = await studio.change({ do: "prune", pruning: found.pruning }, { do: "undo" });
+    const answer = await studio.change({ do: "prune", pruning: preview.pruning }, { do: "undo" });
     if (answer.error === undefined) close();
   };
   return (
     <section class="simpler" aria-label="Simplify">
       <p>
         <b>
-          {changes ? `${found.leaves.before} answers become ${found.leaves.after}.` : "Nothing would change."}
+          {changes
+            ? `${preview.leaves.before} answers become ${preview.leaves.after}.`
+            : "Nothing would change."}
         </b>{" "}
-        <Advice found={found} suggest={() => want(null)} />
+        <Advice preview={preview} suggest={() => want(null)} />
       </p>
       <label class="tiny">
         A question stays if each of its answers sets more than{" "}
@@ -84,7 +86,7 @@ export function SimplerCard({ desk, panel, studio, close }: CardProps) {
           type="number"
           min="0"
           step="0.5"
-          value={found.pruning}
+          value={preview.pruning}
           aria-label="examples"
           onChange={(event) => {
             const number = Number(event.currentTarget.value);
@@ -93,10 +95,10 @@ export function SimplerCard({ desk, panel, studio, close }: CardProps) {
         />{" "}
         examples right.
       </label>
-      {found.states.map(({ state, before, after }) => (
+      {preview.states.map(({ state, before, after }) => (
         <Conditions key={state} state={state} before={before} after={after} />
       ))}
-      {changes && <Decisions found={found} panel={panel} />}
+      {changes && <Decisions preview={preview} panel={panel} />}
       <p class="choices">
         {changes && (
           <button type="button" class="small primary" disabled={!studio.directs} onClick={() => void keep()}>
@@ -112,8 +114,8 @@ export function SimplerCard({ desk, panel, studio, close }: CardProps) {
 }
 
 /** What examples that were left out of learning say of it. */
-function Advice({ found, suggest }: { found: Simpler; suggest: () => void }) {
-  const { suggested, enough, pruning } = found;
+function Advice({ preview, suggest }: { preview: Simpler; suggest: () => void }) {
+  const { suggested, enough, pruning } = preview;
   if (suggested === null) {
     return <>It has fewer than {enough} examples, too few to prune.</>;
   }
@@ -127,7 +129,7 @@ function Advice({ found, suggest }: { found: Simpler; suggest: () => void }) {
   }
   return (
     <>
-      Each of {counted(all, "example")} left out in turn: {pruned} decided wrongly so, {wrong} with all
+      Each of {formatCount(all, "example")} left out in turn: {pruned} decided wrongly so, {wrong} with all
       questions.
     </>
   );
@@ -163,21 +165,21 @@ function Conditions({ state, before, after }: Simpler["states"][number]) {
 }
 
 /** The recorded moments at which it would decide otherwise. */
-function Decisions({ found, panel }: { found: Simpler; panel: Panel }) {
-  const { decisions, examples, moments } = found;
+function Decisions({ preview, panel }: { preview: Simpler; panel: Panel }) {
+  const { decisions, examples, moments } = preview;
   return (
     <div class="decisions">
       <p>
-        {decisions.length} of {counted(examples, "example")} would be decided otherwise
+        {decisions.length} of {formatCount(examples, "example")} would be decided otherwise
         {moments.all > 0 && `, and ${moments.changed} of ${moments.all} moments before presses`}.
       </p>
-      {decisions.slice(0, MOST_DECISIONS).map(({ number, state, shown, before, after }) => (
+      {decisions.slice(0, MOST_DECISIONS).map(({ number, state, shown: example, before, after }) => (
         <p key={number} class="tiny">
           <button type="button" class="link" onClick={() => panel.openExample(number)}>
             {number}
           </button>{" "}
           in {plain(state)}: {plain(before ?? "")} → {plain(after ?? "")} (
-          {after === shown ? "as shown" : `shown: ${plain(shown)}`})
+          {after === example ? "as shown" : `shown: ${plain(example)}`})
         </p>
       ))}
       {decisions.length > MOST_DECISIONS && (
