@@ -1,4 +1,4 @@
-"""What pages said to the studio of 0.1.0, said again, is answered as it was, but for the wording."""
+"""What pages said to the studio of 0.1 and 0.2, said again, is answered as it was, but for names and wording."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from tests.ui.web.pages import studio
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
 
+STUDIO_0_2 = FOLDER.parent / "v0_2_0/studio"
+"""What the studio of 0.2 was told and said; its libraries are those of 0.1."""
 MENDED = {"forage": {66: ('"happened": "edited"', '"happened": "shown anew"')}}
 """Answers of 0.1.0 that were wrong, by line: examples of a lesson begun anew were called edited."""
 
@@ -44,6 +46,33 @@ def test_the_same_messages_are_answered_the_same(
         assert now == then  # the order of keys means nothing
         if shown_then.get("waiting") is None:
             assert undoable == undoable_then
+
+
+@pytest.mark.parametrize(
+    ("name", "world", "library"), [("forage", "forage", "library"), ("squad", "patrol", "squad")]
+)
+def test_the_messages_of_0_2_are_answered_the_same(
+    name: str, world: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("understudy.ui.web.actions.coach.PATIENCE_S", 60.0)  # on a busy machine, too
+    folder = tmp_path / name
+    shutil.copytree(FOLDER / library, folder)
+    lines = (STUDIO_0_2 / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
+    then = [json.loads(line) for line in lines]
+    messages = [each["say"] for each in then[1:]]
+    again = transcript(studio(folder, world=world, seed=3), folder, messages).splitlines()
+    for now, before in zip(map(json.loads, again), then, strict=True):
+        take_score(now)
+        take_score(before)
+        assert now == before
+
+
+def take_score(exchange: dict[str, Any]) -> None:
+    """Take out of an exchange what comes of runs in the background: scores, and how often advice is about them."""
+    for answer in exchange["hear"]:
+        (answer.get("desk") or {}).pop("score", None)
+        for advice in answer.get("advice") or ():
+            advice.pop("evidence", None)
 
 
 def as_then(said: str) -> str:
