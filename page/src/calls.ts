@@ -69,8 +69,8 @@ export function chooseState(runs: string): StateChoice {
 }
 
 /** What the automaton under training can do now, as it is chosen: without its start state and its flags. */
-export function chooseLessonStates(desk: Session): StateChoice[] {
-  return desk.states
+export function chooseLessonStates(session: Session): StateChoice[] {
+  return session.states
     .filter((state, index) => index > 0 && !state.flag)
     .map(({ name, runs }) => ({ runs: runs ?? name, name, was: name }));
 }

@@ -18,14 +18,14 @@ type Point = readonly [number, number];
 export function CameraView() {
   const studio = useStudio();
   const [open, setOpen] = useState(true);
-  const eyes = studio.scene?.eyes ?? [];
-  const trained = studio.desk?.agent ?? 0;
+  const eyes = studio.scene?.camera_robots ?? [];
+  const trained = studio.session?.agent ?? 0;
   const robot = eyes.includes(trained) ? trained : eyes[0];
   if (robot === undefined) return null;
   return (
     <section class="camera" aria-label="Camera">
       <button type="button" class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
-        Camera{eyes.length > 1 && ` of ${studio.scene?.real[robot] ?? ""}`}
+        Camera{eyes.length > 1 && ` of ${studio.scene?.real_robots[robot] ?? ""}`}
       </button>
       {open && <Picture key={robot} studio={studio} robot={robot} />}
     </section>
@@ -44,7 +44,7 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
   };
   const click = async (event: MouseEvent): Promise<void> => {
     const element = event.currentTarget as HTMLImageElement;
-    if (image === null || !studio.directs) return;
+    if (image === null || !studio.hasControl) return;
     const box = element.getBoundingClientRect();
     const at: Point = [
       Math.floor(((event.clientX - box.left) / box.width) * element.naturalWidth),
@@ -64,12 +64,12 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
       ) : (
         <img
           src={image.url}
-          class={className("seen", studio.directs && "picks")}
+          class={className("seen", studio.hasControl && "picks")}
           alt="What the camera sees, with outlines around the colors it looks for"
           onClick={(event) => void click(event)}
         />
       )}
-      {studio.directs && (
+      {studio.hasControl && (
         <label class="soft">
           Click on the{" "}
           <select value={name} onChange={(event) => choose(event.currentTarget.value)}>

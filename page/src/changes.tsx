@@ -11,22 +11,22 @@ export function ChangeLine() {
   const studio = useStudio();
   const panel = usePanel();
   const [closed, close] = useState<string | null>(null);
-  const { desk } = studio;
-  if (desk === null || desk.changed === null) return null;
-  const { line, changes } = desk.changed;
-  const now = `${desk.name} ${desk.edition}`;
+  const { session } = studio;
+  if (session === null || session.changed === null) return null;
+  const { line, changes } = session.changed;
+  const now = `${session.name} ${session.edition}`;
   if (closed === now) return null;
   return (
     <div class="toast changed" key={now}>
       <span>
         <b>Changed:</b> {plain(line)}
       </span>
-      {studio.directs && (
+      {studio.hasControl && (
         <button type="button" onClick={() => void studio.ask({ do: "undo" })}>
           undo
         </button>
       )}
-      <button type="button" onClick={() => panel.showChanges(edgeOf(desk.edges, changes[0]))}>
+      <button type="button" onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>
         show me
       </button>
       <button type="button" aria-label="Close" onClick={() => close(now)}>
@@ -38,9 +38,9 @@ export function ChangeLine() {
 
 /** In the tab Automaton, where it was asked for: what each changed decision looked like, and looks like now. */
 export function ChangeCard() {
-  const { desk } = useStudio();
+  const { session } = useStudio();
   const panel = usePanel();
-  if (!panel.showsChanges || desk === null || desk.changed === null) return null;
+  if (!panel.showsChanges || session === null || session.changed === null) return null;
   return (
     <section class="reasons changes" aria-label="What changed">
       <button
@@ -51,7 +51,7 @@ export function ChangeCard() {
       >
         ×
       </button>
-      <DecisionChanges summary={desk.changed} />
+      <DecisionChanges summary={session.changed} />
     </section>
   );
 }

@@ -33,19 +33,19 @@ const FIRST_FEATURES = ["distance_to(A)", "angle_to(A)"];
 
 /** The form as it opens: the present lesson; for a new one, what going to a thing needs, while nothing does that. */
 export function makeDraft(form: Form, studio: Studio, scene: Scene): Draft {
-  const { desk, status } = studio;
-  if (form === "choose" && desk !== null) {
+  const { session, status } = studio;
+  if (form === "choose" && session !== null) {
     return {
-      name: desk.name,
-      parameters: desk.parameters.join(", "),
-      targets: desk.targets,
-      flags: desk.states.flatMap(({ name, flag }) => (flag ? [name] : [])).join(", "),
-      states: chooseLessonStates(desk),
-      features: desk.features.map(({ label }) => label),
-      watched: desk.watched,
-      reaction: String(desk.reaction_s),
-      unlearning: desk.unlearning,
-      live: desk.live,
+      name: session.name,
+      parameters: session.parameters.join(", "),
+      targets: session.targets,
+      flags: session.states.flatMap(({ name, flag }) => (flag ? [name] : [])).join(", "),
+      states: chooseLessonStates(session),
+      features: session.features.map(({ label }) => label),
+      watched: session.watched,
+      reaction: String(session.reaction_s),
+      unlearning: session.unlearning,
+      live: session.live,
     };
   }
   const offered = new Set(scene.features.map(({ label }) => label.replace(/\(.*/, "")));
@@ -110,7 +110,7 @@ export function makeRequest(
   const options = { watched, unlearning, live, reaction_s: parseReaction(draft) };
   if (form === "choose") {
     return {
-      do: "choose",
+      do: "change_design",
       states: requestStates(draft.states),
       renamed: listRenamed(draft.states),
       features: draft.features,

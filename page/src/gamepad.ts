@@ -10,13 +10,13 @@ export interface PadInput {
   way: Arrow | null;
 }
 
-export type PadAction = Arrow | "confirm" | "pause" | "turn" | "undo" | "stop";
+export type PadAction = Arrow | "confirm" | "pause" | "toggle_mode" | "undo" | "stop";
 
 const ACTS: Readonly<Record<number, PadAction>> = {
   0: "confirm",
   1: "undo",
   2: "stop",
-  3: "turn",
+  3: "toggle_mode",
   9: "pause",
 };
 const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
@@ -92,12 +92,12 @@ export class Pad {
 
   private act(act: PadAction): void {
     const { studio } = this;
-    if (studio.desk === null || !studio.directs) return;
+    if (studio.session === null || !studio.hasControl) return;
     if (act === "confirm") void studio.confirm(performance.now());
     else if (act === "pause") void studio.ask({ do: "pause", paused: !(studio.status?.paused ?? false) });
-    else if (act === "turn" || act === "undo") void studio.ask({ do: act });
+    else if (act === "toggle_mode" || act === "undo") void studio.ask({ do: act });
     else {
-      const state = studio.desk.states.find(({ arrow, flag }) => (act === "stop" ? flag : arrow === act));
+      const state = studio.session.states.find(({ arrow, flag }) => (act === "stop" ? flag : arrow === act));
       if (state !== undefined) void studio.press(state.name, performance.now());
     }
   }

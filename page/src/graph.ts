@@ -1,7 +1,7 @@
 /** Where the states and the transitions between them are drawn. */
 
 import { Graph, layout } from "@dagrejs/dagre";
-import type { Arrow, NestedAutomaton, NestedState, Way } from "./protocol";
+import type { Arrow, NestedAutomaton, NestedState, Transition } from "./protocol";
 
 const LETTER = 7.2;
 const PADDING = 26;
@@ -35,7 +35,7 @@ export interface Node {
 }
 
 export interface Bend {
-  edge: Way;
+  edge: Transition;
   id: string;
   points: Point[];
 }
@@ -53,7 +53,7 @@ export function edgeId(edge: { from: string; to: string }): string {
 
 /** The id of the edge of a decision; null where none is drawn. Without a state, one of any. */
 export function edgeOf(
-  edges: readonly Way[],
+  edges: readonly Transition[],
   decision: { state: string; next: string } | undefined,
 ): string | null {
   const edge = edges.find(
@@ -63,7 +63,7 @@ export function edgeOf(
 }
 
 /** An edge wherever it is drawn: the path of the state whose automaton it belongs to, then the edge. */
-function arcId(above: string, edge: Way): string {
+function arcId(above: string, edge: Transition): string {
   return above === "" ? edgeId(edge) : `${above}\n${edgeId(edge)}`;
 }
 
@@ -73,7 +73,7 @@ export function innerEdge(
   nested: Readonly<Record<string, NestedAutomaton>>,
   id: string,
   above = "",
-): { edge: Way; of: string } | null {
+): { edge: Transition; of: string } | null {
   for (const { name, automaton } of states) {
     const path = `${above}/${name}`;
     const inner = automaton === null ? undefined : nested[automaton];
@@ -88,7 +88,7 @@ export function innerEdge(
 
 export function layoutGraph(
   states: readonly StateNode[],
-  edges: readonly Way[],
+  edges: readonly Transition[],
   name: (state: StateNode) => string,
   opened: ReadonlySet<string> = new Set(),
   nested: Readonly<Record<string, NestedAutomaton>> = {},
@@ -147,7 +147,7 @@ function mirrorTurns(drawing: GraphLayout): GraphLayout {
 /** States that nothing leads to yet stand below the start state, in rows, and flags below them. */
 function connectLoose(
   states: readonly StateNode[],
-  edges: readonly Way[],
+  edges: readonly Transition[],
   wide: (state: StateNode) => number,
 ): [string, string][] {
   const [start, ...others] = states;

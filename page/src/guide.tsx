@@ -61,17 +61,18 @@ export function ResumeTour() {
 
 /** What the tour looks at, as it is now. */
 function readMoment(studio: Studio): Moment {
-  const { desk, status, motion } = studio;
+  const { session, status, motion } = studio;
   const read = (name: string): number => {
-    const index = desk?.features.findIndex(({ label }) => label === `${name}(${desk.parameters[0]})`) ?? -1;
+    const index =
+      session?.features.findIndex(({ label }) => label === `${name}(${session.parameters[0]})`) ?? -1;
     return motion.last?.features[index] ?? NaN;
   };
-  const state = desk?.states.find(({ name }) => name === desk.state);
+  const state = session?.states.find(({ name }) => name === session.state);
   return {
-    isTaught: desk !== null && teaches(desk),
-    state: desk?.state ?? "",
+    isTaught: session !== null && teaches(session),
+    state: session?.state ?? "",
     stopped: state?.flag ?? false,
-    presses: desk?.taught ?? 0,
+    presses: session?.presses ?? 0,
     seed: status?.seed ?? null,
     distance: read("distance_to"),
     angle: toDegrees(read("angle_to")),
@@ -79,26 +80,26 @@ function readMoment(studio: Studio): Moment {
 }
 
 /** Whether it is what the tour teaches: going to a thing. */
-function teaches(desk: Session): boolean {
-  const labels = desk.features.map(({ label }) => label);
-  const [parameter] = desk.parameters;
+function teaches(session: Session): boolean {
+  const labels = session.features.map(({ label }) => label);
+  const [parameter] = session.parameters;
   const sees = [`distance_to(${parameter})`, `angle_to(${parameter})`].every((each) => labels.includes(each));
   const goes = (["up", "left", "right"] as const).every((way) =>
-    desk.states.some((each) => each.arrow === way),
+    session.states.some((each) => each.arrow === way),
   );
-  return sees && goes && desk.states.some(({ flag }) => flag);
+  return sees && goes && session.states.some(({ flag }) => flag);
 }
 
 const NEW_WORLD = ".time-controls [title='The next world']";
 
 function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): TourStep {
-  const { desk } = studio;
+  const { session } = studio;
   if (tour.done)
     return {
       text: "It goes there by itself, and you wrote no rule. Save keeps it in the library.",
       at: ".save-controls button:last-child",
     };
-  if (desk === null || !moment.isTaught) {
+  if (session === null || !moment.isTaught) {
     if (form)
       return {
         text: "All is chosen already: press Begin.",
@@ -109,28 +110,28 @@ function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): Tour
   if (studio.status?.paused === true)
     return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
   if (!studio.current) return { text: "A new world.", at: null }; // nothing is known of it yet
-  if (tour.step < 3) return drives(moment, desk);
+  if (tour.step < 3) return drives(moment, session);
   if (tour.same(moment))
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
   if (isThere(moment))
     return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
-  return corrects(tour, moment, desk, studio.motion.last?.time ?? 0);
+  return corrects(tour, moment, session, studio.motion.last?.time ?? 0);
 }
 
 /** What to press where the robot decides by itself: nothing, unless it does something else than it should for a while. */
-function corrects(tour: Tour, moment: Moment, desk: Session, time: number): TourStep {
-  const advice = drives(moment, desk);
+function corrects(tour: Tour, moment: Moment, session: Session, time: number): TourStep {
+  const advice = drives(moment, session);
   if (!tour.needsHelp(advice.at !== null, time))
     return { text: "It decides by itself. Press only where it does wrong.", at: null };
   return { ...advice, text: `It should do something else. ${advice.text}` };
 }
 
 /** What to press to come to A. */
-function drives(moment: Moment, desk: Session): TourStep {
-  const now = desk.states.find(({ name }) => name === moment.state);
+function drives(moment: Moment, session: Session): TourStep {
+  const now = session.states.find(({ name }) => name === moment.state);
   const direction = chooseDirection(moment, now?.arrow ?? null);
-  const next = desk.states.find((each) => (direction === "done" ? each.flag : each.arrow === direction));
-  const place = plain(desk.targets[desk.parameters[0] ?? ""] ?? "place");
+  const next = session.states.find((each) => (direction === "done" ? each.flag : each.arrow === direction));
+  const place = plain(session.targets[session.parameters[0] ?? ""] ?? "place");
   if (direction === null || next === undefined)
     return { text: `Turn until the robot sees the ${place}.`, at: null };
   if (now === next) {

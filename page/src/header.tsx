@@ -8,7 +8,7 @@ import { className, plain } from "./words";
 
 export function Header() {
   const studio = useStudio();
-  const { desk, scene } = studio;
+  const { session, scene } = studio;
   const { real } = studio.live;
   const overview = studio.team !== null && studio.view === "team";
   return (
@@ -19,23 +19,25 @@ export function Header() {
       {overview ? null : (
         <>
           <span class="what cut">
-            {desk === null ? (
+            {session === null ? (
               <span class="soft">No automaton open</span>
             ) : (
               <b>
-                {plain(desk.name)}
-                {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
+                {plain(session.name)}
+                {session.parameters.length > 0 && (
+                  <span class="soft"> ({session.parameters.join(", ")})</span>
+                )}
               </b>
             )}
           </span>
         </>
       )}
       {scene !== null && !real && <WorldPlace studio={studio} scenario={scene.scenario} />}
-      {real && studio.team === null && <span class="soft">on {scene?.real.join(", ")}</span>}
+      {real && studio.team === null && <span class="soft">on {scene?.real_robots.join(", ")}</span>}
       <span class="space" />
       {!overview && <TimeControls studio={studio} />}
       <span class="space" />
-      {!overview && desk !== null && <ModeSwitch studio={studio} />}
+      {!overview && session !== null && <ModeSwitch studio={studio} />}
       <SaveControls studio={studio} />
     </header>
   );
@@ -80,13 +82,13 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
   };
   return (
     <span class="soft place">
-      {studio.status?.places.saves === true ? (
+      {studio.status?.places.can_save === true ? (
         <label class="where">
           in{" "}
           <select
             value={scenario}
             aria-label="Scenario"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             title="Another scenario; more in the tab Library"
             onChange={(event) => {
               const name = event.currentTarget.value;
@@ -110,7 +112,7 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
         <input
           class="seed"
           inputMode="numeric"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           value={typed ?? (seed === null ? "" : String(seed))}
           onInput={(event) => {
             edited.current = true;
@@ -129,9 +131,9 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
 }
 
 function ModeSwitch({ studio }: { studio: Studio }) {
-  const mode = studio.desk?.mode ?? "live";
+  const mode = studio.session?.mode ?? "live";
   const tries = mode === "testing";
-  const teaching = studio.desk?.live
+  const teaching = studio.session?.live
     ? "It decides, and learns from every press"
     : "You decide; each press is an example";
   return (
@@ -141,9 +143,9 @@ function ModeSwitch({ studio }: { studio: Studio }) {
           type="button"
           key={String(each)}
           aria-pressed={tries === each}
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title={each ? "It decides, and learns nothing; a press corrects it, and you teach again" : teaching}
-          onClick={() => void (tries !== each && studio.ask({ do: "turn" }))}
+          onClick={() => void (tries !== each && studio.ask({ do: "toggle_mode" }))}
         >
           {each ? "Try" : "Teach"}
           {tries !== each && <kbd>T</kbd>}
@@ -154,25 +156,29 @@ function ModeSwitch({ studio }: { studio: Studio }) {
 }
 
 function SaveControls({ studio }: { studio: Studio }) {
-  const { desk, status } = studio;
-  const saved = status?.library.trained.some(({ name }) => name === desk?.name) ?? false;
+  const { session, status } = studio;
+  const saved = status?.library.trained.some(({ name }) => name === session?.name) ?? false;
   return (
     <div class="save-controls">
-      {desk !== null && (
+      {session !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
-          <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-          {desk.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
+          <span class={className("dot", (session.unsaved || !saved) && "open")} />
+          {session.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
         </span>
       )}
-      {(status?.viewers ?? 1) > 1 && studio.directs && (
-        <button type="button" title="Hand over control" onClick={() => void studio.ask({ do: "hand_over" })}>
+      {(status?.viewers ?? 1) > 1 && studio.hasControl && (
+        <button
+          type="button"
+          title="Hand over control"
+          onClick={() => void studio.ask({ do: "release_control" })}
+        >
           Hand over
         </button>
       )}
-      {desk !== null && (
+      {session !== null && (
         <button
           type="button"
-          disabled={!studio.directs || !desk.unsaved || studio.lessonTests.saving}
+          disabled={!studio.hasControl || !session.unsaved || studio.lessonTests.saving}
           onClick={() => void studio.lessonTests.save()}
         >
           Save

@@ -1,10 +1,10 @@
 /** Whether lessons still hold: what saving would break, and what a test of the library found. */
 
-import type { Answer, ChangeSummary, Request, Session, Tested } from "./protocol";
+import type { Answer, ChangeSummary, Request, Session, LessonTest } from "./protocol";
 
 export interface TestSource {
   ask: (request: Request) => Promise<Answer>;
-  readonly desk: Session | null;
+  readonly session: Session | null;
   /** The automata of the library that can be tested. */
   readonly testable: readonly string[];
   readonly news: { tell: () => void };
@@ -17,9 +17,12 @@ interface LessonEdition {
 }
 
 export class LessonTests {
-  private warned: { of: LessonEdition; worse: readonly string[]; changed: ChangeSummary | null } | null =
-    null;
-  private tests: { of: LessonEdition | null; results: Tested[] } | null = null;
+  private warned: {
+    of: LessonEdition;
+    regressions: readonly string[];
+    changed: ChangeSummary | null;
+  } | null = null;
+  private tests: { of: LessonEdition | null; results: LessonTest[] } | null = null;
   /** What is being tested now. */
   testing: string | null = null;
   /** Whether saving is being looked at. */
@@ -28,8 +31,8 @@ export class LessonTests {
   constructor(private readonly studio: TestSource) {}
 
   /** What worked and would no longer once the lesson is saved as it is; null where nothing is known of it. */
-  get worse(): readonly string[] | null {
-    return this.warned !== null && this.isCurrent(this.warned.of) ? this.warned.worse : null;
+  get regressions(): readonly string[] | null {
+    return this.warned !== null && this.isCurrent(this.warned.of) ? this.warned.regressions : null;
   }
 
   /** What the automaton decides otherwise than the saved one, apart from what presses say; null: nothing is known. */
@@ -38,7 +41,7 @@ export class LessonTests {
   }
 
   /** What was tested; null where nothing was. */
-  get results(): readonly Tested[] | null {
+  get results(): readonly LessonTest[] | null {
     return this.tests?.results ?? null;
   }
 
@@ -52,11 +55,11 @@ export class LessonTests {
     const of = this.currentEdition();
     this.saving = true;
     this.studio.news.tell();
-    const { error, worse, changed = null } = await this.studio.ask({ do: "save", name: null, anyway });
+    const { error, regressions, changed = null } = await this.studio.ask({ do: "save", name: null, anyway });
     this.saving = false;
-    this.warned = of === null || worse === undefined ? null : { of, worse, changed };
+    this.warned = of === null || regressions === undefined ? null : { of, regressions, changed };
     this.studio.news.tell();
-    return error === undefined && worse === undefined;
+    return error === undefined && regressions === undefined;
   }
 
   /** Do not save for now. */
@@ -70,13 +73,13 @@ export class LessonTests {
     if (this.testing !== null) return;
     const of = this.currentEdition();
     const names = [...new Set([...(of === null ? [] : [of.name]), ...this.studio.testable])];
-    const results: Tested[] = [];
+    const results: LessonTest[] = [];
     this.tests = { of, results };
     for (const name of names) {
       this.testing = name;
       this.studio.news.tell();
-      const { tested } = await this.studio.ask({ do: "test", name });
-      if (tested !== undefined) results.push(tested);
+      const { test } = await this.studio.ask({ do: "test", name });
+      if (test !== undefined) results.push(test);
     }
     this.testing = null;
     this.studio.news.tell();
@@ -89,8 +92,8 @@ export class LessonTests {
   }
 
   private currentEdition(): LessonEdition | null {
-    const { desk } = this.studio;
-    return desk === null ? null : { name: desk.name, edition: desk.edition };
+    const { session } = this.studio;
+    return session === null ? null : { name: session.name, edition: session.edition };
   }
 
   private isCurrent(of: LessonEdition | null): boolean {

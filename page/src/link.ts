@@ -104,6 +104,6 @@ function parseMessage(text: string): News | Answer | null {
   if (typeof value !== "object" || value === null) return null;
   if ("re" in value) return value as Answer;
   if (!("is" in value)) return null;
-  const types = ["hello", "scene", "desk", "team"].includes(String(value.is));
+  const types = ["hello", "scene", "session", "team"].includes(String(value.is));
   return types ? (value as News) : null;
 }

@@ -23,10 +23,10 @@ const NAMES: Readonly<Record<Tab, string>> = {
 export function Pane() {
   const panel = usePanel();
   const studio = useStudio();
-  const unsure = studio.desk?.asking.marks.length ?? 0;
+  const unsure = studio.session?.queries.marks.length ?? 0;
   const counts: Partial<Record<Tab, number>> = {
     ...(unsure === 0 ? {} : { coach: unsure }),
-    ...(studio.desk === null ? {} : { lesson: studio.desk.examples.length }),
+    ...(studio.session === null ? {} : { lesson: studio.session.examples.length }),
     ...(studio.status === null ? {} : { library: studio.status.library.trained.length }),
   };
   useShownOnPhones(panel.form !== null);

@@ -10,14 +10,14 @@ const OTHERS = 2;
 
 export function QuestionCard() {
   const studio = useStudio();
-  const { desk } = studio;
-  const question = desk?.asking.question ?? null;
-  useSound({ question: question?.sentence ?? null, marks: desk?.asking.marks.length ?? 0 });
-  if (desk === null || question === null) return null;
-  const stays = question.next === desk.state;
+  const { session } = studio;
+  const question = session?.queries.question ?? null;
+  useSound({ question: question?.sentence ?? null, marks: session?.queries.marks.length ?? 0 });
+  if (session === null || question === null) return null;
+  const stays = question.next === session.state;
   const others = question.answers.filter((each) => each !== question.next).slice(0, OTHERS);
   const answer = (state: string, event: MouseEvent): void => {
-    void (state === desk.state ? studio.confirm(event.timeStamp) : studio.press(state, event.timeStamp));
+    void (state === session.state ? studio.confirm(event.timeStamp) : studio.press(state, event.timeStamp));
   };
   return (
     <section class="question-card" role="status" aria-label="Question of the robot">
@@ -28,26 +28,26 @@ export function QuestionCard() {
         <button
           type="button"
           class="small primary"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onClick={(event) => answer(question.next, event)}
         >
-          {stays ? `Yes, stay in ${plain(desk.state)}` : `Yes, go to ${plain(question.next)}`}
+          {stays ? `Yes, stay in ${plain(session.state)}` : `Yes, go to ${plain(question.next)}`}
         </button>
         {others.map((each) => (
           <button
             key={each}
             type="button"
             class="small"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={(event) => answer(each, event)}
           >
-            {each === desk.state ? `No, stay in ${plain(each)}` : `No, ${plain(each)}`}
+            {each === session.state ? `No, stay in ${plain(each)}` : `No, ${plain(each)}`}
           </button>
         ))}
         <button
           type="button"
           class="small"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="Without an answer: nothing is recorded"
           onClick={() => void studio.ask({ do: "pause", paused: false })}
         >

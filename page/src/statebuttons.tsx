@@ -7,38 +7,38 @@ import { className, keyName, plain } from "./words";
 
 export function StateButtons() {
   const studio = useStudio();
-  const { desk } = studio;
-  if (desk === null) return null;
+  const { session } = studio;
+  if (session === null) return null;
   const corrected = studio.notice.tone === "correction";
   return (
     <div
-      class={className("state-buttons", desk.mode, corrected && "corrected")}
+      class={className("state-buttons", session.mode, corrected && "corrected")}
       role="toolbar"
       aria-label="Direct the robot"
     >
       <div class="states">
-        {desk.states.map((state) => (
-          <StateButton key={state.name} state={state} studio={studio} desk={desk} />
+        {session.states.map((state) => (
+          <StateButton key={state.name} state={state} studio={studio} session={session} />
         ))}
       </div>
       <div class="confirm-buttons">
-        {desk.watched && (
+        {session.watched && (
           <button
             type="button"
             class="keep"
             role="switch"
-            aria-checked={!desk.watching}
-            disabled={!studio.directs}
-            title={desk.watching ? "Learning from silence: on" : "Learning from silence: off"}
-            onClick={() => void studio.ask({ do: "watch" })}
+            aria-checked={!session.watching}
+            disabled={!studio.hasControl}
+            title={session.watching ? "Learning from silence: on" : "Learning from silence: off"}
+            onClick={() => void studio.ask({ do: "toggle_watching" })}
           >
-            {desk.watching ? "" : "✓ "}Stop learning from silence
+            {session.watching ? "" : "✓ "}Stop learning from silence
           </button>
         )}
         <button
           type="button"
           class="keep"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           aria-keyshortcuts="Enter"
           onClick={(event) => void studio.confirm(event.timeStamp)}
         >
@@ -49,9 +49,9 @@ export function StateButtons() {
   );
 }
 
-function StateButton({ state, studio, desk }: { state: State; studio: Studio; desk: Session }) {
-  const active = desk.state === state.name;
-  const waiting = desk.waiting === state.name || studio.asking === state.name;
+function StateButton({ state, studio, session }: { state: State; studio: Studio; session: Session }) {
+  const active = session.state === state.name;
+  const waiting = session.pending === state.name || studio.asking === state.name;
   const key = keyName(state);
   return (
     <button
@@ -60,22 +60,22 @@ function StateButton({ state, studio, desk }: { state: State; studio: Studio; de
       aria-pressed={active}
       data-state={state.name}
       aria-keyshortcuts={key}
-      disabled={!studio.directs}
-      title={title(state, desk)}
+      disabled={!studio.hasControl}
+      title={title(state, session)}
       onClick={(event) => void studio.press(state.name, event.timeStamp)}
     >
       {key !== "" && <kbd aria-hidden="true">{key}</kbd>}
-      {state === desk.states[0] ? "stand still" : plain(state.name)}
+      {state === session.states[0] ? "stand still" : plain(state.name)}
       {state.flag && <span aria-hidden="true">⚑</span>}
     </button>
   );
 }
 
-function title(state: State, desk: Session): string {
-  if (state === desk.states[0])
+function title(state: State, session: Session): string {
+  if (state === session.states[0])
     return `Direct it back to ${state.name}, its first state, where it stands still. An example, as every press.`;
   const name = plain(state.name);
   const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${plain(state.runs)}.`;
-  const what = desk.mode === "testing" ? `Correct it: go to ${name}.` : `Direct it to ${name}.`;
+  const what = session.mode === "testing" ? `Correct it: go to ${name}.` : `Direct it to ${name}.`;
   return what + (state.flag ? " It stops there and raises this flag." : runs);
 }

@@ -71,7 +71,7 @@ export class Studio implements LinkListener {
 
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
-  directs = false;
+  hasControl = false;
   /** Why the server does not let this page in; null while it does. */
   refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
@@ -96,8 +96,8 @@ export class Studio implements LinkListener {
     this.link.open();
   }
 
-  get desk(): Session | null {
-    return this.status?.desk ?? null;
+  get session(): Session | null {
+    return this.status?.session ?? null;
   }
 
   /** Ask, and say what went wrong where something did. */
@@ -145,7 +145,7 @@ export class Studio implements LinkListener {
 
   setConnected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
-    if (!open) this.directs = false;
+    if (!open) this.hasControl = false;
     this.news.tell();
   }
 
@@ -155,13 +155,13 @@ export class Studio implements LinkListener {
   }
 
   receive(news: ServerNews): void {
-    if (news.is === "desk") this.update(news);
+    if (news.is === "session") this.update(news);
     else if (news.is === "team") this.team = news.team;
     else {
       this.scene = news.scene;
       if (news.is === "hello") {
         this.team = news.team ?? null;
-        this.directs = news.directs;
+        this.hasControl = news.has_control;
         this.version = news.version;
         this.exports = news.exports;
       }
@@ -204,33 +204,33 @@ export class Studio implements LinkListener {
   }
 
   private update(news: SessionNews): void {
-    const before = this.desk;
-    const { desk, said: message } = news;
-    const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
+    const before = this.session;
+    const { session, message: message } = news;
+    const grew = before !== null && session !== null && before.examples.length < session.examples.length;
     const recorded = grew && (message.tone === "recorded" || message.tone === "correction");
-    if (news.said_number !== this.status?.said_number) {
+    if (news.message_number !== this.status?.message_number) {
       const undo: Request | null = recorded ? { do: "undo" } : this.back;
       this.notice = undo === null ? message : { ...message, undo };
       this.back = null;
       this.notices += 1;
     }
-    if (desk === null || before?.name !== desk.name) this.switch = null;
-    else if (before.state !== desk.state) {
+    if (session === null || before?.name !== session.name) this.switch = null;
+    else if (before.state !== session.state) {
       const corrected = message.tone === "correction";
-      this.switch = { from: before.state, to: desk.state, corrected, at: performance.now() };
+      this.switch = { from: before.state, to: session.state, corrected, at: performance.now() };
     }
-    if (joinLabels(before) !== joinLabels(desk)) this.history.clear();
+    if (joinLabels(before) !== joinLabels(session)) this.history.clear();
     if (news.run.number !== this.status?.run.number) {
       this.runHistory.begin(news.run.from_s);
       this.current = this.status === null;
       setTimeout(() => (this.current = true), LATE_MS); // a frame that is as the last is not sent
     }
-    this.runHistory.markExamples(desk?.examples ?? [], grew && before?.name === desk?.name);
+    this.runHistory.markExamples(session?.examples ?? [], grew && before?.name === session?.name);
     this.status = news;
-    this.directs = news.directs;
+    this.hasControl = news.has_control;
   }
 }
 
-function joinLabels(desk: Session | null): string {
-  return (desk?.features ?? []).map((feature) => feature.label).join("\n");
+function joinLabels(session: Session | null): string {
+  return (session?.features ?? []).map((feature) => feature.label).join("\n");
 }

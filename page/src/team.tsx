@@ -122,7 +122,7 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
           <>
             <button
               type="button"
-              disabled={!studio.directs || !here || agent.armed === true}
+              disabled={!studio.hasControl || !here || agent.armed === true}
               onClick={() => setAsks(true)}
             >
               {agent.armed === true ? "Armed" : "Arm…"}
@@ -144,7 +144,7 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
 }
 
 function Activity({ agent }: { agent: TeamAgent }) {
-  const path = [...(agent.duty === "" ? [] : [agent.duty]), ...agent.doing];
+  const path = [...(agent.duty === "" ? [] : [agent.duty]), ...agent.states];
   return (
     <span class="doing">
       {path.length === 0 ? <span class="soft">nothing</span> : path.map(plain).join(" › ")}
@@ -177,7 +177,7 @@ function Train({ agent }: { agent: TeamAgent }) {
     <button
       type="button"
       title={why}
-      disabled={!studio.directs || studio.team?.trainer === null}
+      disabled={!studio.hasControl || studio.team?.trainer === null}
       onClick={() => void train(studio, agent)}
     >
       Train
@@ -186,8 +186,12 @@ function Train({ agent }: { agent: TeamAgent }) {
 }
 
 async function train(studio: Studio, agent: TeamAgent): Promise<void> {
-  const number = agent.is_robot ? (studio.scene?.real.indexOf(agent.name) ?? 0) : 0;
-  const answer = await studio.ask({ do: "agent", agent: number, sort: agent.is_robot ? null : agent.sort });
+  const number = agent.is_robot ? (studio.scene?.real_robots.indexOf(agent.name) ?? 0) : 0;
+  const answer = await studio.ask({
+    do: "select_agent",
+    agent: number,
+    sort: agent.is_robot ? null : agent.sort,
+  });
   if (answer.error === undefined) studio.switchView("training");
 }
 

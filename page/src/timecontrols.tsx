@@ -10,7 +10,7 @@ const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
 export function TimeControls({ studio }: { studio: Studio }) {
   const paused = studio.status?.paused ?? false;
-  const off = !studio.directs;
+  const off = !studio.hasControl;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
     <div class="time-controls" role="toolbar" aria-label="Time">
@@ -34,7 +34,7 @@ export function TimeControls({ studio }: { studio: Studio }) {
       >
         Step <kbd>.</kbd>
       </button>
-      {!real && studio.desk !== null && studio.desk.mode !== "training" && (
+      {!real && studio.session !== null && studio.session.mode !== "training" && (
         <button
           type="button"
           disabled={off}
@@ -57,7 +57,7 @@ function Worlds({ studio }: { studio: Studio }) {
       <button
         type="button"
         class="icon"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         aria-label="Reset"
         title="The same world again"
         onClick={() => void studio.ask({ do: "reset", seed: null })}
@@ -66,7 +66,7 @@ function Worlds({ studio }: { studio: Studio }) {
       </button>
       <button
         type="button"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title="The next world"
         onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
       >
@@ -80,7 +80,7 @@ function SpeedSelect({ studio }: { studio: Studio }) {
   return (
     <select
       aria-label="Speed"
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       value={String(studio.status?.speed ?? 1)}
       onChange={(event) => {
         const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);

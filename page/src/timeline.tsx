@@ -12,8 +12,8 @@ export function Timeline() {
   const studio = useStudio();
   useSlowNews(studio.framed);
   const pending = useRef(false);
-  const { runHistory, desk } = studio;
-  if (desk === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own
+  const { runHistory, session } = studio;
+  if (session === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own
 
   const goBack = async (time: number): Promise<void> => {
     if (pending.current) return; // the last one counts, when the server is ready for it
@@ -33,7 +33,7 @@ export function Timeline() {
             title={`example ${mark.number}, at ${formatTime(mark.time)}`}
           />
         ))}
-        {desk.asking.marks
+        {session.queries.marks
           .filter(({ run, time_s }) => run === studio.status?.run.number && time_s <= runHistory.latest)
           .map((mark) => (
             <span
@@ -51,7 +51,7 @@ export function Timeline() {
           max={runHistory.latest}
           step="any"
           value={runHistory.now}
-          disabled={!studio.directs || runHistory.latest - runHistory.from < STEP_S}
+          disabled={!studio.hasControl || runHistory.latest - runHistory.from < STEP_S}
           onInput={(event) => void goBack(Number(event.currentTarget.value))}
           onKeyDown={(event) => {
             const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];

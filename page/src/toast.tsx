@@ -8,8 +8,8 @@ export function Toast() {
   const studio = useStudio();
   const { notice } = studio;
   const { undo } = notice;
-  const question = studio.desk?.asking.question?.sentence;
-  const undone = undo?.do === "undo" && studio.desk?.changed != null; // the line above has the button
+  const question = studio.session?.queries.question?.sentence;
+  const undone = undo?.do === "undo" && studio.session?.changed != null; // the line above has the button
   const isVisible = notice.text !== "" && (question === undefined || !notice.text.startsWith(question)); // it has its card
   return (
     <div class="toasts" role="status" aria-live="polite">
@@ -17,7 +17,7 @@ export function Toast() {
       {isVisible && (
         <div class={className("toast", notice.tone)} key={studio.notices}>
           <span>{plain(notice.text)}</span>
-          {undo !== undefined && studio.directs && !undone && (
+          {undo !== undefined && studio.hasControl && !undone && (
             <button type="button" onClick={() => void studio.ask(undo)}>
               undo
             </button>

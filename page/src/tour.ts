@@ -20,7 +20,7 @@ const KEPT = "understudy-tour";
 
 /** What the tour looks at. */
 export interface Moment {
-  /** Whether what the tour teaches is on the desk. */
+  /** Whether what the tour teaches is in training. */
   isTaught: boolean;
   /** The state that is lit. */
   state: string;

@@ -9,8 +9,8 @@ export function Welcome() {
   const studio = useStudio();
   const panel = usePanel();
   const tour = useTour();
-  if (studio.status === null || studio.desk !== null || panel.form !== null) return null;
-  const { trained, cut_off: cutOff } = studio.status.library;
+  if (studio.status === null || studio.session !== null || panel.form !== null) return null;
+  const { trained, interrupted: cutOff } = studio.status.library;
   const [left] = cutOff;
   const empty = trained.length === 0 && left === undefined;
   const shows = empty && studio.scene !== null && makeDraft("new", studio, studio.scene).name !== "";
@@ -25,7 +25,7 @@ export function Welcome() {
           <button
             type="button"
             class="primary"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => void studio.ask({ do: "open", name: left.name })}
           >
             Resume {plain(left.name)} ({formatCount(left.examples, "example")})
@@ -36,7 +36,7 @@ export function Welcome() {
       <button
         type="button"
         class={left === undefined ? "primary" : ""}
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         onClick={() => panel.choose("new")}
       >
         Teach something new
@@ -44,7 +44,7 @@ export function Welcome() {
       {shows && (
         <button
           type="button"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="A tour of five steps: a robot that goes to a place by itself"
           onClick={() => {
             tour.begin(true);

@@ -25,7 +25,7 @@ const PLAY: [number[], number[], PadAction[]][] = [
   [[], [0, 0.9], ["down"]],
   [[0], [0, 0.9], ["confirm"]],
   [[0, 9], [0, 0], ["pause"]],
-  [[3], [0, 0], ["turn"]],
+  [[3], [0, 0], ["toggle_mode"]],
   [[1], [0, 0], ["undo"]],
   [[2], [0, 0], ["stop"]],
   [[4, 16], [0, 0], []], // the others do nothing

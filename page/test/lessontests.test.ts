@@ -2,68 +2,68 @@ import { expect, test } from "vitest";
 import type { Answer, Session, Request } from "../src/protocol";
 import { LessonTests, type TestSource } from "../src/lessontests";
 
-function asking(answers: (request: Request) => Partial<Answer>) {
-  const said: Request[] = [];
-  const desk = { name: "goto", edition: 1 };
+function makeSource(answers: (request: Request) => Partial<Answer>) {
+  const requests: Request[] = [];
+  const session = { name: "goto", edition: 1 };
   const studio: TestSource = {
     ask: (request) => {
-      said.push(request);
+      requests.push(request);
       return Promise.resolve({ re: 0, ...answers(request) });
     },
-    desk: desk as Session,
+    session: session as Session,
     testable: ["fetch", "goto"],
     news: { tell: () => undefined },
   };
-  return { studio, said, desk };
+  return { studio, requests, session };
 }
 
 test("what saving would break is known until the lesson changes, or it is saved anyway", async () => {
-  const { studio, said, desk } = asking((request) =>
-    request.do === "save" && request.anyway !== true ? { worse: ["it no longer turns"] } : { ok: true },
+  const { studio, requests, session } = makeSource((request) =>
+    request.do === "save" && request.anyway !== true ? { regressions: ["it no longer turns"] } : { ok: true },
   );
-  const trial = new LessonTests(studio);
-  expect(await trial.save()).toBe(false);
-  expect(trial.worse).toEqual(["it no longer turns"]);
-  desk.edition = 2;
-  expect(trial.worse).toBeNull();
-  expect(await trial.save()).toBe(false);
-  expect(await trial.save(true)).toBe(true);
-  expect(trial.worse).toBeNull();
-  expect(said.at(-1)).toEqual({ do: "save", name: null, anyway: true });
+  const tests = new LessonTests(studio);
+  expect(await tests.save()).toBe(false);
+  expect(tests.regressions).toEqual(["it no longer turns"]);
+  session.edition = 2;
+  expect(tests.regressions).toBeNull();
+  expect(await tests.save()).toBe(false);
+  expect(await tests.save(true)).toBe(true);
+  expect(tests.regressions).toBeNull();
+  expect(requests.at(-1)).toEqual({ do: "save", name: null, anyway: true });
 });
 
 test("what could not be saved is not saved", async () => {
-  const trial = new LessonTests(asking(() => ({ error: "the folder is full" })).studio);
-  expect(await trial.save()).toBe(false);
-  expect(trial.worse).toBeNull();
+  const tests = new LessonTests(makeSource(() => ({ error: "the folder is full" })).studio);
+  expect(await tests.save()).toBe(false);
+  expect(tests.regressions).toBeNull();
 });
 
 test("all lessons are tested once, the one in training first", async () => {
-  const { studio, said, desk } = asking(() => ({ tested: { name: "some" } as never }));
-  const trial = new LessonTests(studio);
-  expect(trial.results).toBeNull();
-  await trial.test();
-  expect(said).toEqual([
+  const { studio, requests, session } = makeSource(() => ({ test: { name: "some" } as never }));
+  const tests = new LessonTests(studio);
+  expect(tests.results).toBeNull();
+  await tests.test();
+  expect(requests).toEqual([
     { do: "test", name: "goto" },
     { do: "test", name: "fetch" },
   ]);
-  expect([trial.results?.length, trial.testing, trial.fresh]).toEqual([2, null, true]);
-  desk.edition = 2;
-  expect([trial.results?.length, trial.fresh]).toEqual([2, false]);
+  expect([tests.results?.length, tests.testing, tests.fresh]).toEqual([2, null, true]);
+  session.edition = 2;
+  expect([tests.results?.length, tests.fresh]).toEqual([2, false]);
 });
 
 test("what changed unasked is shown before it is saved, and put away", async () => {
   const changed = { line: "forward no longer raises done", changes: [] };
-  const { studio, desk } = asking((request) =>
-    request.do === "save" && request.anyway !== true ? { worse: [], changed } : { ok: true },
+  const { studio, session } = makeSource((request) =>
+    request.do === "save" && request.anyway !== true ? { regressions: [], changed } : { ok: true },
   );
-  const trial = new LessonTests(studio);
-  expect(await trial.save()).toBe(false);
-  expect([trial.worse, trial.changed]).toEqual([[], changed]);
-  trial.dismissWarning();
-  expect([trial.worse, trial.changed]).toEqual([null, null]);
-  expect(await trial.save()).toBe(false);
-  desk.edition = 2;
-  expect(trial.changed).toBeNull(); // of another lesson
-  expect(await trial.save(true)).toBe(true);
+  const tests = new LessonTests(studio);
+  expect(await tests.save()).toBe(false);
+  expect([tests.regressions, tests.changed]).toEqual([[], changed]);
+  tests.dismissWarning();
+  expect([tests.regressions, tests.changed]).toEqual([null, null]);
+  expect(await tests.save()).toBe(false);
+  session.edition = 2;
+  expect(tests.changed).toBeNull(); // of another lesson
+  expect(await tests.save(true)).toBe(true);
 });

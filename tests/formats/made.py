@@ -73,7 +73,7 @@ def play(path: Path, seed: int) -> None:
 def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str:
     """What a page said to a studio of this folder and what it then was sent, a line a message.
 
-    Frames are plain values, so that their layout may change; of a desk there is what differs from the last one.
+    Frames are plain values, so that their layout may change; of a session there is what differs from the last one.
     """
     place = str(folder).encode()
     viewer, steps, former = made.connect(None), list[dict[str, Any]](), dict[str, Any]()
@@ -105,8 +105,8 @@ def _timeless(told: dict[str, Any]) -> dict[str, Any]:
 
 
 def _changed(told: dict[str, Any], former: dict[str, Any]) -> dict[str, Any]:
-    """Of a desk, what is another than in the last, two levels deep."""
-    if told.get("is") != "desk":
+    """Of a session, what is another than in the last, two levels deep."""
+    if told.get("is") != "session":
         return told
     last = former.copy()
     former.clear()
@@ -114,7 +114,7 @@ def _changed(told: dict[str, Any], former: dict[str, Any]) -> dict[str, Any]:
     found = {
         key: value for key, value in told.items() if key == "is" or key not in last or last[key] != value
     }
-    inner, before = found.get("desk"), last.get("desk")
+    inner, before = found.get("session"), last.get("session")
     if isinstance(inner, dict) and isinstance(before, dict):
-        found["desk"] = {key: value for key, value in inner.items() if before.get(key) != value}
+        found["session"] = {key: value for key, value in inner.items() if before.get(key) != value}
     return found

@@ -52,7 +52,7 @@ export function Controls({ driving }: { driving: DriveController }) {
 function StickPad({ driving }: { driving: DriveController }) {
   const pad = useRef<HTMLDivElement>(null);
   const { lean } = driving.stick;
-  const ways = driving.status?.ways ?? [];
+  const ways = driving.status?.directions ?? [];
   const pull = (event: PointerEvent): void => {
     const box = pad.current?.getBoundingClientRect();
     if (box === undefined) return;

@@ -25,12 +25,12 @@ export class DriveController implements WorldSource {
   readonly recording = new Recording();
   readonly stick = new Stick();
   readonly sort = null;
-  readonly directs = false;
+  readonly hasControl = false;
   readonly live = { fixed: true };
   status: DriveNews | null = null;
   scene: Scene | null = null;
   image: ImageBitmap | null = null;
-  desk: PictureSession | null = null;
+  session: PictureSession | null = null;
   /** Why this page does not drive; empty while it does. */
   lost = "";
   /** The world's time, s. */
@@ -173,7 +173,7 @@ export class DriveController implements WorldSource {
     this.status = news;
     if (news.driving || news.error !== "") this.begins = false;
     this.lost = "";
-    this.desk = { mode: "training", features: news.features, doing: [] };
+    this.session = { mode: "training", features: news.features, activities: [] };
     const { busy } = recording;
     if (busy === null || busy === "drive" || busy === "automatic") {
       recording.busy = news.automatic ? "automatic" : news.driving || !news.current ? "drive" : null;

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel } from "../context";
-import type { Trained } from "../protocol";
+import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 import { ExportForm } from "./exportform";
@@ -12,14 +12,14 @@ import { Versions } from "./versions";
 
 type BehaviorPart = Way | "versions" | "export";
 
-export function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
+export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
   const panel = usePanel();
   const [openPart, setOpenPart] = useState<BehaviorPart | null>(null);
   const show = (which: BehaviorPart): void => setOpenPart(openPart === which ? null : which);
-  const { name, parameters, runs, examples, versions, complete, why_not: whyNot } = trained;
-  const { desk, directs } = studio;
-  const here = desk?.name === name;
-  const left = studio.status?.library.cut_off.find((each) => each.name === name);
+  const { name, parameters, runs, examples, versions, complete, problem: whyNot } = trained;
+  const { session, hasControl } = studio;
+  const here = session?.name === name;
+  const left = studio.status?.library.interrupted.find((each) => each.name === name);
   const { open, asks } = useOpenAction(studio, name, left);
   const place = useRef<HTMLLIElement>(null);
   const wanted = panel.behavior?.name === name;
@@ -49,7 +49,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               type="button"
               class="small"
               aria-label={`Open ${name}`}
-              disabled={!directs}
+              disabled={!hasControl}
               onClick={open}
             >
               Open
@@ -58,7 +58,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               type="button"
               class="small danger"
               aria-label={`Delete ${name}`}
-              disabled={!directs}
+              disabled={!hasControl}
               onClick={() => void studio.change({ do: "remove", name }, { do: "restore", name })}
             >
               Delete
@@ -78,7 +78,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
             class="link"
             aria-label={`${way === "rename" ? "Rename" : "Duplicate"} ${name}`}
             aria-expanded={openPart === way}
-            disabled={!directs}
+            disabled={!hasControl}
             onClick={() => show(way)}
           >
             {way}

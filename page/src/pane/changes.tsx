@@ -21,7 +21,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
   const [to, setTo] = useState<number | null>(null);
   const [answer, setAnswer] = useState<Answer | null>(null);
   useEffect(() => {
-    void studio.ask({ do: "changes", name, version, to }).then(setAnswer);
+    void studio.ask({ do: "diff_versions", name, version, to }).then(setAnswer);
   }, [name, version, to, count]);
   if (answer?.changes === undefined || answer.moved === undefined) return null;
   const { changes, moved } = answer;
@@ -52,7 +52,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
         <Switch
           key={`${each.from} ${each.to}`}
           moved={each}
-          here={studio.desk?.name === name}
+          here={studio.session?.name === name}
           studio={studio}
         />
       ))}
@@ -73,7 +73,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
 /** One switch that moved, appeared or vanished; its examples open in the lesson where that is the one in training. */
 function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: Studio }) {
   const panel = usePanel();
-  const numbers = new Set(here ? studio.desk?.examples.map(({ number }) => number) : []);
+  const numbers = new Set(here ? studio.session?.examples.map(({ number }) => number) : []);
   const { examples } = moved;
   return (
     <div class="moved">

@@ -80,7 +80,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       {asks ? (
         <div class="prompt" role="alert">
           <p>{plain(hasUnsaved(studio, draft.name) ?? "")}</p>
-          {studio.desk?.unsaved === true && (
+          {studio.session?.unsaved === true && (
             <button type="button" class="small" onClick={() => void saveFirst()}>
               Save, then begin
             </button>
@@ -91,7 +91,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
         </div>
       ) : (
         <div class="choice-foot">
-          <button type="submit" class="primary" disabled={!studio.directs || missing !== null}>
+          <button type="submit" class="primary" disabled={!studio.hasControl || missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </button>
           <button type="button" onClick={() => panel.choose(null)}>
@@ -106,9 +106,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
 
 /** What beginning anew would leave behind; null where nothing is. */
 function hasUnsaved(studio: Studio, name: string): string | null {
-  const { desk, status } = studio;
-  if (desk?.unsaved === true) return `${desk.name} has changes that are not in the library.`;
-  const left = status?.library.cut_off.find((each) => each.name === name.trim());
+  const { session, status } = studio;
+  if (session?.unsaved === true) return `${session.name} has changes that are not in the library.`;
+  const left = status?.library.interrupted.find((each) => each.name === name.trim());
   if (left === undefined) return null;
   return `A lesson of ${left.name} was interrupted with ${formatCount(left.examples, "example")}; the library can resume it.`;
 }

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Advice, Finding, Late, Session } from "../protocol";
+import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
 import { QueryPart } from "./query";
@@ -21,8 +21,8 @@ const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", 
 
 export function CoachTab() {
   const studio = useStudio();
-  const { desk } = studio;
-  if (desk === null) {
+  const { session } = studio;
+  if (session === null) {
     return (
       <>
         <p class="empty">Suggestions for your next demonstrations appear here.</p>
@@ -33,10 +33,10 @@ export function CoachTab() {
   }
   return (
     <>
-      <QueryPart desk={desk} studio={studio} />
+      <QueryPart session={session} studio={studio} />
       <FailuresPart studio={studio} />
       <PropertiesPart studio={studio} />
-      <CoachReportView key={desk.name} desk={desk} studio={studio} />
+      <CoachReportView key={session.name} session={session} studio={studio} />
     </>
   );
 }
@@ -44,7 +44,7 @@ export function CoachTab() {
 interface CoachReport {
   advice: readonly Advice[];
   findings: readonly Finding[];
-  late: Late | null;
+  late: ReactionEstimate | null;
 }
 
 /** What the coach says of the lesson; asked again when that has changed, and when its score is taken. */
@@ -61,10 +61,10 @@ function useCoach(
     let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
     const ask = async (): Promise<void> => {
       last.current = performance.now();
-      const { advice, findings, late, later } = await studio.ask({ do: "advise" });
+      const { advice, findings, reaction, later } = await studio.ask({ do: "request_advice" });
       if (over) return;
       if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
-      if (advice !== undefined) setReport({ advice, findings: findings ?? [], late: late ?? null });
+      if (advice !== undefined) setReport({ advice, findings: findings ?? [], late: reaction ?? null });
     };
     return () => {
       over = true;
@@ -79,12 +79,12 @@ function useCoach(
 }
 
 interface SessionProps {
-  desk: Session;
+  session: Session;
   studio: Studio;
 }
 
-function CoachReportView({ desk, studio }: SessionProps) {
-  const [report, again] = useCoach(studio, desk.edition, desk.score.running);
+function CoachReportView({ session, studio }: SessionProps) {
+  const [report, again] = useCoach(studio, session.edition, session.score.running);
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (report === null) return null;
@@ -105,7 +105,7 @@ function CoachReportView({ desk, studio }: SessionProps) {
           <AdviceItem
             key={each.sentence}
             advice={each}
-            desk={desk}
+            session={session}
             studio={studio}
             again={again}
             outcome={there?.of === each.sentence ? there.outcome : null}
@@ -147,14 +147,14 @@ interface FindingRowProps {
 /** What the automaton cannot do, or does without end, by its trees alone. */
 function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
-  const { error, sentence, remedy, assumptions, examples, place } = finding;
+  const { error, sentence, remedy, assumptions, examples, can_set_up } = finding;
   return (
     <li class={className("advice", "finding", "important", error && "error", outcome !== null && "on")}>
       <div class="advice-head">
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
         </p>
-        {place && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
       <p class="remedy">{plain(remedy)}</p>
       {assumptions.map((each) => (
@@ -179,7 +179,7 @@ function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
     <button
       type="button"
       class="small"
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       title="Put the robot into this situation; nothing is recorded"
       onClick={setUp}
     >
@@ -190,7 +190,7 @@ function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
 
 interface ItemProps {
   advice: Advice;
-  desk: Session;
+  session: Session;
   studio: Studio;
   /** Ask the coach again, where the lesson has not changed. */
   again: () => void;
@@ -199,13 +199,13 @@ interface ItemProps {
   setUp: () => void;
 }
 
-function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) {
+function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
-  const { sentence, evidence, examples, says, kind, weight, place } = advice;
+  const { sentence, evidence, examples, slip, kind, weight, can_set_up } = advice;
   const show = (): void => {
     const [number] = examples;
     panel.showExamples(examples);
-    if ((examples.length === 1 || says !== null) && number !== undefined) panel.selectExample(number);
+    if ((examples.length === 1 || slip !== null) && number !== undefined) panel.selectExample(number);
   };
   return (
     <li
@@ -213,17 +213,17 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
-        {place && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
-      {says !== null && (
-        <SlipQuestion number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
+      {slip !== null && (
+        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} studio={studio} again={again} />
       )}
       <p class="advice-more">
         {examples.length > 0 && (
           <button type="button" class="link" onClick={show}>
             show{" "}
-            {examples.length === 1 || says !== null
+            {examples.length === 1 || slip !== null
               ? `example ${examples[0]}`
               : `${examples.length} examples`}
           </button>
@@ -232,7 +232,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
           <button
             type="button"
             class="link"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => panel.choose("choose")}
           >
             choose features
@@ -251,24 +251,24 @@ interface SlipQuestionProps extends SessionProps {
 }
 
 /** Whether a press that looks like a slip was meant, and if not, what was. */
-function SlipQuestion({ number, says, desk, studio, again }: SlipQuestionProps) {
-  const others = desk.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
+function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProps) {
+  const others = session.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
   const correct = (next: string): void => {
-    if (next !== "") void studio.change({ do: "mend", number, next }, { do: "undo" });
+    if (next !== "") void studio.change({ do: "correct_slip", number, next }, { do: "undo" });
   };
   const confirm = async (): Promise<void> => {
-    await studio.ask({ do: "stand_by", number });
+    await studio.ask({ do: "confirm_press", number });
     again();
   };
   return (
     <p class="choices">
-      <button type="button" class="small" disabled={!studio.directs} onClick={() => void confirm()}>
+      <button type="button" class="small" disabled={!studio.hasControl} onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
       </button>
       <select
         aria-label={`What example ${number} was meant to say`}
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         value=""
         onChange={(event) => correct(event.currentTarget.value)}
       >
@@ -283,7 +283,7 @@ function SlipQuestion({ number, says, desk, studio, again }: SlipQuestionProps) 
   );
 }
 
-function ReactionCard({ late, studio }: { late: Late; studio: Studio }) {
+function ReactionCard({ late, studio }: { late: ReactionEstimate; studio: Studio }) {
   const { reaction_s, sentence } = late;
   return (
     <section class="advice important late" aria-label="Reaction time">
@@ -292,9 +292,9 @@ function ReactionCard({ late, studio }: { late: Late; studio: Studio }) {
         <button
           type="button"
           class="small primary"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="Shift all presses earlier by this much (can be undone)"
-          onClick={() => void studio.change({ do: "use_reaction", reaction_s }, { do: "undo" })}
+          onClick={() => void studio.change({ do: "set_reaction_time", reaction_s }, { do: "undo" })}
         >
           Use {reaction_s} s
         </button>

@@ -8,7 +8,7 @@ import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
 
-export function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
+export function Detail({ example, session, panel, studio }: TableProps & { example: Example }) {
   const [confirms, setConfirms] = useState(false);
   const { number, state, next } = example;
   const remove = async (): Promise<void> => {
@@ -25,7 +25,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         in{" "}
         <StateSelect
           value={state}
-          names={desk.states.flatMap((each) => (each.flag ? [] : [each.name]))}
+          names={session.states.flatMap((each) => (each.flag ? [] : [each.name]))}
           studio={studio}
           change={(name) => void edit({ state: name })}
         />
@@ -34,7 +34,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         go to{" "}
         <StateSelect
           value={next}
-          names={desk.states.map(({ name }) => name)}
+          names={session.states.map(({ name }) => name)}
           stay={state}
           studio={studio}
           change={(name) => void edit({ next: name })}
@@ -43,19 +43,19 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title="Go back to just before it was shown"
         onClick={() => void studio.ask({ do: "rewind", example: number })}
       >
         Go there
       </button>
-      <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
+      <button type="button" class="small danger" disabled={!studio.hasControl} onClick={() => void remove()}>
         Delete
       </button>
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title={example.quarantined === "" ? "Ignore this example when learning" : example.quarantined}
         onClick={() =>
           void studio.ask({ do: example.quarantined === "" ? "quarantine" : "release", numbers: [number] })
@@ -63,7 +63,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       >
         {example.quarantined === "" ? "Ignore" : "Use it again"}
       </button>
-      {desk.features.length > 0 && (
+      {session.features.length > 0 && (
         <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values
         </button>
@@ -73,7 +73,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       ) : (
         example.time_s !== null && <span class="tiny">shown at {formatTime(example.time_s)}</span>
       )}
-      {confirms && <Values example={example} desk={desk} studio={studio} edit={edit} />}
+      {confirms && <Values example={example} session={session} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (
         <p class="tiny warn">Contradicts another example: same readings, different press.</p>
@@ -95,7 +95,7 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
   return (
     <select
       value={value}
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       onChange={(event) => {
         const name = event.currentTarget.value;
         event.currentTarget.value = value; // until the server says so
@@ -113,23 +113,23 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
 
 interface ValuesProps {
   example: Example;
-  desk: Session;
+  session: Session;
   studio: Studio;
   edit: (part: Part) => Promise<boolean>;
 }
 
-function Values({ example, desk, studio, edit }: ValuesProps) {
+function Values({ example, session, studio, edit }: ValuesProps) {
   const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, text: string) => {
     const done = field.value === text || (await edit({ values: { [feature.label]: field.value } }));
     if (!done) field.value = text;
   };
   return (
     <div class="values">
-      {desk.features.map((feature, index) => {
+      {session.features.map((feature, index) => {
         const text = example.values[index] ?? "";
         const options = {
           value: text,
-          disabled: !studio.directs,
+          disabled: !studio.hasControl,
           onChange: (event: { currentTarget: HTMLInputElement | HTMLSelectElement }) =>
             void change(feature, event.currentTarget, text),
         };

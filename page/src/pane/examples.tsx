@@ -26,14 +26,14 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
 const LATEST = 400;
 
 export interface TableProps {
-  desk: Session;
+  session: Session;
   panel: Panel;
   studio: Studio;
 }
 
-export function Examples({ desk, panel, studio }: TableProps) {
+export function Examples({ session, panel, studio }: TableProps) {
   const [all, setAll] = useState(false);
-  const latest = all || panel.highlighted.size > 0 ? desk.examples : desk.examples.slice(-LATEST);
+  const latest = all || panel.highlighted.size > 0 ? session.examples : session.examples.slice(-LATEST);
   const rows = [...latest].reverse();
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
@@ -47,7 +47,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
             <th class="number">#</th>
             <th>state</th>
             <th>next</th>
-            {desk.features.map(({ label, unit }) => (
+            {session.features.map(({ label, unit }) => (
               <th key={label} class="number" title={unit === "" ? plain(label) : `${plain(label)}, ${unit}`}>
                 {shorten(label)}
               </th>
@@ -58,14 +58,14 @@ export function Examples({ desk, panel, studio }: TableProps) {
         </thead>
         <tbody ref={body}>
           {rows.map((example) => (
-            <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
+            <Row key={example.number} example={example} session={session} panel={panel} studio={studio} />
           ))}
         </tbody>
       </table>
-      {rows.length < desk.examples.length && (
+      {rows.length < session.examples.length && (
         <p class="earlier">
           <button type="button" class="link" onClick={() => setAll(true)}>
-            show the {desk.examples.length - rows.length} before
+            show the {session.examples.length - rows.length} before
           </button>
         </p>
       )}
@@ -73,7 +73,7 @@ export function Examples({ desk, panel, studio }: TableProps) {
   );
 }
 
-function Row({ example, desk, panel, studio }: TableProps & { example: Example }) {
+function Row({ example, session, panel, studio }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
   const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
@@ -98,8 +98,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
         <td>{plain(example.state)}</td>
         <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
         {example.values.map((value, index) => (
-          <td key={desk.features[index]?.label} class="number">
-            {bare(value, desk.features[index]?.unit ?? "")}
+          <td key={session.features[index]?.label} class="number">
+            {bare(value, session.features[index]?.unit ?? "")}
           </td>
         ))}
         <td class="kind">
@@ -128,8 +128,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
       </tr>
       {picked && (
         <tr class="picked detail">
-          <td colSpan={5 + desk.features.length}>
-            <Detail example={example} desk={desk} panel={panel} studio={studio} />
+          <td colSpan={5 + session.features.length}>
+            <Detail example={example} session={session} panel={panel} studio={studio} />
           </td>
         </tr>
       )}

@@ -2,14 +2,14 @@
 
 import { useRef, useState } from "preact/hooks";
 import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
-import type { Trained } from "../protocol";
+import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
 const PATH = "export.zip";
-const SAID = "X-Understudy-Said";
+const MESSAGE_HEADER = "X-Understudy-Message";
 
-export function ExportForm({ trained, studio }: { trained: Trained; studio: Studio }) {
+export function ExportForm({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
   const { name, parameters } = trained;
   const offered = studio.scene?.targets ?? [];
   const [to, setTo] = useState(studio.exports[0] ?? "");
@@ -124,7 +124,7 @@ async function download(studio: Studio, wanted: ExportRequest, robot: File | nul
     link.download = fileName(answer.headers.get("Content-Disposition"), PATH);
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // some browsers read it later
-    studio.say({ text: decodeURIComponent(answer.headers.get(SAID) ?? ""), tone: "recorded" });
+    studio.say({ text: decodeURIComponent(answer.headers.get(MESSAGE_HEADER) ?? ""), tone: "recorded" });
   } catch {
     studio.say({ text: "The export did not arrive: the studio does not answer.", tone: "error" });
   }

@@ -22,7 +22,7 @@ export function FailuresPart({ studio }: { studio: Studio }) {
         <button
           type="button"
           class="small"
-          disabled={!studio.directs || running}
+          disabled={!studio.hasControl || running}
           title="Run all of them, and the properties of the library, with what is trained as it stands"
           onClick={() => void studio.ask({ do: "rerun_failures" })}
         >
@@ -46,14 +46,14 @@ export function FailuresPart({ studio }: { studio: Studio }) {
 
 /** How many of them pass; while they are run, how far that is. */
 function PassCount({ failures, studio }: { failures: Failures; studio: Studio }) {
-  const { worlds, running, through, stale, leads_to } = failures;
+  const { worlds, running, finished, stale, previous_world } = failures;
   const tested = worlds.filter(({ state }) => state === "fails" || state === "passes");
   const passed = tested.filter(({ state }) => state === "passes").length;
   return (
     <>
       {running && (
         <p class="test-progress">
-          <progress aria-label="Failing worlds run" value={through} max={Math.max(1, worlds.length)} />
+          <progress aria-label="Failing worlds run" value={finished} max={Math.max(1, worlds.length)} />
         </p>
       )}
       <p class="tiny" aria-live="polite">
@@ -61,17 +61,17 @@ function PassCount({ failures, studio }: { failures: Failures; studio: Studio })
           ? "Open one, and press what is right where it goes wrong."
           : `${passed} of ${formatCount(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
         {stale && tested.length > 0 && !running && ", before the lesson changed; run them again"}
-        {leads_to !== null && (
+        {previous_world !== null && (
           <>
             {" · "}
             <button
               type="button"
               class="link"
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               title="Leave the failing world; what is trained goes along"
               onClick={() => void studio.ask({ do: "leave_failure" })}
             >
-              back to {plain(leads_to)}
+              back to {plain(previous_world)}
             </button>
           </>
         )}
@@ -98,7 +98,7 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         aria-label={`Open failing world ${name}`}
         title="Go to this world, shortly before it goes wrong, and press what is right; what is trained goes along"
         onClick={() => void studio.ask({ do: "open_failure", name })}

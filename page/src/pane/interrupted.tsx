@@ -1,11 +1,11 @@
 /** A lesson that was cut off before it was saved: resume it, or throw it away, which can be taken back. */
 
-import type { CutOff } from "../protocol";
+import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 import { useOpenAction } from "./openaction";
 
-export function InterruptedLesson({ left, studio }: { left: CutOff; studio: Studio }) {
+export function InterruptedLesson({ left, studio }: { left: InterruptedSession; studio: Studio }) {
   const { name, examples } = left;
   const { open, asks } = useOpenAction(studio, name);
   return (
@@ -17,7 +17,7 @@ export function InterruptedLesson({ left, studio }: { left: CutOff; studio: Stud
           type="button"
           class="small"
           aria-label={`Resume ${name}`}
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onClick={open}
         >
           Resume
@@ -36,7 +36,7 @@ export function Discard({ name, studio }: { name: string; studio: Studio }) {
       type="button"
       class="small danger"
       aria-label={`Discard the interrupted lesson of ${name}`}
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       onClick={() => void studio.change({ do: "discard", name }, { do: "recall", name })}
     >
       Discard

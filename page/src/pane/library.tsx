@@ -12,12 +12,12 @@ import { plain } from "../words";
 export function LibraryTab() {
   const studio = useStudio();
   const panel = usePanel();
-  const { status, desk, directs } = studio;
+  const { status, session, hasControl } = studio;
   if (status === null) return null;
-  const { folder, trained, trash, basic, cut_off: cutOff } = status.library;
+  const { folder, trained, trash, basic, interrupted: cutOff } = status.library;
   return (
     <>
-      {desk !== null && <SaveAs studio={studio} name={desk.name} />}
+      {session !== null && <SaveAs studio={studio} name={session.name} />}
       {cutOff.length > 0 && (
         <ul class="behaviors">
           {cutOff.map((left) => (
@@ -36,7 +36,7 @@ export function LibraryTab() {
         ))}
       </ul>
       <p class="padded">
-        <button type="button" disabled={!directs} onClick={() => panel.choose("new")}>
+        <button type="button" disabled={!hasControl} onClick={() => panel.choose("new")}>
           + Teach something new
         </button>
       </p>
@@ -52,7 +52,7 @@ export function LibraryTab() {
                 <button
                   type="button"
                   class="link"
-                  disabled={!directs}
+                  disabled={!hasControl}
                   onClick={() => void studio.ask({ do: "restore", name })}
                 >
                   bring back
@@ -87,11 +87,11 @@ function SaveAs({ studio, name }: { studio: Studio; name: string }) {
         <input
           value={wanted}
           placeholder="another name"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onInput={(event) => setWanted(event.currentTarget.value)}
         />
       </label>
-      <button type="submit" class="small" disabled={!studio.directs || wanted.trim() === ""}>
+      <button type="submit" class="small" disabled={!studio.hasControl || wanted.trim() === ""}>
         Save as
       </button>
     </form>

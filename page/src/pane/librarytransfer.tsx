@@ -8,23 +8,23 @@ const PATH = "library.zip";
 type ConflictRule = "refuse" | "replace" | "keep";
 
 interface ImportAnswer {
-  said?: string;
+  message?: string;
   error?: string;
   /** Behaviors that are in the library already, and not the same. */
-  taken?: readonly string[];
+  conflicts?: readonly string[];
 }
 
 export function LibraryTransfer({ studio }: { studio: Studio }) {
-  const [conflict, setConflict] = useState<{ file: File; taken: readonly string[] } | null>(null);
+  const [conflict, setConflict] = useState<{ file: File; conflicts: readonly string[] } | null>(null);
   const [sending, setSending] = useState(false);
   const field = useRef<HTMLInputElement>(null);
-  const { directs, status } = studio;
-  const importFile = async (file: File, taken: ConflictRule): Promise<void> => {
+  const { hasControl, status } = studio;
+  const importFile = async (file: File, conflicts: ConflictRule): Promise<void> => {
     setConflict(null);
     setSending(true);
-    const answer = await sendFile(studio, file, taken);
+    const answer = await sendFile(studio, file, conflicts);
     setSending(false);
-    if (answer.taken !== undefined) setConflict({ file, taken: answer.taken });
+    if (answer.conflicts !== undefined) setConflict({ file, conflicts: answer.conflicts });
     else if (answer.error !== undefined) studio.say({ text: answer.error, tone: "error" });
   };
   return (
@@ -37,7 +37,7 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
         >
           Export library
         </button>
-        <button type="button" disabled={!directs || sending} onClick={() => field.current?.click()}>
+        <button type="button" disabled={!hasControl || sending} onClick={() => field.current?.click()}>
           Import…
         </button>
         <input
@@ -56,8 +56,8 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
       {conflict !== null && (
         <div class="prompt" role="alert">
           <p>
-            {conflict.taken.map(plain).join(", ")} {conflict.taken.length === 1 ? "is" : "are"} in the library
-            already, and not the same. What is replaced is kept as a former version.
+            {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
+            library already, and not the same. What is replaced is kept as a former version.
           </p>
           <button type="button" class="small" onClick={() => void importFile(conflict.file, "replace")}>
             Replace
@@ -74,9 +74,9 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
   );
 }
 
-async function sendFile(studio: Studio, file: File, taken: ConflictRule): Promise<ImportAnswer> {
+async function sendFile(studio: Studio, file: File, conflicts: ConflictRule): Promise<ImportAnswer> {
   const address = studio.address(PATH);
-  address.searchParams.set("taken", taken);
+  address.searchParams.set("conflicts", conflicts);
   try {
     const answer = await fetch(address, { method: "POST", body: file });
     return (await answer.json()) as ImportAnswer;

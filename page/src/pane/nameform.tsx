@@ -28,7 +28,7 @@ export function NameForm({ way, name, studio, close }: Props) {
     return () => removeEventListener("keydown", leave);
   });
   const wanted = to.trim();
-  const useless = wanted === "" || wanted === name || !studio.directs;
+  const useless = wanted === "" || wanted === name || !studio.hasControl;
   const act = async (): Promise<void> => {
     const answer = await studio.ask({ do: way, name, to: wanted });
     if (answer.error === undefined) close();

@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { usePanel } from "../context";
-import type { CutOff } from "../protocol";
+import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 
@@ -14,10 +14,10 @@ interface OpenAction {
 }
 
 /** Opens an automaton; `left` is its lesson that was cut off, where what is saved is meant. */
-export function useOpenAction(studio: Studio, name: string, left?: CutOff): OpenAction {
+export function useOpenAction(studio: Studio, name: string, left?: InterruptedSession): OpenAction {
   const panel = usePanel();
   const [question, setQuestion] = useState<"unsaved" | "cut off" | null>(null);
-  const { desk } = studio;
+  const { session } = studio;
   const send = async (): Promise<void> => {
     setQuestion(null);
     const answer = await studio.ask({ do: "open", name, discard: true });
@@ -39,7 +39,7 @@ export function useOpenAction(studio: Studio, name: string, left?: CutOff): Open
   const asks = {
     unsaved: (
       <div class="prompt" role="alert">
-        <p>{plain(desk?.name ?? "")} has changes that are not in the library.</p>
+        <p>{plain(session?.name ?? "")} has changes that are not in the library.</p>
         <button type="button" class="small" onClick={() => void saveFirst()}>
           Save, then open
         </button>
@@ -66,9 +66,9 @@ export function useOpenAction(studio: Studio, name: string, left?: CutOff): Open
     ),
   };
   return {
-    open: () => (desk?.unsaved === true ? setQuestion("unsaved") : proceed()),
+    open: () => (session?.unsaved === true ? setQuestion("unsaved") : proceed()),
     asks:
-      question !== null && (question === "cut off" ? left !== undefined : desk !== null)
+      question !== null && (question === "cut off" ? left !== undefined : session !== null)
         ? asks[question]
         : null,
   };

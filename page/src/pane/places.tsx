@@ -22,12 +22,12 @@ export function usePlaceChange(studio: Studio) {
     if (await studio.lessonTests.save()) await send(to);
   };
   const go = (to: PlaceRequest): void => {
-    if (studio.desk?.unsaved === true) setDestination(to);
+    if (studio.session?.unsaved === true) setDestination(to);
     else void send(to);
   };
-  const asks = destination !== null && studio.desk !== null && (
+  const asks = destination !== null && studio.session !== null && (
     <div class="prompt" role="alert">
-      <p>{plain(studio.desk.name)} has changes that are not in the library.</p>
+      <p>{plain(studio.session.name)} has changes that are not in the library.</p>
       <button type="button" class="small" onClick={() => void saveFirst(destination)}>
         Save, then go to {destination.name}
       </button>
@@ -45,7 +45,7 @@ export function usePlaceChange(studio: Studio) {
 export function Places() {
   const studio = useStudio();
   const { go, asks } = usePlaceChange(studio);
-  if (studio.status === null || !studio.status.places.saves) return null;
+  if (studio.status === null || !studio.status.places.can_save) return null;
   return (
     <>
       <h3>World</h3>
@@ -72,7 +72,7 @@ function WorldChoice({ studio, go }: ChoiceProps) {
       <select
         value={world}
         aria-label="World"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         onChange={(event) => {
           const name = event.currentTarget.value;
           event.currentTarget.value = world; // until the server says so
@@ -105,7 +105,7 @@ function SaveWorld({ studio }: { studio: Studio }) {
       button="Save world"
       name={name}
       change={setName}
-      enabled={studio.directs && wanted !== ""}
+      enabled={studio.hasControl && wanted !== ""}
       act={save}
     />
   );
@@ -128,7 +128,7 @@ function LibraryChoice({ studio, go }: ChoiceProps) {
         <select
           value={making ? NEW : library}
           aria-label="Library"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onChange={(event) => {
             const chosen = event.currentTarget.value;
             setMaking(chosen === NEW);
@@ -155,7 +155,7 @@ function LibraryChoice({ studio, go }: ChoiceProps) {
           button="Begin it"
           name={name}
           change={setName}
-          enabled={studio.directs && name.trim() !== ""}
+          enabled={studio.hasControl && name.trim() !== ""}
           act={make}
         />
       )}

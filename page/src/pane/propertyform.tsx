@@ -32,7 +32,7 @@ interface FormProps {
 }
 
 function begin(studio: Studio): PropertyFields {
-  const behavior = studio.desk?.name ?? studio.status?.library.trained[0]?.name ?? "";
+  const behavior = studio.session?.name ?? studio.status?.library.trained[0]?.name ?? "";
   const world = studio.status?.places.world ?? "";
   return {
     kind: "never",
@@ -199,7 +199,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         <button
           type="submit"
           class="small primary"
-          disabled={!studio.directs || saving || called.trim() === ""}
+          disabled={!studio.hasControl || saving || called.trim() === ""}
         >
           {saving ? "Saving …" : "Save and test"}
         </button>

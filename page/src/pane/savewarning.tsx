@@ -5,18 +5,18 @@ import { useStudio } from "../context";
 import { plain } from "../words";
 
 export function SaveWarning() {
-  const { lessonTests, desk, directs } = useStudio();
-  const { worse, changed } = lessonTests;
-  if (worse === null || desk === null) return null;
+  const { lessonTests, session, hasControl } = useStudio();
+  const { regressions, changed } = lessonTests;
+  if (regressions === null || session === null) return null;
   return (
     <section class="doubt" role="alert" aria-label="Before it is saved">
       <p>
-        <b>{plain(desk.name)} is not saved yet.</b>
-        {worse.length > 0 && " Something that worked no longer does:"}
+        <b>{plain(session.name)} is not saved yet.</b>
+        {regressions.length > 0 && " Something that worked no longer does:"}
       </p>
-      {worse.length > 0 && (
+      {regressions.length > 0 && (
         <ul>
-          {worse.map((each) => (
+          {regressions.map((each) => (
             <li key={each}>{plain(each)}</li>
           ))}
         </ul>
@@ -31,7 +31,7 @@ export function SaveWarning() {
         <button
           type="button"
           class="small primary"
-          disabled={!directs || lessonTests.saving}
+          disabled={!hasControl || lessonTests.saving}
           onClick={() => void lessonTests.save(true)}
         >
           Save anyway

@@ -2,21 +2,21 @@
 
 import { useEffect, useState } from "preact/hooks";
 import type { Panel } from "../panel";
-import type { Session, Simpler } from "../protocol";
+import type { Session, SimplifyPreview } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 
 const MOST_DECISIONS = 8;
 
 interface PruningLineProps {
-  desk: Session;
+  session: Session;
   studio: Studio;
   show: () => void;
 }
 
 /** How much is pruned, and a way to see what less or more would come to. */
-export function PruningLine({ desk, studio, show }: PruningLineProps) {
-  if (desk.pruning === null || desk.edges.length === 0) return null;
+export function PruningLine({ session, studio, show }: PruningLineProps) {
+  if (session.pruning === null || session.edges.length === 0) return null;
   return (
     <span class="pruned">
       <button
@@ -25,13 +25,13 @@ export function PruningLine({ desk, studio, show }: PruningLineProps) {
         title="Shows the automaton with fewer questions, and what it would decide otherwise"
         onClick={show}
       >
-        {desk.pruning > 0 ? "simplified …" : "simplify …"}
+        {session.pruning > 0 ? "simplified …" : "simplify …"}
       </button>
-      {desk.pruning > 0 && (
+      {session.pruning > 0 && (
         <button
           type="button"
           class="link"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           aria-label="Take simplifying back"
           title="All questions again"
           onClick={() => void studio.change({ do: "prune", pruning: 0 }, { do: "undo" })}
@@ -44,26 +44,26 @@ export function PruningLine({ desk, studio, show }: PruningLineProps) {
 }
 
 interface CardProps {
-  desk: Session;
+  session: Session;
   panel: Panel;
   studio: Studio;
   close: () => void;
 }
 
-export function SimplifyCard({ desk, panel, studio, close }: CardProps) {
+export function SimplifyCard({ session, panel, studio, close }: CardProps) {
   const [wanted, want] = useState<number | null>(null);
-  const [preview, setPreview] = useState<Simpler | null>(null);
+  const [preview, setPreview] = useState<SimplifyPreview | null>(null);
   useEffect(() => {
     let current = true;
-    void studio.ask({ do: "simplify", pruning: wanted }).then(({ simpler }) => {
+    void studio.ask({ do: "simplify", pruning: wanted }).then(({ preview }) => {
       if (!current) return;
-      if (simpler === undefined) close();
-      else setPreview(simpler);
+      if (preview === undefined) close();
+      else setPreview(preview);
     });
     return () => {
       current = false;
     };
-  }, [wanted, desk.edition, desk.name]);
+  }, [wanted, session.edition, session.name]);
   if (preview === null) return null;
   const changes = preview.states.length > 0;
   const keep = async (): Promise<void> => {
@@ -101,7 +101,12 @@ export function SimplifyCard({ desk, panel, studio, close }: CardProps) {
       {changes && <Decisions preview={preview} panel={panel} />}
       <p class="choices">
         {changes && (
-          <button type="button" class="small primary" disabled={!studio.directs} onClick={() => void keep()}>
+          <button
+            type="button"
+            class="small primary"
+            disabled={!studio.hasControl}
+            onClick={() => void keep()}
+          >
             Keep
           </button>
         )}
@@ -114,10 +119,10 @@ export function SimplifyCard({ desk, panel, studio, close }: CardProps) {
 }
 
 /** What examples that were left out of learning say of it. */
-function Advice({ preview, suggest }: { preview: Simpler; suggest: () => void }) {
-  const { suggested, enough, pruning } = preview;
+function Advice({ preview, suggest }: { preview: SimplifyPreview; suggest: () => void }) {
+  const { suggested, examples_needed, pruning } = preview;
   if (suggested === null) {
-    return <>It has fewer than {enough} examples, too few to prune.</>;
+    return <>It has fewer than {examples_needed} examples, too few to prune.</>;
   }
   const { left_out: all, wrong, wrong_pruned: pruned } = suggested;
   if (suggested.pruning !== pruning) {
@@ -135,7 +140,7 @@ function Advice({ preview, suggest }: { preview: Simpler; suggest: () => void })
   );
 }
 
-function Conditions({ state, before, after }: Simpler["states"][number]) {
+function Conditions({ state, before, after }: SimplifyPreview["states"][number]) {
   return (
     <div class="changes">
       <h4>{plain(state)}</h4>
@@ -165,7 +170,7 @@ function Conditions({ state, before, after }: Simpler["states"][number]) {
 }
 
 /** The recorded moments at which it would decide otherwise. */
-function Decisions({ preview, panel }: { preview: Simpler; panel: Panel }) {
+function Decisions({ preview, panel }: { preview: SimplifyPreview; panel: Panel }) {
   const { decisions, examples, moments } = preview;
   return (
     <div class="decisions">

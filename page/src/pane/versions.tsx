@@ -10,7 +10,7 @@ export function Versions({ name, count, studio }: { name: string; count: number;
   const [versions, setVersions] = useState<readonly Version[] | null>(null);
   const [picked, setPicked] = useState<number | null>(null);
   useEffect(() => {
-    void studio.ask({ do: "versions", name }).then((answer) => setVersions(answer.versions ?? []));
+    void studio.ask({ do: "list_versions", name }).then((answer) => setVersions(answer.versions ?? []));
   }, [name, count]);
   if (versions === null) return null;
   if (versions.length === 0) {
@@ -35,7 +35,7 @@ export function Versions({ name, count, studio }: { name: string; count: number;
               type="button"
               class="small"
               aria-label={`Go back to version ${number} of ${name}`}
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               onClick={() => void studio.ask({ do: "go_back", name, version: number })}
             >
               Go back to it

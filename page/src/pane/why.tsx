@@ -3,7 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
-import type { Answer, Behind, Level, Responsible } from "../protocol";
+import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 import { KINDS, kindOf } from "./examples";
@@ -13,7 +13,7 @@ const EVERY_MS = 300;
 export function Why() {
   const studio = useStudio();
   const panel = usePanel();
-  const name = studio.desk?.name ?? null;
+  const name = studio.session?.name ?? null;
   const isOpen = name !== null && panel.why === name;
   return (
     <div class="why">
@@ -29,7 +29,7 @@ export function Why() {
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title="The automaton from its start state, the robot where it is"
         onClick={() => void studio.ask({ do: "restart" })}
       >
@@ -44,13 +44,13 @@ export function Why() {
 function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
   useSlowNews(studio.framed, EVERY_MS);
   const [answer, setAnswer] = useState<Answer | null>(null);
-  const { desk, runHistory } = studio;
+  const { session, runHistory } = studio;
   const now = [
     runHistory.now,
-    desk?.state,
-    desk?.mode,
-    desk?.edition,
-    desk?.waiting,
+    session?.state,
+    session?.mode,
+    session?.edition,
+    session?.pending,
     studio.status?.run.number,
   ].join();
   const lastState = useRef(now);
@@ -82,10 +82,10 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
             <b>{plain(level.automaton)}</b> in {plain(level.state)} since {formatTime(level.since_s)}
           </p>
           <p>
-            {level.yours && "In training, you decide. In testing: "}
+            {level.in_training && "In training, you decide. In testing: "}
             {plain(describeDecision(level))}
           </p>
-          <BehindIt behind={level} />
+          <BasisView basis={level} />
         </div>
       ))}
       {last !== null && last !== undefined && (
@@ -93,32 +93,32 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
           <p class="tiny">
             the last switch, at {formatTime(last.time_s)}, of <b>{plain(last.automaton)}</b>
           </p>
-          <p>{plain(last.says)}</p>
-          <BehindIt behind={last} />
+          <p>{plain(last.decision)}</p>
+          <BasisView basis={last} />
         </div>
       )}
     </section>
   );
 }
 
-function describeDecision({ says: decision, yours }: Level): string {
-  return yours && decision.startsWith("It ") ? `it ${decision.slice(3)}` : decision;
+function describeDecision({ decision, in_training }: Level): string {
+  return in_training && decision.startsWith("It ") ? `it ${decision.slice(3)}` : decision;
 }
 
 /** What it read, and the examples responsible, with when they were shown: a click opens one in the lesson. */
-function BehindIt({ behind }: { behind: Behind }) {
+function BasisView({ basis }: { basis: DecisionBasis }) {
   const panel = usePanel();
-  const { automaton, read, by_hand: byHand, here, examples, more } = behind;
+  const { automaton, readings, by_hand: byHand, in_lesson, examples, omitted } = basis;
   const behavior = automaton.replace(/\(.*/, "");
   return (
     <>
-      {read !== "" && <p class="tiny">it read {plain(read)}</p>}
+      {readings !== "" && <p class="tiny">it read {plain(readings)}</p>}
       {byHand && <p class="tiny">It was written by hand: no example is behind it.</p>}
       {examples.length > 0 && (
         <p class="tiny responsible">
           shown by{" "}
           {examples.map((example) =>
-            here ? (
+            in_lesson ? (
               <button
                 type="button"
                 key={example.number}
@@ -134,8 +134,8 @@ function BehindIt({ behind }: { behind: Behind }) {
               </span>
             ),
           )}
-          {more > 0 && <span>and {more} more</span>}
-          {!here && (
+          {omitted > 0 && <span>and {omitted} more</span>}
+          {!in_lesson && (
             <button type="button" class="link" onClick={() => panel.showBehavior(behavior)}>
               of {plain(behavior)}
             </button>
@@ -147,7 +147,7 @@ function BehindIt({ behind }: { behind: Behind }) {
 }
 
 /** An example by its number, how it came about, and when. */
-function ExampleLink({ example }: { example: Responsible }) {
+function ExampleLink({ example }: { example: ResponsibleExample }) {
   const [sign, word] = KINDS[kindOf(example)];
   return (
     <>

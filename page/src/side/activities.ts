@@ -15,11 +15,11 @@ export function countActivities(studio: Studio, robots: readonly number[]): stri
 
 export function describeActivity(studio: Studio, robot: number): string {
   const number = studio.motion.last?.robots.doing[robot] ?? -1;
-  const { desk } = studio;
-  if (studio.sort !== null && desk !== null) return desk.doing[number] ?? "idle";
-  const state = desk?.states[number];
+  const { session } = studio;
+  if (studio.sort !== null && session !== null) return session.activities[number] ?? "idle";
+  const state = session?.states[number];
   if (state !== undefined) return state.name;
-  const agent = studio.team?.agents.find(({ name }) => name === studio.scene?.real[robot]);
-  if (agent !== undefined && !studio.desk?.others) return agent.doing[0] ?? "idle";
-  return studio.desk?.others ? formatCall(studio.desk.others) : "idle";
+  const agent = studio.team?.agents.find(({ name }) => name === studio.scene?.real_robots[robot]);
+  if (agent !== undefined && !studio.session?.others) return agent.states[0] ?? "idle";
+  return studio.session?.others ? formatCall(studio.session.others) : "idle";
 }

@@ -6,10 +6,10 @@ import { className, formatCount, plain } from "../words";
 export function LibraryList() {
   const studio = useStudio();
   const panel = usePanel();
-  const { status, desk, directs } = studio;
+  const { status, session, hasControl } = studio;
   if (status === null) return null;
   const { basic, trained } = status.library;
-  const isSaved = trained.some(({ name }) => name === desk?.name);
+  const isSaved = trained.some(({ name }) => name === session?.name);
   return (
     <section>
       <h2>Library</h2>
@@ -20,10 +20,10 @@ export function LibraryList() {
         <p class="tiny list">{basic.map(plain).join(", ")}</p>
       </details>
       <ul class="rows">
-        {desk !== null && !isSaved && (
+        {session !== null && !isSaved && (
           <li class="row on">
             <span aria-hidden="true">◆</span>
-            <b>{plain(desk.name)}</b>
+            <b>{plain(session.name)}</b>
             <span class="soft cut">not saved yet</span>
           </li>
         )}
@@ -31,11 +31,11 @@ export function LibraryList() {
           <li key={name}>
             <button
               type="button"
-              class={className("row", name === desk?.name && "on")}
+              class={className("row", name === session?.name && "on")}
               onClick={() => panel.showBehavior(name)}
               title={complete ? "Go to it in the tab Library" : "Some choices are missing"}
             >
-              <span aria-hidden="true">{name === desk?.name ? "◆" : "◇"}</span>
+              <span aria-hidden="true">{name === session?.name ? "◆" : "◇"}</span>
               <b>{plain(name)}</b>
               <span class="soft cut">
                 {[
@@ -57,7 +57,7 @@ export function LibraryList() {
           <button
             type="button"
             class="row soft library-new"
-            disabled={!directs}
+            disabled={!hasControl}
             onClick={() => panel.choose("new")}
           >
             + Teach something new

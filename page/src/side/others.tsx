@@ -6,17 +6,17 @@ import { plain } from "../words";
 
 export function Others() {
   const studio = useStudio();
-  const { scene, desk, status } = studio;
-  if (scene === null || desk === null || status === null || scene.robots < 2) return null;
+  const { scene, session, status } = studio;
+  if (scene === null || session === null || status === null || scene.robots < 2) return null;
   const trained = status.library.trained.filter(({ complete }) => complete);
   const offered = [...trained, ...scene.behaviors].flatMap((part) => bindAll(part, scene.targets));
-  const now = desk.others === null ? "" : formatCall(desk.others);
+  const now = session.others === null ? "" : formatCall(session.others);
   const choose = (select: HTMLSelectElement): void => {
     const { behavior, targets } = offered.find((each) => formatCall(each) === select.value) ?? {
       behavior: null,
       targets: {},
     };
-    void studio.ask({ do: "others", behavior, targets });
+    void studio.ask({ do: "set_other_agents", behavior, targets });
     select.value = now;
     select.blur();
   };
@@ -25,7 +25,7 @@ export function Others() {
       <span class="soft">the others</span>
       <select
         value={now}
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         aria-label="What the others do meanwhile"
         onChange={(event) => choose(event.currentTarget)}
       >

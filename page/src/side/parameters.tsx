@@ -5,21 +5,21 @@ import { plain } from "../words";
 
 export function ParameterList() {
   const studio = useStudio();
-  const { desk, scene } = studio;
-  if (desk === null || scene === null || desk.parameters.length === 0) return null;
+  const { session, scene } = studio;
+  if (session === null || scene === null || session.parameters.length === 0) return null;
   const choose = (parameter: string, select: HTMLSelectElement): void => {
-    void studio.ask({ do: "stand_for", targets: { ...desk.targets, [parameter]: select.value } });
+    void studio.ask({ do: "bind_targets", targets: { ...session.targets, [parameter]: select.value } });
     select.blur();
   };
   return (
     <section>
       <h2>Parameters</h2>
-      {desk.parameters.map((parameter) => (
+      {session.parameters.map((parameter) => (
         <label class="row" key={parameter}>
           <b>{parameter}</b> <span class="soft">is</span>
           <select
-            value={desk.targets[parameter] ?? ""}
-            disabled={!studio.directs}
+            value={session.targets[parameter] ?? ""}
+            disabled={!studio.hasControl}
             aria-label={`What ${parameter} stands for`}
             onChange={(event) => choose(parameter, event.currentTarget)}
           >

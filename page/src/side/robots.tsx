@@ -12,9 +12,9 @@ const MOST = 6;
 export function RobotList() {
   const studio = useStudio();
   useSlowNews(studio.framed);
-  const { scene, desk, directs, motion } = studio;
+  const { scene, session, hasControl, motion } = studio;
   if (scene === null) return null;
-  const chosen = desk?.agent ?? motion.last?.agent ?? 0;
+  const chosen = session?.agent ?? motion.last?.agent ?? 0;
   const robots = Array.from({ length: scene.robots }, (_, robot) => robot);
   const few = robots.filter((robot) => robot < MOST || robot === chosen);
   const { sort } = studio;
@@ -32,14 +32,14 @@ export function RobotList() {
                   type="button"
                   class={className("row", trained && "on")}
                   aria-pressed={trained}
-                  disabled={!directs || trained}
+                  disabled={!hasControl || trained}
                   title={trained ? "" : "Train this one (Shift and its number)"}
-                  onClick={() => void studio.ask({ do: "agent", agent: robot })}
+                  onClick={() => void studio.ask({ do: "select_agent", agent: robot })}
                 >
-                  <span class={className("dot", trained && desk?.mode)} />
-                  {scene.real[robot] ?? `robot ${robot + 1}`}
+                  <span class={className("dot", trained && session?.mode)} />
+                  {scene.real_robots[robot] ?? `robot ${robot + 1}`}
                   <span class="soft cut">
-                    · {trained && desk !== null ? "being trained" : plain(describeActivity(studio, robot))}
+                    · {trained && session !== null ? "being trained" : plain(describeActivity(studio, robot))}
                   </span>
                 </button>
               </li>

@@ -75,8 +75,8 @@ function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
   );
 }
 
-function isTrained(squad: Squad, { desk, sort, motion }: Studio): boolean {
-  return sort === squad.sort && (desk?.agent ?? motion.last?.agent ?? 0) === squad.number;
+function isTrained(squad: Squad, { session, sort, motion }: Studio): boolean {
+  return sort === squad.sort && (session?.agent ?? motion.last?.agent ?? 0) === squad.number;
 }
 
 /** Whether it or one of those below it is trained. */
@@ -85,22 +85,22 @@ function holds(squad: Squad, studio: Studio): boolean {
 }
 
 function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
-  const { desk, directs } = studio;
+  const { session, hasControl } = studio;
   const trained = isTrained(squad, studio);
   return (
     <button
       type="button"
       class={className("row", trained && "on")}
       aria-pressed={trained}
-      disabled={!directs || trained}
+      disabled={!hasControl || trained}
       title={trained ? squad.doc : `${squad.doc} Train its coordinator`}
-      onClick={() => void studio.ask({ do: "agent", agent: squad.number, sort: squad.sort })}
+      onClick={() => void studio.ask({ do: "select_agent", agent: squad.number, sort: squad.sort })}
     >
-      <span class={className("dot", trained && desk?.mode)} />
+      <span class={className("dot", trained && session?.mode)} />
       <b>{plain(squad.name)}</b>
       <span class="soft cut">
         ·{" "}
-        {studio.sort !== null && desk !== null
+        {studio.sort !== null && session !== null
           ? plain(countActivities(studio, squad.robots))
           : formatCount(squad.robots.length, "robot")}
       </span>

@@ -66,7 +66,7 @@ export function WorldView() {
       {stage !== null && <Tools stage={stage} tool={tool} choose={setTool} />}
       {marked !== null && <ChosenThing mark={marked} close={() => selectMark(null)} />}
       <Welcome />
-      {studio.status?.paused === true && studio.desk !== null && (
+      {studio.status?.paused === true && studio.session !== null && (
         <div class="tools paused">
           Paused.
           <span class="keys">

@@ -10,15 +10,15 @@ const NEAR_PX = 100;
 
 export function drawOverlays(picture: Picture): void {
   const frame = picture.motion.last;
-  if (frame === null || picture.desk === null || frame.agent >= frame.robots.count) return;
+  if (frame === null || picture.session === null || frame.agent >= frame.robots.count) return;
   if (picture.overlays.has("trail")) drawTrail(picture);
   if (picture.overlays.has("camera")) drawCamera(picture, frame.agent);
   if (picture.overlays.has("distances")) drawDistances(picture, frame.agent, frame.sonars);
-  if (picture.overlays.has("targets")) drawTargets(picture, frame.agent, picture.desk, frame.features);
+  if (picture.overlays.has("targets")) drawTargets(picture, frame.agent, picture.session, frame.features);
 }
 
 function drawTrail(picture: Picture): void {
-  const { pen, motion, palette, desk } = picture;
+  const { pen, motion, palette, session } = picture;
   pen.beginPath();
   for (const { x, y } of motion.trail.slice(0, -1)) pen.lineTo(...spot(picture, x, y));
   const frame = motion.last;
@@ -26,7 +26,7 @@ function drawTrail(picture: Picture): void {
     const { x, y } = pose(picture, frame.agent);
     pen.lineTo(...spot(picture, x, y));
   }
-  pen.strokeStyle = desk?.mode === "testing" ? palette.test : palette.train;
+  pen.strokeStyle = session?.mode === "testing" ? palette.test : palette.train;
   pen.globalAlpha = 0.6;
   pen.lineWidth = 2;
   pen.setLineDash([1, 5]);
@@ -105,11 +105,11 @@ function drawHit(picture: Picture, robot: number, deg: number, away: number): vo
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */
-function drawTargets(picture: Picture, robot: number, desk: PictureSession, values: Float32Array): void {
+function drawTargets(picture: Picture, robot: number, session: PictureSession, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
   const sensed = picture.motion.pose(robot);
-  for (const { name, distance, angle } of listTargets(desk, values)) {
+  for (const { name, distance, angle } of listTargets(session, values)) {
     const bearing = sensed.heading + angle;
     const x = sensed.x + Math.cos(bearing) * distance;
     const y = sensed.y + Math.sin(bearing) * distance;
@@ -135,8 +135,8 @@ interface Aim {
   angle: number;
 }
 
-export function listTargets(desk: PictureSession, values: Float32Array): Aim[] {
-  const reading = new Map(desk.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
+export function listTargets(session: PictureSession, values: Float32Array): Aim[] {
+  const reading = new Map(session.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
   const list: Aim[] = [];
   for (const [label, distance] of reading) {
     const name = /^distance_to\((.+)\)$/.exec(label)?.[1];

@@ -65,7 +65,7 @@ class PointerDrag {
     const handle = handleUnder(this.stage, event);
     this.stage.turning = handle !== null;
     if (handle !== null) this.held = { what: "robot", of: handle.robot };
-    else this.held = this.stage.studio.directs ? findMark(this.stage, event) : null;
+    else this.held = this.stage.studio.hasControl ? findMark(this.stage, event) : null;
   }
 
   move(event: PointerEvent): void {
@@ -127,13 +127,13 @@ class PointerDrag {
     const [toX, toY] = toWorld(stage.view, stage.screen, px, py);
     const side = stage.turning && stage.handle?.behind === true ? -1 : 1;
     const heading = Math.atan2(side * (toY - y), side * (toX - x));
-    void stage.studio.ask({ do: "place", agent, x, y, heading });
+    void stage.studio.ask({ do: "move_robot", agent, x, y, heading });
   }
 
   private place(held: Mark, x: number, y: number): Promise<unknown> {
     this.sent = performance.now();
     const { studio } = this.stage;
-    if (held.what === "robot") return studio.ask({ do: "place", agent: held.of, x, y, heading: null });
+    if (held.what === "robot") return studio.ask({ do: "move_robot", agent: held.of, x, y, heading: null });
     if (held.what === "obstacle") return studio.ask({ do: "move_obstacle", index: held.of, x, y });
     return studio.ask({ do: "move_object", slot: held.of, x, y });
   }

@@ -26,10 +26,10 @@ export interface WorldSource {
   readonly framed: News;
   readonly motion: Motion;
   readonly scene: Scene | null;
-  readonly desk: PictureSession | null;
+  readonly session: PictureSession | null;
   readonly sort: string | null;
   readonly image: ImageBitmap | null;
-  readonly directs: boolean;
+  readonly hasControl: boolean;
   readonly live: { readonly fixed: boolean };
 }
 
@@ -129,17 +129,17 @@ export class Stage<S extends WorldSource = Studio> {
 
   /** What the picture is drawn of. */
   private get visible(): readonly unknown[] {
-    const { scene, desk, motion, sort, image, directs, live } = this.studio;
+    const { scene, session, motion, sort, image, hasControl, live } = this.studio;
     return [
       scene,
       scene?.drawing === "map" && motion.changes,
       image,
       sort,
-      directs,
+      hasControl,
       live.fixed,
-      desk?.mode,
-      desk?.features.map(({ label }) => label).join("\n"),
-      desk?.doing.join("\n"),
+      session?.mode,
+      session?.features.map(({ label }) => label).join("\n"),
+      session?.activities.join("\n"),
       ...this.below.list(),
     ];
   }
@@ -169,7 +169,7 @@ export class Stage<S extends WorldSource = Studio> {
   }
 
   private show(): void {
-    const { scene, desk, motion } = this.studio;
+    const { scene, session, motion } = this.studio;
     this.drawn = this.visible;
     const fine = devicePixelRatio || 1;
     this.pen.setTransform(fine, 0, 0, fine, 0, 0);
@@ -181,7 +181,7 @@ export class Stage<S extends WorldSource = Studio> {
       screen: this.screen,
       view: this.view,
       scene,
-      desk,
+      session,
       led: this.studio.sort !== null,
       motion,
       palette: this.colors,
@@ -195,7 +195,7 @@ export class Stage<S extends WorldSource = Studio> {
       drawThings(picture);
       drawRobots(picture);
     } else drawBody(picture, this.studio.image);
-    const turns = this.studio.directs && !this.studio.live.fixed;
+    const turns = this.studio.hasControl && !this.studio.live.fixed;
     this.handle = turns ? drawHandle(picture, this.turning ? this.handle : null) : null;
     if (this.view !== this.wanted) this.draw();
   }

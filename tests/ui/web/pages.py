@@ -101,7 +101,7 @@ class Page:
     socket: WebSocketTestSession
     hello: dict[str, Any] = field(default_factory=dict)
     scene: dict[str, Any] = field(default_factory=dict)
-    desk: dict[str, Any] = field(default_factory=dict)
+    news: dict[str, Any] = field(default_factory=dict)
     frame: Frame | None = None
     picture: bytes | None = None
     answers: dict[int | None, dict[str, Any]] = field(default_factory=dict)
@@ -126,7 +126,7 @@ class Page:
         elif said["is"] == "scene":
             self.scene = said["scene"]
         else:
-            self.desk = said
+            self.news = said
         return said
 
     def say(self, do: str, **fields: Any) -> dict[str, Any]:
@@ -149,18 +149,18 @@ class Page:
         assert answer.get("ok") is True, answer
         return answer
 
-    def until_desk(self) -> dict[str, Any]:
-        """Wait until the desk is shown."""
-        while self.hear().get("is") != "desk":
+    def wait_for_news(self) -> dict[str, Any]:
+        """Wait until the state of the session is sent."""
+        while self.hear().get("is") != "session":
             pass
-        return self.desk
+        return self.news
 
 
 @contextmanager
 def page(client: TestClient, query: str = "") -> Iterator[Page]:
     with client.websocket_connect(f"ws://127.0.0.1/ws{query}") as socket:
         arrived = Page(socket)
-        while not (arrived.hello and arrived.desk and arrived.frame):
+        while not (arrived.hello and arrived.news and arrived.frame):
             arrived.hear()
         yield arrived
 

@@ -50,7 +50,7 @@ class Lab:
 
     def is_heard(self) -> bool:
         """Report that the page in control is there, and return whether that was answered."""
-        return bool(self.page.done("here", holding=False))
+        return bool(self.page.done("heartbeat", holding=False))
 
 
 @pytest.fixture

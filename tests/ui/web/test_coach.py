@@ -59,7 +59,7 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 def ready(person: Page) -> dict[str, Any]:
     """What the coach answers, for which the studio waits here as long as it takes."""
-    answer = person.done("advise")
+    answer = person.done("request_advice")
     assert not answer.get("later")
     return answer
 
@@ -76,10 +76,10 @@ def sentences(person: Page) -> list[str]:
 
 def test_a_lesson_without_presses_says_so(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
-        assert "No automaton is open" in person.say("advise")["error"].capitalize()
+        assert "No automaton is open" in person.say("request_advice")["error"].capitalize()
         person.done(**GOTO)
         assert sentences(person)[0].startswith("You showed me nothing yet")
-        assert ready(person)["late"] is None
+        assert ready(person)["reaction"] is None
 
 
 def test_a_switch_that_is_undone_at_once_is_found_beside_the_advice(made: StudioServer) -> None:
@@ -121,7 +121,7 @@ def test_advice_with_a_place_is_set_up(person: Page, made: StudioServer) -> None
     given = advised(person)
     weights = [each["weight"] for each in given]
     assert weights == sorted(weights, reverse=True)
-    chosen = next(each for each in given if each["place"] and "behind you" in each["sentence"])
+    chosen = next(each for each in given if each["can_set_up"] and "behind you" in each["sentence"])
     state = chosen["sentence"].split("in state ")[1].split(" ")[0]
     person.done("pause", paused=False)
     taught = made.host.active_trainer.session_view.examples
@@ -154,7 +154,9 @@ def test_what_cannot_be_set_up_is_said(made: StudioServer) -> None:
                 step(person)
             person.done("edit", number=2 * number + 1, values={"food_stored": str(number)})
         given = advised(person)
-        full = next(each for each in given if each["place"] and "food_stored is above" in each["sentence"])
+        full = next(
+            each for each in given if each["can_set_up"] and "food_stored is above" in each["sentence"]
+        )
         answer = person.done("set_up", sentence=full["sentence"])
         assert answer["sentence"] == "Not fully set up: food_stored differs from the suggestion."
 
@@ -164,17 +166,20 @@ def test_who_looks_on_hears_the_advice_and_may_not_follow_it(made: StudioServer)
         person.done(**GOTO)
         (few, *_) = advised(other)
         assert few["kind"] == "few"
-        for message in ({"do": "ask_when", "when": "mark"}, {"do": "set_up", "sentence": few["sentence"]}):
+        for message in (
+            {"do": "set_query_policy", "policy": "mark"},
+            {"do": "set_up", "sentence": few["sentence"]},
+        ):
             assert "not in control" in other.send(message)["error"]
 
 
 def test_advice_is_asked_for_again_only_when_the_lesson_changed(person: Page, made: StudioServer) -> None:
-    edition = person.desk["desk"]["edition"]
+    edition = person.news["session"]["edition"]
     for _ in range(3):
         step(person)
-    assert person.desk["desk"]["edition"] == edition
+    assert person.news["session"]["edition"] == edition
     person.done("undo")
-    while person.desk["desk"]["edition"] == edition:
+    while person.news["session"]["edition"] == edition:
         person.hear()
     coach = made.host.active_trainer.coach
     assert coach.advice() is coach.advice()
@@ -189,20 +194,20 @@ def test_a_large_lesson_is_looked_over_beside_the_world(
         coaching, "give_advice", lambda *all, **named: go.wait(60) and give_advice(*all, **named)
     )
     for _ in range(2):
-        answer = person.done("advise")
+        answer = person.done("request_advice")
         assert answer["later"]
         assert "advice" not in answer
     step(person)
     go.set()
     made.host.executor.submit(lambda: None).result(60)
-    assert person.done("advise")["advice"]
+    assert person.done("request_advice")["advice"]
 
 
 def asked(person: Page) -> dict[str, Any]:
     """Let the robot try until it asks."""
     for _ in range(400):
         step_or_ask(person)
-        question: dict[str, Any] | None = person.desk["desk"]["asking"]["question"]
+        question: dict[str, Any] | None = person.news["session"]["queries"]["question"]
         if question is not None:
             return question
     raise AssertionError("it did not ask")
@@ -211,12 +216,12 @@ def asked(person: Page) -> dict[str, Any]:
 def step_or_ask(person: Page) -> None:
     """One tick, or a question instead."""
     person.done("step")
-    person.until_desk()
+    person.wait_for_news()
 
 
 def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: StudioServer) -> None:
-    person.done("ask_when", when="pause")
-    person.done("turn")
+    person.done("set_query_policy", policy="pause")
+    person.done("toggle_mode")
     question = asked(person)
     assert question["sentence"].startswith("I am not sure: I would ")
     trainer = made.host.active_trainer
@@ -239,10 +244,10 @@ def test_the_press_is_the_answer_and_it_goes_on_by_itself(person: Page, made: St
 
 
 def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> None:
-    person.done("ask_when", when="pause")
-    person.done("turn")
+    person.done("set_query_policy", policy="pause")
+    person.done("toggle_mode")
     asked(person)
-    person.done("place", agent=0, x=5.0, y=5.0)
+    person.done("move_robot", agent=0, x=5.0, y=5.0)
     trainer = made.host.active_trainer
     assert trainer.coach.question is None
     person.done("press", state="rotate_right")
@@ -255,8 +260,8 @@ def test_a_question_is_of_one_situation(person: Page, made: StudioServer) -> Non
 
 @pytest.mark.parametrize("way", ["carry on", "keep"])
 def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: StudioServer, way: str) -> None:
-    person.done("ask_when", when="pause")
-    person.done("turn")
+    person.done("set_query_policy", policy="pause")
+    person.done("toggle_mode")
     asked(person)
     trainer = made.host.active_trainer
     known, state = len(trainer.session.examples), trainer.session_view.state
@@ -276,9 +281,9 @@ def test_carrying_on_records_nothing_and_keeping_confirms(person: Page, made: St
 
 def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: StudioServer) -> None:
     """Ticks that were due together are not taken any more."""
-    person.done("ask_when", when="pause")
+    person.done("set_query_policy", policy="pause")
     person.done("speed", speed=16)
-    person.done("turn")
+    person.done("toggle_mode")
     trainer, wall = made.host.active_trainer, made.host.wall
     person.done("pause", paused=False)
     for _ in range(100):
@@ -291,12 +296,12 @@ def test_at_any_speed_it_stands_still_at_the_question(person: Page, made: Studio
 
 
 def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: StudioServer) -> None:
-    person.done("ask_when", when="mark")
-    person.done("turn")
+    person.done("set_query_policy", policy="mark")
+    person.done("toggle_mode")
     began = made.host.world.time_s
     for _ in range(60):
         step(person)
-    marks = plain(made.host.session_data())["asking"]["marks"]
+    marks = plain(made.host.session_data())["queries"]["marks"]
     assert [mark["run"] for mark in marks] == [made.host.run.number] * len(marks)
     first = marks[0]
     assert first["time_s"] == pytest.approx(began)
@@ -306,17 +311,17 @@ def test_marks_are_gone_back_to_and_vanish_once_answered(person: Page, made: Stu
     assert trainer.coach.question is not None
     assert trainer.coach.question.sentence == first["sentence"]
     person.done("press", state="rotate_right")
-    left = plain(made.host.session_data())["asking"]["marks"]
+    left = plain(made.host.session_data())["queries"]["marks"]
     assert first["number"] not in [mark["number"] for mark in left]
     assert "moment 99 is no longer marked" in person.say("go_to_mark", number=99)["error"]
 
 
 def test_marks_of_another_run_are_gone_back_to(person: Page, made: StudioServer) -> None:
-    person.done("ask_when", when="mark")
-    person.done("turn")
+    person.done("set_query_policy", policy="mark")
+    person.done("toggle_mode")
     for _ in range(60):
         step(person)
-    number, run = plain(made.host.session_data())["asking"]["marks"][0]["number"], made.host.run.number
+    number, run = plain(made.host.session_data())["queries"]["marks"][0]["number"], made.host.run.number
     person.done("reset", seed=9)
     person.done("go_to_mark", number=number)
     assert (made.host.seed, made.host.run.number) == (4, run + 2)
@@ -324,24 +329,24 @@ def test_marks_of_another_run_are_gone_back_to(person: Page, made: StudioServer)
 
 
 def test_what_was_left_by_going_back_is_in_no_run(person: Page, made: StudioServer) -> None:
-    person.done("ask_when", when="mark")
-    person.done("turn")
+    person.done("set_query_policy", policy="mark")
+    person.done("toggle_mode")
     began = made.host.world.time_s
     for _ in range(60):
         step(person)
-    before = plain(made.host.session_data())["asking"]["marks"]
+    before = plain(made.host.session_data())["queries"]["marks"]
     assert len(before) > 1
     person.done("rewind", time_s=began + 0.5)
     step(person)
-    after = {mark["number"]: mark["run"] for mark in plain(made.host.session_data())["asking"]["marks"]}
+    after = {mark["number"]: mark["run"] for mark in plain(made.host.session_data())["queries"]["marks"]}
     assert after[before[0]["number"]] == before[0]["run"]
     assert after[before[-1]["number"]] is None
 
 
 def test_how_it_asks_stays_from_one_lesson_to_the_next(person: Page) -> None:
-    person.done("ask_when", when="mark")
+    person.done("set_query_policy", policy="mark")
     person.done(**{**GOTO, "name": "other", "discard": True})
-    assert person.until_desk()["desk"]["asking"] == {"when": "mark", "question": None, "marks": []}
+    assert person.wait_for_news()["session"]["queries"] == {"policy": "mark", "question": None, "marks": []}
 
 
 def test_a_reaction_time_is_offered_taken_and_undone(
@@ -350,26 +355,26 @@ def test_a_reaction_time_is_offered_taken_and_undone(
     found = ReactionEstimate(0.55, 0.4, 0.7, 9, "Taken 0.55 s earlier, they agree.")
     monkeypatch.setattr(coaching, "estimate_reaction_time", lambda lesson, *, steady: found)
     person.done("edit", number=1, next="forward")
-    late = ready(person)["late"]
+    late = ready(person)["reaction"]
     said = "You seem to react within 0.45 s. Taken 0.55 s earlier, they agree."  # and the tick of 0.1 s
     assert late == {"reaction_s": 0.45, "sentence": said}
-    person.done("use_reaction", reaction_s=0.45)
+    person.done("set_reaction_time", reaction_s=0.45)
     assert made.host.active_trainer.session.lesson.options.reaction_s == 0.45
-    assert ready(person)["late"] is None
+    assert ready(person)["reaction"] is None
     person.done("undo")
     assert made.host.active_trainer.session.lesson.options.reaction_s == 0.0
-    assert ready(person)["late"] is not None
-    assert "reaction_s is 7" in person.say("use_reaction", reaction_s=7)["error"]
+    assert ready(person)["reaction"] is not None
+    assert "reaction_s is 7" in person.say("set_reaction_time", reaction_s=7)["error"]
 
 
 def test_unlearning_is_chosen_among_the_options(made: StudioServer) -> None:
     with served(made) as client, page(client) as person:
         person.done(**GOTO, unlearning=True)
-        assert person.until_desk()["desk"]["unlearning"] is True
+        assert person.wait_for_news()["session"]["unlearning"] is True
         chosen = {key: GOTO[key] for key in ("states", "features", "flags")}
-        person.done("choose", **chosen)
+        person.done("change_design", **chosen)
         assert made.host.active_trainer.session.lesson.options.unlearning
-        person.done("choose", **chosen, unlearning=False)
+        person.done("change_design", **chosen, unlearning=False)
         assert not made.host.active_trainer.session.lesson.options.unlearning
 
 
@@ -384,14 +389,14 @@ def test_a_press_that_looks_like_a_slip_is_asked_about_once(person: Page, made: 
     for far in (0.2, 0.25, 0.3):
         shown(trainer, "forward", (far, 0.1), "done")
     odd = [each for each in advised(person) if each["kind"] == "slip"]
-    assert [each["says"] for each in odd] == [{"state": "forward", "next": "done"}]
+    assert [each["slip"] for each in odd] == [{"state": "forward", "next": "done"}]
     (number, *_) = odd[0]["examples"]
-    person.done("stand_by", number=number)
+    person.done("confirm_press", number=number)
     assert "slip" not in [each["kind"] for each in advised(person)]
-    assert "not in question" in person.say("stand_by", number=number)["error"]
-    person.done("mend", number=number, next="rotate_left")
+    assert "not in question" in person.say("confirm_press", number=number)["error"]
+    person.done("correct_slip", number=number, next="rotate_left")
     assert next(each.next for each in trainer.session.examples if each.number == number) == "rotate_left"
-    assert "no state 'fly'" in person.say("mend", number=number, next="fly")["error"]
+    assert "no state 'fly'" in person.say("correct_slip", number=number, next="fly")["error"]
 
 
 def shown(trainer: Trainer, state: str, values: tuple[float, float], says: str) -> None:
@@ -412,7 +417,7 @@ def test_taught_live_a_press_answers_and_live_teaching_goes_on(made: StudioServe
     with served(made) as client, page(client) as person:
         person.done(**{**GOTO, "live": True})
         person.done("pause", paused=True)
-        person.done("ask_when", when="pause")
+        person.done("set_query_policy", policy="pause")
         question = asked(person)
         assert (question["answers"][0], made.host.active_trainer.session_view.mode.value) == ("start", "live")
         person.done("press", state="forward")
@@ -429,7 +434,7 @@ def test_taught_live_it_marks_where_it_is_unsure_unless_somebody_chose_otherwise
 
         assert asks_when("one", live=True) == "mark"
         assert asks_when("two") == "never"
-        person.done("ask_when", when="pause")
+        person.done("set_query_policy", policy="pause")
         assert asks_when("three", live=True) == asks_when("four") == "pause"
 
 
@@ -437,7 +442,7 @@ def test_an_answer_can_be_undone_and_then_there_is_nothing_to_undo(made: StudioS
     with served(made) as client, page(client) as person:
         person.done(**{**GOTO, "live": True})
         person.done("pause", paused=True)
-        person.done("ask_when", when="pause")
+        person.done("set_query_policy", policy="pause")
         asked(person)
         person.done("press", state="forward")
         session = made.host.active_trainer.session

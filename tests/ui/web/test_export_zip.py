@@ -53,7 +53,7 @@ def test_an_automaton_goes_out_as_a_folder_in_a_zip(client: TestClient, folder: 
     answer = ask(client, name="forage", to="c99")
     assert {"forage-c99/forage.c", "forage-c99/manifest.json", "forage-c99/Makefile"} <= list_files(answer)
     assert 'filename="forage-c99.zip"' in answer.headers["content-disposition"]
-    assert unquote(answer.headers["X-Understudy-Said"]) == "Exported forage for c99"
+    assert unquote(answer.headers["X-Understudy-Message"]) == "Exported forage for c99"
     single = ask(client, name="forage", to="c99", single="1")
     with ZipFile(BytesIO(single.content)) as archive:
         assert b"typedef float forage_real;" in archive.read("forage-c99/forage.h")
@@ -69,7 +69,7 @@ def test_parameters_get_their_targets(client: TestClient) -> None:
 def test_a_package_for_ros_is_for_the_robot_of_a_file(client: TestClient) -> None:
     answer = ask(client, FORAGER, name="forage", to="ros2")
     assert "forage-ros2/src/forage_node.cpp" in list_files(answer)
-    assert "rover ignores load and unload" in unquote(answer.headers["X-Understudy-Said"])
+    assert "rover ignores load and unload" in unquote(answer.headers["X-Understudy-Message"])
 
 
 MISTAKES = [

@@ -56,14 +56,14 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 
 def shown(person: Page) -> dict[str, Any]:
-    found: dict[str, Any] = person.desk["failures"]
+    found: dict[str, Any] = person.news["failures"]
     return found
 
 
 def until(person: Page, holds: Callable[[dict[str, Any]], bool]) -> None:
     """Wait until something holds of the list."""
     while not holds(shown(person)):
-        person.until_desk()
+        person.wait_for_news()
 
 
 def states(person: Page) -> dict[str, str]:
@@ -98,7 +98,7 @@ def test_one_is_opened_corrected_and_ticked_off(person: Page, made: StudioServer
         "Paused in forage-2, where it goes wrong. Press what goto should do, and resume"
     )
     until(person, lambda found: found["open"] is not None)
-    assert (shown(person)["open"], shown(person)["leads_to"]) == ("forage-2", "forage")
+    assert (shown(person)["open"], shown(person)["previous_world"]) == ("forage-2", "forage")
     person.done("press", state="left")
     person.done("step")
     assert trainer.session_view.state == "left"
@@ -143,7 +143,7 @@ def test_a_studio_that_ends_in_a_failing_world_loses_no_press(
     made.host.close()
     again = start(made.host.folder.parent)
     with served(again) as client, page(client) as later:
-        assert [each["name"] for each in later.desk["library"]["cut_off"]] == ["goto"]
+        assert [each["name"] for each in later.news["library"]["interrupted"]] == ["goto"]
         assert "interrupted" in later.say("open_failure", name="forage-1")["error"]
         later.done("open", name="goto")
         assert [str(each) for each in again.host.active_trainer.session.examples] == examples
@@ -174,7 +174,7 @@ def test_properties_are_tested_beside(person: Page, made: StudioServer) -> None:
         'limit_s = 20\nnever = "food_stored is at least 99 units"\n'
     )
     rerun(person)
-    (found,) = person.desk["properties"]["rows"]
+    (found,) = person.news["properties"]["rows"]
     assert (found["name"], found["verdict"]) == ("stands", "holds")
     assert "no failure in 2 worlds" in found["sentences"][0]
     (made.host.folder / "properties.toml").write_text("[")

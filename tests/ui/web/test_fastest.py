@@ -59,7 +59,7 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
 def test_pages_are_told_in_a_word(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as somebody:
         somebody.done("speed", speed="fastest")
-        while somebody.desk["speed"] != "fastest":
+        while somebody.news["speed"] != "fastest":
             somebody.hear()
 
 

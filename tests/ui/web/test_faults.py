@@ -37,10 +37,10 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
         person.done("press", state="forward")
         failing = True
         wall.now += 0.2
-        while person.desk["said"]["tone"] != "error":
+        while person.news["message"]["tone"] != "error":
             person.hear()
-        assert "out of cheese" in person.desk["said"]["text"]
-        assert person.desk["paused"]
+        assert "out of cheese" in person.news["message"]["text"]
+        assert person.news["paused"]
         assert "error" in person.say("step")
         failing = False
         person.done("step")

@@ -59,7 +59,7 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
     assert all(row[1] < len(scene["classes"]) for row in read.objects)
 
 
-def test_a_frame_of_a_desk(tmp_path: Path) -> None:
+def test_a_frame_of_a_session(tmp_path: Path) -> None:
     host = studio(tmp_path, world="forage-team").host
     session.select_agent(host, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}

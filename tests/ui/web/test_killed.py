@@ -49,7 +49,7 @@ class Line:
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket, self.numbers = socket, count(1)
-        self.desk: dict[str, Any] = {}
+        self.news: dict[str, Any] = {}
 
     def say(self, do: str, **fields: Any) -> dict[str, Any]:
         number = next(self.numbers)
@@ -64,8 +64,8 @@ class Line:
         if isinstance(received, bytes):
             return {}
         said: dict[str, Any] = json.loads(received)
-        if said.get("is") == "desk":
-            self.desk = said
+        if said.get("is") == "session":
+            self.news = said
         return said
 
 
@@ -76,9 +76,9 @@ def line(port: int) -> Iterator[Line]:
 
 
 def shown(person: Line, count: int) -> list[tuple[int, str, str]]:
-    while not person.desk.get("desk") or len(person.desk["desk"]["examples"]) < count:
+    while not person.news.get("session") or len(person.news["session"]["examples"]) < count:
         person.hear()
-    return [(each["number"], each["state"], each["next"]) for each in person.desk["desk"]["examples"]]
+    return [(each["number"], each["state"], each["next"]) for each in person.news["session"]["examples"]]
 
 
 @pytest.mark.timed
@@ -95,15 +95,15 @@ def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
         process.send_signal(signal.SIGKILL)
         process.wait(LONGEST_S)
     with running(folder) as (process, port), line(port) as person:
-        while not person.desk:
+        while not person.news:
             person.hear()
-        assert [each["name"] for each in person.desk["library"]["cut_off"]] == ["goto"]
-        assert "goto" in person.desk["said"]["text"]
+        assert [each["name"] for each in person.news["library"]["interrupted"]] == ["goto"]
+        assert "goto" in person.news["message"]["text"]
         assert person.say("open", name="goto")["ok"]
         assert shown(person, 4) == before
-        assert person.desk["desk"]["waiting"] == "done"
-        assert person.desk["paused"]
-        assert "interrupted" in person.desk["said"]["text"]
+        assert person.news["session"]["pending"] == "done"
+        assert person.news["paused"]
+        assert "interrupted" in person.news["message"]["text"]
         person.say("step")
         process.send_signal(signal.SIGTERM)
         assert process.wait(LONGEST_S) in (0, -signal.SIGTERM)

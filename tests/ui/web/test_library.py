@@ -124,7 +124,7 @@ def test_what_is_run_by_others_is_not_removed(made: StudioServer, person: Page) 
     person.done("restore", name="carry")
     (row,) = plain(made.host.library())["trained"]
     assert not row["complete"]
-    assert "goto" in row["why_not"]
+    assert "goto" in row["problem"]
 
 
 def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> None:
@@ -136,23 +136,23 @@ def test_a_broken_document_hides_nothing(made: StudioServer, person: Page) -> No
     rows = {row["name"]: row for row in plain(made.host.library())["trained"]}
     assert rows["goto"]["complete"]
     assert not rows["broken"]["complete"]
-    assert rows["broken"]["why_not"] in person.say("open", name="broken")["error"]
+    assert rows["broken"]["problem"] in person.say("open", name="broken")["error"]
     assert "already" in person.send({**GOTO, "name": "broken"})["error"]
     person.done("remove", name="broken")
 
 
 def test_which_robot_is_trained(made: StudioServer, person: Page) -> None:
-    person.done("agent", agent=1)
+    person.done("select_agent", agent=1)
     person.done(**GOTO)
     assert made.host.active_trainer.robot == 1
-    person.done("agent", agent=2)
+    person.done("select_agent", agent=2)
     assert made.host.active_trainer.robot == 2
     assert made.host.active_trainer.name == "goto"
     teach(person, "forward")
-    assert "robot 3" in person.say("agent", agent=0)["error"]
+    assert "robot 3" in person.say("select_agent", agent=0)["error"]
     person.done("save")
     person.done("open", name="goto")
-    person.done("agent", agent=0)
+    person.done("select_agent", agent=0)
     assert made.host.active_trainer.robot == 0
     assert made.host.active_trainer.session_view.examples == 2
 
@@ -161,7 +161,7 @@ def test_the_world_by_hand(made: StudioServer, person: Page) -> None:
     person.done(**GOTO)
     person.done("pause", paused=True)
     discs = len(person.scene["discs"])
-    person.done("place", agent=1, x=2.0, y=2.0, heading=None)
+    person.done("move_robot", agent=1, x=2.0, y=2.0, heading=None)
     person.done("add_obstacle", x=5.0, y=9.0, radius=0.3)
     while len(person.scene["discs"]) == discs:
         person.hear()
@@ -175,9 +175,9 @@ def test_the_world_by_hand(made: StudioServer, person: Page) -> None:
     assert person.frame.robots[1][:2] == (2.0, 2.0)
     assert (slots[0], 9.0, 9.5) in [(row[0], *row[2:4]) for row in person.frame.objects]
     assert slots[1] not in [row[0] for row in person.frame.objects]
-    assert "overlaps" in person.say("place", agent=0, x=5.0, y=9.0)["error"]
+    assert "overlaps" in person.say("move_robot", agent=0, x=5.0, y=9.0)["error"]
     person.done("move_obstacle", index=discs, x=5.0, y=11.0)
-    person.done("place", agent=0, x=5.0, y=9.0)
+    person.done("move_robot", agent=0, x=5.0, y=9.0)
     person.done("remove_obstacle", index=discs)
     while len(person.scene["discs"]) > discs:
         person.hear()
@@ -187,13 +187,13 @@ def test_choosing_anew_keeps_the_examples(made: StudioServer, person: Page) -> N
     person.done(**GOTO)
     teach(person, "forward", "rotate_left")
     person.done(
-        "choose", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
+        "change_design", states=["forward", "rotate_left"], features=["angle_to(A)"], flags=[], reaction_s=0.2
     )
     session = plain(made.host.session_data())
     assert session is not None
     assert [state["name"] for state in session["states"]] == ["start", "forward", "rotate_left"]
     assert [feature["label"] for feature in session["features"]] == ["angle_to(A)"]
-    assert (session["reaction_s"], session["watched"], session["taught"]) == (0.2, False, 4)
+    assert (session["reaction_s"], session["watched"], session["presses"]) == (0.2, False, 4)
     person.done("edit", number=1, next="rotate_left")
     assert person.done("why")["levels"]
     person.done("delete", number=2)
@@ -249,17 +249,17 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
     folder = tmp_path / "library"
     with served(studio(folder, seed=3)) as client, page(client) as person:
         person.done(**GOTO)
-        person.done("place", agent=0, x=6.0, y=6.5, heading=1.0)
+        person.done("move_robot", agent=0, x=6.0, y=6.5, heading=1.0)
         teach(person, "forward", "rotate_left")
     assert files(studio(folder).host) == []  # not saved
     again = studio(folder)
     with served(again) as client, page(client) as person:
-        (left,) = person.desk["library"]["cut_off"]
+        (left,) = person.news["library"]["interrupted"]
         assert (left["name"], left["examples"]) == ("goto", 4)
         assert "interrupted with 4 examples" in person.send(GOTO)["error"]
         person.done("open", name="goto")
         assert again.host.seed == 3
-        assert plain(again.host.library())["cut_off"] == []
+        assert plain(again.host.library())["interrupted"] == []
         robots = again.host.world.view().robots
         assert (robots.x[0], robots.y[0]) == pytest.approx((6.0, 6.5), abs=0.1)
         assert again.host.paused
@@ -268,7 +268,7 @@ def test_a_session_that_was_cut_off_is_offered(tmp_path: Path) -> None:
     last = studio(folder)
     with served(last) as client, page(client) as person:
         person.done(**{**GOTO, "discard": True})
-        assert plain(last.host.library())["cut_off"] == []
+        assert plain(last.host.library())["interrupted"] == []
         assert sorted(path.suffix for path in (folder / ".journals").iterdir()) == [".ended", ".journal"]
 
 
@@ -294,7 +294,7 @@ def test_a_session_that_was_cut_off_is_thrown_away(tmp_path: Path) -> None:
         assert list(again.host.cut_off) == ["goto"]
         assert "no automaton 'reach'" in person.say("discard", name="reach")["error"]
         person.done("discard", name="goto")
-        assert plain(again.host.library())["cut_off"] == []
+        assert plain(again.host.library())["interrupted"] == []
         person.done("recall", name="goto")
         assert list(again.host.cut_off) == ["goto"]
         assert "goto" in person.say("recall", name="goto")["error"]

@@ -81,11 +81,11 @@ def test_documents_go_out_and_come_in_elsewhere(rig: Rig, tmp_path: Path) -> Non
     with served(other) as client, page(client) as person:
         there = Rig(other, client, person)
         assert there.out()[:2] == b"PK"  # empty, and no folder yet
-        assert there.give(parcel) == (200, {"said": "Imported a/b, goto"})
-        while not person.desk["library"]["trained"]:
+        assert there.give(parcel) == (200, {"message": "Imported a/b, goto"})
+        while not person.news["library"]["trained"]:
             person.hear()
-        assert person.desk["said"]["text"] == "Imported a/b, goto"
-        assert there.give(parcel) == (200, {"said": "The zip contains nothing new"})
+        assert person.news["message"]["text"] == "Imported a/b, goto"
+        assert there.give(parcel) == (200, {"message": "The zip contains nothing new"})
     assert files(other.host) == ["a%2Fb.json", "goto.json"]
     for name in files(other.host):
         here, there_ = (each.library_view.folder / name for each in (rig.host, other.host))
@@ -100,15 +100,15 @@ def test_what_is_there_is_replaced_only_when_asked(rig: Rig) -> None:
     rig.person.done("save")
     before = rig.contents()
     status, answer = rig.give(parcel)
-    assert (status, answer["taken"]) == (409, ["goto"])
+    assert (status, answer["conflicts"]) == (409, ["goto"])
     assert "the library already has a different goto" in answer["error"]
-    assert "goto is being trained" in rig.give(parcel, taken="replace")[1]["error"]
+    assert "goto is being trained" in rig.give(parcel, conflicts="replace")[1]["error"]
     assert rig.contents() == before
-    assert rig.give(parcel, taken="keep") == (200, {"said": "Imported extra"})
+    assert rig.give(parcel, conflicts="keep") == (200, {"message": "Imported extra"})
     assert before.items() <= rig.contents().items()
     rig.person.done("open", name="extra")
     said = "The zip contains nothing new; replaced goto, former versions are kept"
-    assert rig.give(parcel, taken="replace") == (200, {"said": said})
+    assert rig.give(parcel, conflicts="replace") == (200, {"message": said})
     assert rig.host.library_view.library.taught["goto"].lesson is not None
     assert [each.number for each in list_versions(rig.host.library_view.folder, "goto")] == [1, 2]
 
@@ -233,8 +233,8 @@ def test_only_who_directs_imports(rig: Rig) -> None:
     for key in ("", "guess", "é"):
         status, answer = rig.give(parcel, key=key)
         assert (status, "not in control" in answer["error"]) == (403, True)
-    assert rig.give(parcel, taken="all")[0] == 400
-    rig.person.done("hand_over")
+    assert rig.give(parcel, conflicts="all")[0] == 400
+    rig.person.done("release_control")
     assert rig.give(parcel)[0] == 403
 
 

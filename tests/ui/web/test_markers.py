@@ -48,8 +48,8 @@ def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
     for state in states:
         somebody.done("press", state=state)
         somebody.done("step")
-    somebody.until_desk()
-    examples: list[dict[str, Any]] = somebody.desk["desk"]["examples"]
+    somebody.wait_for_news()
+    examples: list[dict[str, Any]] = somebody.news["session"]["examples"]
     return examples
 
 
@@ -107,9 +107,9 @@ def test_what_a_parameter_stands_for_is_shown_at_once_while_time_stands_still(tm
         while somebody.frame is None or len(somebody.frame.features) != 2:
             somebody.hear()
         assert not isnan(somebody.frame.features[0])
-        somebody.done("stand_for", targets={"A": TARGET})
+        somebody.done("bind_targets", targets={"A": TARGET})
         while not isnan(somebody.frame.features[0]):
             somebody.hear()
-        somebody.done("choose", states=["forward"], features=["food_left"])
+        somebody.done("change_design", states=["forward"], features=["food_left"])
         while len(somebody.frame.features) != 1:
             somebody.hear()

@@ -24,13 +24,13 @@ def test_choosing_a_robot_opens_the_library_of_its_type(tmp_path: Path) -> None:
         person.done("pause", paused=True)
         person.done("press", state="forward")
         person.done("step")
-        assert "unsaved changes" in str(person.say("agent", agent=5)["error"])
+        assert "unsaved changes" in str(person.say("select_agent", agent=5)["error"])
         person.done("save")
         assert (tmp_path / "library" / "scout" / "roam.json").is_file()
-        person.done("agent", agent=5)
+        person.done("select_agent", agent=5)
         assert (made.host.agent, list(made.host.library_view.library.taught)) == (5, [])
         assert {"load", "unload"} <= {each["name"] for each in plain(made.host.scene())["behaviors"]}
-        person.done("agent", agent=2)
+        person.done("select_agent", agent=2)
         assert list(made.host.library_view.library.taught) == ["roam"]
-        person.done("agent", agent=0, sort="crew")
+        person.done("select_agent", agent=0, sort="crew")
         assert {"roam", "load", "forward"} <= set(made.host.kit.behaviors)

@@ -32,7 +32,7 @@ def test_what_is_trained_has_another_name(made: StudioServer, person: Page) -> N
     teach(person, "rotate_left")
     assert "save it first" in person.say("rename", name="goto", to="reach")["error"]
     person.done("save")
-    person.done("stand_for", targets={"A": "nearest_food"})
+    person.done("bind_targets", targets={"A": "nearest_food"})
     examples = made.host.active_trainer.session_view.examples
     person.done("rename", name="goto", to="reach")
     assert names(made.host) == ["reach"]
@@ -65,7 +65,7 @@ def test_versions_go_behind_those_of_a_former_one(made: StudioServer, person: Pa
     teach(person, "rotate_right")
     person.done("save")
     person.done("rename", name="goto", to="reach")
-    kept = person.done("versions", name="reach")["versions"]
+    kept = person.done("list_versions", name="reach")["versions"]
     assert [each["number"] for each in kept] == [2, 1]
     assert all(each["saved"] for each in kept)
 
@@ -133,27 +133,27 @@ def test_a_copy_is_as_the_library_has_it(made: StudioServer, person: Page) -> No
 
 
 def test_versions_and_what_changed(made: StudioServer, person: Page) -> None:
-    assert person.done("versions", name="goto")["versions"] == []
+    assert person.done("list_versions", name="goto")["versions"] == []
     for state in ("rotate_left", "rotate_right"):
         teach(person, state)
         person.done("save")
-    assert [each["number"] for each in person.done("versions", name="goto")["versions"]] == [2, 1]
+    assert [each["number"] for each in person.done("list_versions", name="goto")["versions"]] == [2, 1]
     ((topic, lines),) = [
         (each["topic"], each["lines"])
-        for each in person.done("changes", name="goto", version=1, to=2)["changes"]
+        for each in person.done("diff_versions", name="goto", version=1, to=2)["changes"]
         if each["topic"] == "examples"
     ]
     assert topic == "examples"
     assert [line[:2] for line in lines] == ["+ ", "+ "]
     assert "go to rotate_left (directive)" in lines[0]
-    since = person.done("changes", name="goto", version=1)
+    since = person.done("diff_versions", name="goto", version=1)
     assert len(next(each for each in since["changes"] if each["topic"] == "examples")["lines"]) == 4
     (appeared,) = (
         each for each in since["moved"] if (each["from"], each["to"]) == ("forward", "rotate_left")
     )
     assert (appeared["what"], appeared["gone"], len(appeared["new"])) == ("appeared", [], 1)
     assert {"number": 3, "happened": "new", "how": "shows it"} in appeared["examples"], appeared
-    assert "no version '7'" in person.say("changes", name="goto", version=7)["error"]
+    assert "no version '7'" in person.say("diff_versions", name="goto", version=7)["error"]
 
 
 def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
@@ -175,15 +175,15 @@ def test_back_to_a_version_and_forth(made: StudioServer, person: Page) -> None:
 
 def test_who_looks_on_may_read_versions(made: StudioServer, person: Page) -> None:
     with served(made) as client, page(client) as other:
-        assert other.done("versions", name="goto")["versions"] == []
+        assert other.done("list_versions", name="goto")["versions"] == []
         assert "not in control" in other.say("rename", name="goto", to="reach")["error"]
 
 
 def test_a_copy_can_be_used_at_once(made: StudioServer, person: Page) -> None:
     person.done(**{**CARRY, "states": ["goto(station)"]})
-    assert "twin" in person.say("choose", states=["twin(station)"], features=["done"])["error"]
+    assert "twin" in person.say("change_design", states=["twin(station)"], features=["done"])["error"]
     person.done("duplicate", name="goto", to="twin")
-    person.done("choose", states=["twin(station)", "goto(station)"], features=["done"])
+    person.done("change_design", states=["twin(station)", "goto(station)"], features=["done"])
     teach(person, "twin", "goto")
     person.done("save")
     assert plain(made.host.library())["trained"][0]["runs"] == ["twin(station)", "goto(station)"]

@@ -34,14 +34,14 @@ def test_the_others_idle_or_run_a_behavior(made: StudioServer, person: Page) -> 
     before = places(made)
     person.done("step")
     assert places(made) == before
-    person.done("others", behavior="forward")
+    person.done("set_other_agents", behavior="forward")
     for _ in range(5):
         person.done("step")
     moved = [now != then for now, then in zip(places(made), before, strict=True)]
     assert moved == [False, *[True] * (len(before) - 1)]
     assert plain(made.host.session_data())["others"] == {"behavior": "forward", "targets": {}}
     there = places(made)
-    person.done("others", behavior=None)
+    person.done("set_other_agents", behavior=None)
     person.done("step")
     assert places(made) == there
     assert plain(made.host.session_data())["others"] is None
@@ -49,9 +49,9 @@ def test_the_others_idle_or_run_a_behavior(made: StudioServer, person: Page) -> 
 
 def test_the_others_run_what_was_just_saved(made: StudioServer, person: Page) -> None:
     teach(person, "forward")
-    assert "goto" in person.say("others", behavior="goto", targets={"A": "station"})["error"]
+    assert "goto" in person.say("set_other_agents", behavior="goto", targets={"A": "station"})["error"]
     person.done("save")
-    person.done("others", behavior="goto", targets={"A": "station"})
+    person.done("set_other_agents", behavior="goto", targets={"A": "station"})
     assert made.host.status.text == "The other robots run goto(station) meanwhile"
     before = places(made)
     person.done("step")
@@ -74,8 +74,8 @@ def test_what_the_others_cannot_do(
 ) -> None:
     teach(person, "forward")
     person.done("save")
-    person.done("others", behavior="forward")
-    assert said in person.say("others", behavior=behavior, targets=targets)["error"]
+    person.done("set_other_agents", behavior="forward")
+    assert said in person.say("set_other_agents", behavior=behavior, targets=targets)["error"]
     assert plain(made.host.other_behavior) == {"behavior": "forward", "targets": {}}
     before = places(made)
     person.done("step")
@@ -84,17 +84,17 @@ def test_what_the_others_cannot_do(
 
 def test_one_robot_has_no_company(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as person:
-        assert "No automaton is open" in person.say("others", behavior=None)["error"].capitalize()
+        assert "No automaton is open" in person.say("set_other_agents", behavior=None)["error"].capitalize()
         person.done(**GOTO)
-        assert "one robot" in person.say("others", behavior="forward")["error"]
+        assert "one robot" in person.say("set_other_agents", behavior="forward")["error"]
 
 
 def test_nobody_watches(made: StudioServer, person: Page) -> None:
-    assert "presses only" in person.say("watch")["error"]
-    person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+    assert "presses only" in person.say("toggle_watching")["error"]
+    person.done("change_design", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
     teach(person, "forward")
     for watching, state in ((False, "rotate_left"), (True, "forward")):
-        person.done("watch")
+        person.done("toggle_watching")
         for _ in range(60):
             person.done("step")
         teach(person, state)
@@ -108,11 +108,13 @@ def test_after_a_kill_the_others_go_on_and_who_did_not_watch_still_does_not(tmp_
     with served(studio(folder, world="forage-team")) as client, page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
-        person.done("choose", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True)
+        person.done(
+            "change_design", states=["forward", "rotate_left"], features=["angle_to(A)"], watched=True
+        )
         teach(person, "forward")
-        person.done("others", behavior="rotate_left")
-        person.done("others", behavior="forward")
-        person.done("watch")
+        person.done("set_other_agents", behavior="rotate_left")
+        person.done("set_other_agents", behavior="forward")
+        person.done("toggle_watching")
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
         person.done("open", name="goto")
@@ -134,7 +136,7 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
         person.done(**GOTO)
         person.done("pause", paused=True)
         teach(person, "forward")
-        person.done("others", behavior="reach", targets={"A": "station"})
+        person.done("set_other_agents", behavior="reach", targets={"A": "station"})
     (folder / "reach.json").unlink()
     made = studio(folder, world="forage-team")
     with served(made) as client, page(client) as person:
@@ -145,12 +147,12 @@ def test_others_that_the_library_has_no_more_idle_after_a_kill(tmp_path: Path) -
 
 def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) -> None:
     """The page writes 1 beside the first of them."""
-    person.done("agent", agent=1)
+    person.done("select_agent", agent=1)
     assert made.host.status.text == "Training goto with robot 2 now"
     teach(person, "forward")
-    assert "from robot 2" in person.say("agent", agent=0)["error"]
+    assert "from robot 2" in person.say("select_agent", agent=0)["error"]
     x, y = places(made)[3]
-    error = person.say("place", agent=1, x=x, y=y)["error"]
+    error = person.say("move_robot", agent=1, x=x, y=y)["error"]
     assert "place of robot 2" in error
     assert "overlaps robot 4" in error
     assert (
@@ -162,7 +164,7 @@ def test_robots_are_counted_as_they_are_drawn(made: StudioServer, person: Page) 
 def test_the_robot_is_chosen_before_the_lesson(tmp_path: Path) -> None:
     made = studio(tmp_path / "library", world="forage-team")
     with served(made) as client, page(client) as here:
-        here.done("agent", agent=2)
+        here.done("select_agent", agent=2)
         assert made.host.status.text == "Robot 3 will be trained"
         here.done(**GOTO)
         assert made.host.active_trainer.robot == 2
@@ -174,7 +176,7 @@ def test_time_before_a_lesson(tmp_path: Path) -> None:
     made = studio(tmp_path, world="patrol", wall=wall)
     host = made.host
     with served(made) as client, page(client) as person:
-        assert person.desk["paused"]
+        assert person.news["paused"]
         person.done("step")
         assert host.world.time_s == pytest.approx(host.world.tick_s)
         person.done("pause", paused=False)

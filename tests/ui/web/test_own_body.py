@@ -108,7 +108,7 @@ def test_an_interrupted_session_goes_on(made: StudioServer, tmp_path: Path, func
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"do": "place", "agent": 0, "x": 0.1, "y": 0.02, "heading": 0.0}, "cannot be changed by hand"),
+    ({"do": "move_robot", "agent": 0, "x": 0.1, "y": 0.02, "heading": 0.0}, "cannot be changed by hand"),
     ({"do": "add_obstacle", "x": 0.1, "y": 0.02, "radius": 0.1}, "cannot be changed by hand"),
     ({"do": "rewind", "time_s": 0.0}, "cannot be rewound: reset the world instead"),
     (

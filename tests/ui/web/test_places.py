@@ -31,7 +31,7 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 def places(person: Page) -> dict[str, Any]:
     """What can be chosen, as the page has it now."""
-    found: dict[str, Any] = person.desk["places"]
+    found: dict[str, Any] = person.news["places"]
     return found
 
 
@@ -39,7 +39,7 @@ def test_what_can_be_chosen(made: StudioServer, person: Page, tmp_path: Path) ->
     (tmp_path / "pictures").mkdir()
     (tmp_path / "pictures" / "notes.json").write_text("{}")
     found = places(person)
-    assert (found["world"], found["library"], found["saves"]) == ("forage", "mine", True)
+    assert (found["world"], found["library"], found["can_save"]) == ("forage", "mine", True)
     assert {"forage", "arena", "soccer"} <= set(found["worlds"])
     assert found["libraries"] == ["mine"]
 

@@ -74,13 +74,13 @@ def file(made: StudioServer) -> Path:
 
 
 def shown(person: Page) -> dict[str, Any]:
-    found: dict[str, Any] = person.desk["properties"]
+    found: dict[str, Any] = person.news["properties"]
     return found
 
 
 def until(person: Page, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     while not holds(shown(person)):
-        person.until_desk()
+        person.wait_for_news()
     return shown(person)
 
 
@@ -98,7 +98,7 @@ def row(person: Page, name: str, *verdicts: str) -> dict[str, Any]:
 
 
 def test_one_is_added_and_tested_at_once(person: Page, made: StudioServer, file: Path) -> None:
-    assert shown(person) == {"problem": "", "rows": [], "testing": None, "through": 0, "total": 1}
+    assert shown(person) == {"problem": "", "rows": [], "testing": None, "finished": 0, "total": 1}
     person.done("save_property", name="few", fields=NEVER)
     found = row(person, "few", "holds")
     assert found["sentences"] == ["no failure in 3 worlds: it fails in at most 63.2 % of worlds, at 95 %"]
@@ -213,7 +213,7 @@ def test_results_are_marked_when_the_lesson_changes(person: Page, made: StudioSe
     assert row(person, "delivers", "fails")["stale"] is False
     row(person, "few", "holds")
     person.done("open", name="goto")
-    person.done("stand_for", targets={"A": "station"})
+    person.done("bind_targets", targets={"A": "station"})
     person.done("press", state="left")
     person.done("step")
     until(person, lambda now: all(each["stale"] for each in now["rows"]))

@@ -232,7 +232,7 @@ def test_the_time_that_arming_takes_is_no_silence(lab: Lab, watchdog: Event) -> 
 CANCELS: dict[str, Callable[[Lab], object]] = {
     "the emergency stop": lambda lab: lab.say(do="stop"),
     "a stop from another page": lambda lab: lab.say(lab.studio.connect(None), do="stop_robot", name="one"),
-    "control is handed over": lambda lab: lab.say(do="hand_over"),
+    "control is handed over": lambda lab: lab.say(do="release_control"),
     "the page is closed": lambda lab: lab.studio.disconnect(lab.page),
     "the page is loaded again": lambda lab: lab.studio.connect(lab.page.key),
     "the page is silent": lambda lab: lab.wait(0.7, here=False),
@@ -282,7 +282,7 @@ def test_what_was_read_before_arming_is_not_decided_on(lab: Lab, monkeypatch: py
 
 def test_a_page_that_says_too_much_still_stops_it(lab: Lab) -> None:
     teaching(lab)
-    answers = [lab.say(do="here", holding=False) for _ in range(PER_SECOND + 1)]
+    answers = [lab.say(do="heartbeat", holding=False) for _ in range(PER_SECOND + 1)]
     assert "too many messages" in answers[-1]["error"]
     assert "error" not in lab.say(do="stop")
     assert not lab.shown()[0]["armed"]
@@ -292,7 +292,7 @@ REFUSED = [
     ({"do": "reset", "seed": 3}, "this body cannot be reset"),
     ({"do": "speed", "speed": 4}, "real robots run in real time; leave it at 1"),
     (
-        {"do": "place", "agent": 0, "x": 1.0, "y": 1.0, "heading": None},
+        {"do": "move_robot", "agent": 0, "x": 1.0, "y": 1.0, "heading": None},
         "real robots and objects cannot be moved",
     ),
     ({"do": "rewind", "time_s": 0.0}, "there is nothing to go back to yet"),
@@ -317,7 +317,7 @@ def test_what_was_recorded_teaches_the_same_lesson_again(tmp_path: Path) -> None
         lab.wait(0.3)
         lab.say(do="confirm")
         lab.wait(0.3)
-        lab.say(do="turn")
+        lab.say(do="toggle_mode")
         lab.wait(0.3)
         lab.say(do="press", state="done")  # a correction
         lab.wait(0.3)
@@ -351,8 +351,8 @@ def test_it_asks_waits_and_goes_on_with_the_answer(tmp_path: Path) -> None:
         lab.wait(0.3)
         lab.say(do="press", state="forward")
         lab.wait(0.3)
-        lab.say(do="ask_when", when="pause")
-        lab.say(do="turn")
+        lab.say(do="set_query_policy", policy="pause")
+        lab.say(do="toggle_mode")
         session = lab.studio.host.active_trainer.session
         for tenths in range(1, 20):  # ever nearer to the flag
             lab.rig.hear(0, lab.rig.odometry(tenths / 10))
@@ -433,7 +433,7 @@ def test_where_the_recording_cannot_go_on_it_stops(tmp_path: Path) -> None:
 def test_a_coordinator_of_real_robots_is_taught(tmp_path: Path) -> None:
     """Paper section 5.1, on four robots: who leads them is pressed from one order to the next."""
     lab = Lab(tmp_path, names=("one", "two", "three", "four"), world="patrol")
-    assert "error" not in lab.say(do="agent", sort="patrol", agent=0)
+    assert "error" not in lab.say(do="select_agent", sort="patrol", agent=0)
     opened = lab.say(
         do="new",
         name="lead",

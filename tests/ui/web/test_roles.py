@@ -13,15 +13,15 @@ from understudy.ui.web.app import make_app
 
 def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
     with served(studio(tmp_path)) as client, page(client) as first, page(client) as second:
-        assert (first.hello["directs"], second.hello["directs"]) == (True, False)
+        assert (first.hello["has_control"], second.hello["has_control"]) == (True, False)
         first.done(**GOTO)
         assert "not in control" in second.say("press", state="forward")["error"]
-        assert "another page is in control" in second.say("take")["error"]
+        assert "another page is in control" in second.say("take_control")["error"]
         assert second.done("why")["levels"]
-        while not second.desk["desk"]:
+        while not second.news["session"]:
             second.hear()
-        assert second.desk["desk"]["waiting"] is None
-        assert (second.desk["directs"], second.desk["viewers"]) == (False, 2)
+        assert second.news["session"]["pending"] is None
+        assert (second.news["has_control"], second.news["viewers"]) == (False, 2)
 
 
 def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
@@ -29,10 +29,10 @@ def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
     with served(made) as client, page(client) as first, page(client) as second:
         first.done(**GOTO)
         assert not made.host.paused
-        first.done("hand_over")
+        first.done("release_control")
         assert made.host.paused
         assert "take over first" in first.say("press", state="forward")["error"]
-        second.done("take")
+        second.done("take_control")
         second.done("press", state="forward")
         assert "not in control" in first.say("undo")["error"]
 
@@ -40,19 +40,19 @@ def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
 def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) -> None:
     made = studio(tmp_path)
     with served(made) as client, page(client) as watcher:
-        watcher.done("hand_over")
+        watcher.done("release_control")
         with page(client) as person:
-            assert person.hello["directs"]
+            assert person.hello["has_control"]
             person.done(**GOTO)
             person.done("press", state="forward")
             key = person.hello["key"]
-        while not watcher.desk["paused"] or watcher.desk["viewers"] != 1:
+        while not watcher.news["paused"] or watcher.news["viewers"] != 1:
             watcher.hear()
         assert made.host.paused
         with page(client, f"?key={key}") as again:
-            assert again.hello["directs"]
+            assert again.hello["has_control"]
             assert again.hello["key"] == key
-            assert again.desk["desk"]["waiting"] == "forward"  # what was acknowledged is there
+            assert again.news["session"]["pending"] == "forward"  # what was acknowledged is there
 
 
 def test_a_run_goes_on_when_the_page_that_left_comes_back(tmp_path: Path) -> None:
@@ -81,13 +81,13 @@ def test_a_run_stays_paused(tmp_path: Path, how: str) -> None:
             person.done(**GOTO)
             key = person.hello["key"]
             if how == "handed over":
-                person.done("hand_over")
+                person.done("release_control")
         if how == "another page came":
             with page(client):
                 pass
         wall.now += 31 if how == "too late" else 0
         with page(client, f"?key={key}") as again:
-            assert again.hello["directs"]
+            assert again.hello["has_control"]
             assert made.host.paused
 
 
@@ -95,17 +95,17 @@ def test_control_is_offered_only_where_it_can_be_taken(tmp_path: Path) -> None:
     wall = Wall()
     made = studio(tmp_path, wall=wall)
     with served(made) as client, page(client) as first, page(client) as second:
-        assert (second.desk["directed"], second.desk["can_take"]) == (True, False)
+        assert (second.news["is_controlled"], second.news["can_take_control"]) == (True, False)
         wall.now += 31
-        while not second.desk["can_take"]:
+        while not second.news["can_take_control"]:
             second.hear()
         first.done("pause", paused=True)  # it speaks again
-        while second.desk["can_take"]:
+        while second.news["can_take_control"]:
             second.hear()
-        first.done("hand_over")
-        while second.desk["directed"]:
+        first.done("release_control")
+        while second.news["is_controlled"]:
             second.hear()
-        assert second.desk["can_take"]
+        assert second.news["can_take_control"]
 
 
 def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
@@ -114,14 +114,14 @@ def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
         page(client) as lost,
         page(client, f"?key={lost.hello['key']}") as back,
     ):
-        assert back.hello["directs"]
+        assert back.hello["has_control"]
         back.done(**GOTO)
         with pytest.raises(ConnectionError):
             lost.answer(1)
         with page(
             client, f"?key={lost.hello['key']}"
         ) as again:  # it does not throw out the one that came after
-            assert not again.hello["directs"]
+            assert not again.hello["has_control"]
         back.done("confirm")
 
 
@@ -130,7 +130,7 @@ def test_a_key_does_not_take_the_place_of_another(tmp_path: Path) -> None:
         with page(client) as first:
             key = first.hello["key"]
         with page(client), page(client, f"?key={key}") as late, page(client, "?key=made-up") as stranger:
-            assert not late.hello["directs"]
+            assert not late.hello["has_control"]
             assert stranger.hello["key"] != "made-up"
 
 
@@ -139,9 +139,9 @@ def test_a_silent_director_can_be_replaced(tmp_path: Path) -> None:
     made = studio(tmp_path, wall=wall)
     with served(made) as client, page(client), page(client) as second:
         wall.now += 29
-        assert "29 s so far" in second.say("take")["error"]
+        assert "29 s so far" in second.say("take_control")["error"]
         wall.now += 1
-        second.done("take")
+        second.done("take_control")
 
 
 REFUSED = [  # query, headers, what it says
@@ -163,7 +163,7 @@ def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str]
         assert said in closed["reason"]
         assert len(made.viewers) == 0
         with page(client, "?token=secret") as person:
-            assert person.hello["directs"]
+            assert person.hello["has_control"]
 
 
 def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

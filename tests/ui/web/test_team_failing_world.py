@@ -25,9 +25,9 @@ def test_a_coordinator_is_opened_and_corrected(tmp_path: Path) -> None:
         assert (trainer.name, host.sort, host.paused) == ("lead", "patrol", True)
         assert host.world.time_s == pytest.approx(WRONG_S - BEFORE_S)
         assert "3.0 s before it goes wrong" in host.status.text
-        while person.desk["desk"] is None:
-            person.until_desk()
-        assert (person.desk["sort"], person.desk["desk"]["name"]) == ("patrol", "lead")
+        while person.news["session"] is None:
+            person.wait_for_news()
+        assert (person.news["sort"], person.news["session"]["name"]) == ("patrol", "lead")
         other = "home" if trainer.session_view.state != "home" else "out"
         person.done("press", state=other)
         person.done("step")

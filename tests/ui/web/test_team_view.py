@@ -49,7 +49,7 @@ def test_the_team_is_told(made: StudioServer) -> None:
 
 
 def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Page) -> None:
-    person.done("agent", agent=0, sort="patrol")
+    person.done("select_agent", agent=0, sort="patrol")
     behaviors = {behavior["name"] for behavior in plain(made.host.scene())["behaviors"]}
     assert {"wander", "servo", "forwards"} <= behaviors
     person.done(**LEAD)
@@ -59,7 +59,7 @@ def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Pag
     frame = Frame.read(made.host.frame())
     session = plain(made.host.session_data())
     assert frame.agent == NONE
-    assert {session["doing"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
+    assert {session["activities"][robot[4]] for robot in frame.robots} <= {"forwards", "left", "right"}
     assert session["state"] == "out"
     assert session["examples"][0]["values"] == ["no", "4"]
 
@@ -67,15 +67,15 @@ def test_directing_a_coordinator_moves_its_squad(made: StudioServer, person: Pag
 def test_what_a_squad_was_taught_is_kept_in_its_folder(
     made: StudioServer, person: Page, tmp_path: Path
 ) -> None:
-    person.done("agent", agent=0, sort="patrol")
+    person.done("select_agent", agent=0, sort="patrol")
     person.done(**LEAD)
     person.done("pause", paused=True)
     person.done("press", state="out")
     person.done("step")
-    assert "unsaved changes" in refused(person, "agent", agent=0)
+    assert "unsaved changes" in refused(person, "select_agent", agent=0)
     person.done("save")
     assert (tmp_path / "library" / "patrol" / "lead.json").is_file()
-    person.done("agent", agent=2)
+    person.done("select_agent", agent=2)
     assert (made.host.sort, made.host.agent) == (None, 2)
     assert "lead" not in made.host.library_view.library.taught
     assert "wander" in made.host.library_view.library.taught
@@ -83,9 +83,9 @@ def test_what_a_squad_was_taught_is_kept_in_its_folder(
 
 def test_there_are_only_so_many(made: StudioServer, person: Page) -> None:
     """And what is refused changes nothing."""
-    assert "from 1 to 1" in refused(person, "agent", agent=1, sort="patrol")
-    assert "patrol" in refused(person, "agent", agent=0, sort="scouts")
-    assert "from 1 to 4" in refused(person, "agent", agent=4)
+    assert "from 1 to 1" in refused(person, "select_agent", agent=1, sort="patrol")
+    assert "patrol" in refused(person, "select_agent", agent=0, sort="scouts")
+    assert "from 1 to 4" in refused(person, "select_agent", agent=4)
     assert (made.host.sort, made.host.agent) == (None, 0)
 
 
@@ -98,7 +98,7 @@ def test_what_everybody_knows_has_what_is_trained_as_it_stands(made: StudioServe
 
 
 def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -> None:
-    person.done("agent", agent=0, sort="patrol")
+    person.done("select_agent", agent=0, sort="patrol")
     person.done(
         "new", name="out", states=["wander"], features=["someone_sees(intruder)"], flags=["done"], targets={}
     )
@@ -107,13 +107,13 @@ def test_a_coordinator_promises_and_says_why(made: StudioServer, person: Page) -
         person.done("press", state=state)
         person.done("step")
     person.done("restart")
-    person.done("promise", flag="done", within_s=1)
+    person.done("add_property", flag="done", within_s=1)
     person.done("save")
-    tested = person.done("test", name="out")["tested"]
-    assert (tested["works"], len(tested["outcomes"])) == (True, 1)
+    tested = person.done("test", name="out")["test"]
+    assert (tested["works"], len(tested["properties"])) == (True, 1)
     (level,) = person.done("why")["levels"]
-    assert (level["automaton"], level["says"]) == ("out", "It goes from start to wander, always.")
+    assert (level["automaton"], level["decision"]) == ("out", "It goes from start to wander, always.")
     last = plain(made.host.session_data())["examples"][-1]["number"]
     person.done("delete", number=last)
-    (said,) = person.done("save")["worse"]
+    (said,) = person.done("save")["regressions"]
     assert said.startswith("out no longer has the property: done is raised within 1 s in patrol")

@@ -56,14 +56,14 @@ def teach(person: Page, made: StudioServer) -> None:
 
 def shown(person: Page) -> dict[str, Any] | None:
     """What the page is shown of the evaluation; None where there is none."""
-    session = person.desk["desk"]
+    session = person.news["session"]
     return None if session is None else session.get("evaluation")
 
 
 def ended(person: Page) -> dict[str, Any]:
     """What came of it."""
     while (found := shown(person)) is None or (found["result"] is None and not found["problem"]):
-        person.until_desk()
+        person.wait_for_news()
     return found
 
 
@@ -122,7 +122,7 @@ def test_in_testing_it_does_in_a_world_what_it_did_when_it_was_tried_there(
     library = lesson_test._present(made.host)
     seconds = evaluate(library, "goto", "forage", range(1000, 1040), binding={"A": "station"}).taught.seconds
     quickest = int(np.nanargmin(seconds))
-    person.done("turn")
+    person.done("toggle_mode")
     person.done("reset", seed=1000 + quickest)
     while made.host.active_trainer.session_view.flag is None:
         person.done("step")
@@ -192,7 +192,7 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
         error = person.say("evaluate")["error"]
         said = "success is not defined: scenario patrol has no goal, and wander has no flag done, nor a single other"
         assert error == f"{said} one; choose what success means beside the score"
-        person.done("choose", states=["forwards"], features=["time_in_state"], flags=["done"])
+        person.done("change_design", states=["forwards"], features=["time_in_state"], flags=["done"])
         person.done("press", state="done")
         person.done("step")
         result = tried(person, count=3)
@@ -202,8 +202,8 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
 def test_a_coordinator_is_not_tried(tmp_path: Path) -> None:
     with served(studio(tmp_path / "library", world="patrol")) as client, page(client) as person:
         (sort, *_) = person.scene["squads"]
-        person.done("agent", agent=0, sort=sort["name"])
-        offered = person.desk["library"]["basic"]
+        person.done("select_agent", agent=0, sort=sort["name"])
+        offered = person.news["library"]["basic"]
         person.done("new", name="lead", states=[offered[0]], features=["time_in_state"], flags=["done"])
         assert "coordinators cannot be tested" in person.say("evaluate")["error"]
 
@@ -214,9 +214,9 @@ def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
     let_go, _ = held
     before = lesson_test._present(made.host)
     person.done("evaluate", count=5)
-    while (found := shown(person)) is None or found["through"] != 3:
-        person.until_desk()
-    assert (found["called"], found["worlds"], found["result"]) == ("goto(station)", 5, None)
+    while (found := shown(person)) is None or found["finished"] != 3:
+        person.wait_for_news()
+    assert (found["behavior"], found["worlds"], found["result"]) == ("goto(station)", 5, None)
     assert "already" in person.say("evaluate")["error"]
     person.done("reset", seed=1002)  # another world on the page
     tick = made.host.frame
@@ -227,13 +227,13 @@ def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
     person.done("step")
     let_go.set()
     found = ended(person)
-    assert found["edition"] < person.desk["desk"]["edition"]
+    assert found["edition"] < person.news["session"]["edition"]
     judged = evaluate(before, "goto", "forage", range(1000, 1005), binding={"A": "station"})
     assert found["result"]["succeeded"] == judged.taught.finished.sum()
-    while "succeeded in" not in person.desk["said"]["text"]:
-        person.until_desk()
+    while "succeeded in" not in person.news["message"]["text"]:
+        person.wait_for_news()
     assert (
-        person.desk["said"]["text"]
+        person.news["message"]["text"]
         == f"goto(station) succeeded in {found['result']['succeeded']} of 5 worlds"
     )
 
@@ -253,9 +253,9 @@ def test_it_ends_when_it_is_cancelled_and_with_its_session(
     assert made.host.evaluation is None
     if end != "the studio":
         while shown(person) is not None:
-            person.until_desk()
+            person.wait_for_news()
         if end == "cancel_evaluation":
-            assert person.desk["said"]["text"] == "Test cancelled"
+            assert person.news["message"]["text"] == "Test cancelled"
             person.done("cancel_evaluation")  # there is none, which is no mistake
 
 
@@ -280,8 +280,8 @@ def test_what_goes_wrong_in_a_world_is_said(person: Page, monkeypatch: pytest.Mo
         None,
         "internal error: ValueError: no more worlds",
     )
-    while person.desk["said"]["tone"] != "error":
-        person.until_desk()
+    while person.news["message"]["tone"] != "error":
+        person.wait_for_news()
     person.done("evaluate")  # again, if one likes
 
 

@@ -30,7 +30,7 @@ PATH = "/export.zip"
 MOST_ROBOT_FILE = 256 * 1024
 """The greatest size of an uploaded robot file, in bytes."""
 UPLOADED = "the robot's file"
-SAID = "X-Understudy-Said"
+MESSAGE_HEADER = "X-Understudy-Message"
 """The header with a sentence about the export, percent-encoded."""
 
 
@@ -67,7 +67,7 @@ def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
             "Cache-Control": "no-store",
             "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
             "X-Content-Type-Options": "nosniff",
-            SAID: quote(said),
+            MESSAGE_HEADER: quote(said),
         }
         return Response(content, media_type="application/zip", headers=headers)
 

@@ -59,13 +59,13 @@ class FailuresData(Data, frozen=True, kw_only=True):
     problems: list[str]
     """A sentence about each that cannot be read."""
     running: bool
-    through: int
+    finished: int
     """The number of worlds that have been run again, while they are run."""
     stale: bool
     """True if the lesson changed after they were run."""
     open: str | None
     """The name of the failing world that is on the page."""
-    leads_to: str | None
+    previous_world: str | None
     """The name of the world that was on the page before the failing one."""
 
 
@@ -253,8 +253,8 @@ class FailingWorldList:
             worlds=rows,
             problems=problems,
             running=running,
-            through=through,
+            finished=through,
             stale=stale,
             open=opened,
-            leads_to=self.before[0].name if self.before is not None and opened is not None else None,
+            previous_world=self.before[0].name if self.before is not None and opened is not None else None,
         )

@@ -162,12 +162,12 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
             content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
             return Response(content, media_type="application/zip", headers=HEADERS)
         except NameTaken as error:
-            return JSONResponse({"error": str(error), "taken": error.names}, status_code=409)
+            return JSONResponse({"error": str(error), "conflicts": error.names}, status_code=409)
         except Exception as error:
             return _error(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
 
     async def take(request: Request) -> Response:
-        taken = request.query_params.get("taken", "refuse")
+        taken = request.query_params.get("conflicts", "refuse")
         if taken not in get_args(Taken):
             return _error(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
         problem = not_directing(request)
@@ -186,7 +186,7 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
             return _error(403, problem)
         said = import_automata(studio.host, library, taken)
         studio.show()
-        return JSONResponse({"said": said})
+        return JSONResponse({"message": said})
 
     return Route(PATH, serve, methods=["GET", "POST"])
 

@@ -32,7 +32,7 @@ class PlacesData(Data, frozen=True, kw_only=True):
     worlds: list[str]
     library: str
     libraries: list[str]
-    saves: bool
+    can_save: bool
     """Whether the world can be saved as a scenario, and another be chosen."""
 
 
@@ -112,7 +112,7 @@ class Places:
             worlds=self.list_worlds() if saves else [world.name],
             library=library.absolute().name,
             libraries=self.list_libraries(library),
-            saves=saves,
+            can_save=saves,
         )
 
 

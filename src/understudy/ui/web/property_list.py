@@ -49,7 +49,7 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
     rows: list[LibraryPropertyData]
     testing: str | None
     """The name of the property that is being tested."""
-    through: int
+    finished: int
     """The number of worlds of that test that have been run, of `total`."""
     total: int
 
@@ -188,7 +188,7 @@ class LibraryPropertyList:
             problem=self._problem,
             rows=[self._describe(name, changed=changed) for name in self._subjects],
             testing=None if running is None else running.testing,
-            through=0 if running is None else running.through,
+            finished=0 if running is None else running.through,
             total=1 if running is None else running.total,
         )
 

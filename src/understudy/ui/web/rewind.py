@@ -15,7 +15,7 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.ui.controller.coach import CoachController
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.coach import AskWhenName
+from understudy.ui.web.messages.coach import QueryPolicyName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
@@ -116,10 +116,10 @@ class UnsureMarkData(Data, frozen=True, kw_only=True):
     sentence: str
 
 
-class AskingData(Data, frozen=True, kw_only=True):
+class QueryStatusData(Data, frozen=True, kw_only=True):
     """The query policy, the question that waits, and the marked moments at which the automaton is still uncertain."""
 
-    when: AskWhenName
+    policy: QueryPolicyName
     question: QuestionData | None
     marks: list[UnsureMarkData]
 
@@ -162,7 +162,7 @@ class UncertainMoments:
             self._number += 1
             self._marks = (*self._marks, UncertainMoment(self._number, marked[-1], run))[-len(marked) :]
 
-    def data(self, coach: CoachController) -> AskingData:
+    def data(self, coach: CoachController) -> QueryStatusData:
         """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
         asked = (
@@ -171,7 +171,7 @@ class UncertainMoments:
             else QuestionData(sentence=question.sentence, next=question.next, answers=list(question.answers))
         )
         marks = [mark.data for mark in self._still(coach.asking)]
-        return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
+        return QueryStatusData(policy=coach.asking.when.value, question=asked, marks=marks)
 
     def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
         """Return the marked moments at which the present automaton would still be uncertain."""

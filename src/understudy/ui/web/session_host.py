@@ -34,7 +34,7 @@ from understudy.ui.web.places import Places
 from understudy.ui.web.property_list import LibraryPropertyList
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
-from understudy.ui.web.views.library import CutOffData, LibraryData
+from understudy.ui.web.views.library import InterruptedSessionData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (
     BehaviorCallData,
@@ -172,7 +172,7 @@ class SessionHost:
     def library(self) -> LibraryData:
         """Return the library folder as it was last read, with the interrupted sessions."""
         left = [
-            CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
+            InterruptedSessionData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
         return self.library_view.data(left)

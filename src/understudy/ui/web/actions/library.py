@@ -38,7 +38,7 @@ from understudy.ui.web.views.session import ChangeSummaryData, describe_change
 class NotSavedReply(Data, frozen=True, kw_only=True):
     """Why the automaton was not saved: what worked and no longer does, and what it decides otherwise."""
 
-    worse: list[str]
+    regressions: list[str]
     changed: ChangeSummaryData | None
     """What changed since it was last saved, apart from what presses since then say."""
 
@@ -57,7 +57,7 @@ def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSave
         if worse or changed is not None:
             why = "something that worked no longer does" if worse else str(changed)
             trainer.status = StatusMessage(f"{trainer.name} is not saved yet: {why}")
-            return NotSavedReply(worse=list(worse), changed=describe_change(changed))
+            return NotSavedReply(regressions=list(worse), changed=describe_change(changed))
         trainer.save_unchecked(trainer.session.make_trained_automaton())
         said = StatusMessage(f"{trainer.name} is saved", "recorded")
     else:

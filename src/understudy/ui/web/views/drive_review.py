@@ -19,7 +19,7 @@ from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.views.scene import FeatureData, describe_kind
-from understudy.ui.web.views.session import NestedStateData, WayData, list_ways, state_fields
+from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways, state_fields
 
 MOST_POINTS = 3000
 """The largest number of points of a series; longer ones are thinned."""
@@ -113,7 +113,7 @@ class LearnedDriveData(Data, frozen=True, kw_only=True):
     agreement: float
     spans: list[StateSpanData]
     states: list[NestedStateData]
-    edges: list[WayData]
+    edges: list[TransitionData]
     examples: int
     quarantined: int
     reactions: list[str]

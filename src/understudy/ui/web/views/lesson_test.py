@@ -49,10 +49,10 @@ MOST_WORLDS = 1000
 SAVED = "it was saved"
 
 
-class PropertyTestedData(Data, frozen=True, kw_only=True):
+class PropertyResultData(Data, frozen=True, kw_only=True):
     """The result of testing a property of the lesson."""
 
-    said: str
+    description: str
     held: bool
     took_s: float | None
     """The time until what it demands was reached, s; null where it was not, or the property demands nothing."""
@@ -60,24 +60,24 @@ class PropertyTestedData(Data, frozen=True, kw_only=True):
     """Why it could not be tested; empty if it could."""
 
 
-class TestedData(Data, frozen=True, kw_only=True):
+class LessonTestData(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
     name: str
     works: bool
     examples: int
-    outcomes: list[PropertyTestedData]
+    properties: list[PropertyResultData]
     """In the order of the lesson."""
-    worse: list[str]
+    regressions: list[str]
     """The regressions: what worked before and no longer does."""
-    else_: list[str] = field(name="else")
+    differences: list[str]
     """The other decisions that differ from the former version."""
 
 
 class LessonTestReply(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
-    tested: TestedData
+    test: LessonTestData
 
 
 def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
@@ -89,7 +89,7 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
     seen = run_lesson_test(
         library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
     )
-    return LessonTestReply(tested=_tested(seen, formers[name][0]))
+    return LessonTestReply(test=_tested(seen, formers[name][0]))
 
 
 def _present(host: SessionHost) -> Library:
@@ -113,19 +113,19 @@ def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]
     return f"version {kept[-1].number}", last
 
 
-def _tested(seen: LessonTestResult, former: str) -> TestedData:
-    return TestedData(
+def _tested(seen: LessonTestResult, former: str) -> LessonTestData:
+    return LessonTestData(
         name=seen.name,
         works=seen.is_passing,
         examples=seen.replayed.examples,
-        outcomes=[
-            PropertyTestedData(
-                said=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
+        properties=[
+            PropertyResultData(
+                description=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
             )
             for each in seen.properties
         ],
-        worse=list(lesson_tests.describe_regressions(seen)),
-        else_=list(lesson_tests.describe_other_differences(seen, former)),
+        regressions=list(lesson_tests.describe_regressions(seen)),
+        differences=list(lesson_tests.describe_other_differences(seen, former)),
     )
 
 
@@ -192,7 +192,7 @@ def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMe
 def go_to_property(host: SessionHost, message: GoToProperty) -> StatusMessage:
     """Restore the moment from which a property starts, with the automaton restarted; record nothing."""
     trainer = host.active_trainer
-    subject = lesson_actions.find_property(trainer, message.outcome)
+    subject = lesson_actions.find_property(trainer, message.property)
     start = subject.start
     if not isinstance(start, StoredMoment):
         raise SessionError("this property has no stored moment")
@@ -239,13 +239,13 @@ class MomentsData(Data, frozen=True, kw_only=True):
     changed: int
 
 
-class SimplerData(Data, frozen=True, kw_only=True):
+class SimplifyPreviewData(Data, frozen=True, kw_only=True):
     """A preview of the automaton with fewer splits."""
 
     pruning: float
     suggested: PruningSuggestion | None
     """Null if there are too few examples for a suggestion."""
-    enough: int
+    examples_needed: int
     """The number of examples needed for a suggestion."""
     leaves: LeavesData
     states: list[StateConditionsData]
@@ -258,7 +258,7 @@ class SimplerData(Data, frozen=True, kw_only=True):
 class SimplifyReply(Data, frozen=True, kw_only=True):
     """A preview of the automaton with fewer splits."""
 
-    simpler: SimplerData
+    preview: SimplifyPreviewData
 
 
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
@@ -266,10 +266,10 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
     found = preview_pruning(host.active_trainer, message.pruning)
     changed = sum(each.moments for each in found.replayed.changes)
     return SimplifyReply(
-        simpler=SimplerData(
+        preview=SimplifyPreviewData(
             pruning=found.pruning,
             suggested=found.suggested,
-            enough=ENOUGH,
+            examples_needed=ENOUGH,
             leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
             states=[
                 StateConditionsData(state=state, before=list(each.before), after=list(each.after))

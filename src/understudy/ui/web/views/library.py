@@ -33,7 +33,7 @@ NOT_IN_NAMES = "(),="
 _TRASHED = re.compile(r"([^~]+)(?:~(\d+))?\.json")
 
 
-class TrainedData(Data, frozen=True, kw_only=True):
+class TrainedBehaviorData(Data, frozen=True, kw_only=True):
     """An automaton of the library."""
 
     name: str
@@ -47,11 +47,11 @@ class TrainedData(Data, frozen=True, kw_only=True):
     """The number of former versions."""
     complete: bool
     """Whether it can be run."""
-    why_not: str | None
+    problem: str | None
     """Why it cannot be run; null if it can."""
 
 
-class CutOffData(Data, frozen=True, kw_only=True):
+class InterruptedSessionData(Data, frozen=True, kw_only=True):
     """A session that was interrupted before it was saved; opening it resumes it."""
 
     name: str
@@ -64,9 +64,9 @@ class LibraryData(Data, frozen=True, kw_only=True):
 
     folder: str
     basic: list[str]
-    trained: list[TrainedData]
+    trained: list[TrainedBehaviorData]
     trash: list[str]
-    cut_off: list[CutOffData]
+    interrupted: list[InterruptedSessionData]
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class LibraryView:
             )
         return self.library.taught[name]
 
-    def data(self, cut_off: list[CutOffData]) -> LibraryData:
+    def data(self, cut_off: list[InterruptedSessionData]) -> LibraryData:
         """Return the library as the page shows it, with the interrupted sessions."""
         return LibraryData(
             folder=str(self.folder),
@@ -111,15 +111,15 @@ class LibraryView:
             trained=[
                 *(self._row(name) for name in self.library.taught),
                 *(
-                    TrainedData(name=name, complete=False, why_not=problem)
+                    TrainedBehaviorData(name=name, complete=False, problem=problem)
                     for name, problem in self.problems.items()
                 ),
             ],
             trash=list(self.trash),
-            cut_off=cut_off,
+            interrupted=cut_off,
         )
 
-    def _row(self, name: str) -> TrainedData:
+    def _row(self, name: str) -> TrainedBehaviorData:
         taught = self.library.taught[name]
         states = taught.automaton.states
         runs = dict.fromkeys(
@@ -127,7 +127,7 @@ class LibraryView:
         )
         why_not = self._why_not(name)
         lesson = taught.lesson
-        return TrainedData(
+        return TrainedBehaviorData(
             name=name,
             parameters=list(taught.automaton.parameters),
             runs=list(runs),
@@ -135,7 +135,7 @@ class LibraryView:
             examples=0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
             versions=len(list_versions(self.folder, name)),
             complete=why_not is None,
-            why_not=why_not,
+            problem=why_not,
         )
 
     def _why_not(self, name: str) -> str | None:

@@ -25,7 +25,7 @@ class TeamAgentData(Data, frozen=True, kw_only=True):
     presence: Presence
     silent_s: float | None
     """For how long it has been silent, s; null if it is heard, or never was."""
-    doing: list[str]
+    states: list[str]
     """The state of every level, outermost first; of a squad, those of its leader."""
     duty: str
     """What its order tells it to do; empty without one."""
@@ -105,7 +105,7 @@ def _describe_agent(
         is_robot=is_robot,
         presence=presence,
         silent_s=None if status is None or known else float(round(seen.age_s)),
-        doing=doing,
+        states=doing,
         duty=status.duty if status is not None and known else "",
         order=None if status is None or not known or status.order is None else "{}.{}".format(*status.order),
         order_age_s=None if age_s is None else float(round(age_s)),
