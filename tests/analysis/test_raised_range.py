@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.falsification.test_lesson_score import FORAGE, teach_distances
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.evaluate import evaluate
 from understudy.learning.fit import learn_automaton
@@ -102,7 +102,7 @@ def test_eval_prints_it(tmp_path: Path, beside: float, elsewhere: int) -> None:
     for taught in teach_distances(*presses, beside=beside).taught.values():
         save_automaton(tmp_path, taught)
     arguments = ("eval", "-l", tmp_path, "--behavior", "goto", "--bind", "A=station", "--seeds", "5:15")
-    found = said(*arguments)
+    found = run_json(*arguments)
     assert found["raised"]["feature"] == "distance_to(A)"
     assert found["raised"]["elsewhere"] == elsewhere
     text = run(*arguments)

@@ -63,7 +63,7 @@ def test_a_reaction_time_that_is_none_is_told(visit: Visit) -> None:
 def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
     before = teacher.clock_s
     teacher.page.reload()
-    expect(teacher.directing("forward")).to_be_visible()
+    expect(teacher.state_button("forward")).to_be_visible()
     expect(teacher.page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
     teacher.wait_until(lambda: teacher.clock_s > before)
 
@@ -112,9 +112,9 @@ def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
     page = teacher.page
     row = page.get_by_role("toolbar", name="Direct the robot")
     expect(row).not_to_contain_text(re.compile("start", re.IGNORECASE))
-    expect(teacher.directing("start")).to_contain_text("stand still")
+    expect(teacher.state_button("start")).to_contain_text("stand still")
     teacher.press("ArrowLeft")
-    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
     teacher.press("ArrowUp")
     expect(page.get_by_text("turn left → forward").first).to_be_visible()
     for tab in ("Automaton", "Lesson", "Coach", "Library"):

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 from tests.browser.studio import Studio, open_studio
 from tests.browser.teacher import Teacher
-from tests.browser.test_review import goes, opened, tab
+from tests.browser.test_review import goes, open_goto, tab
 
 from understudy.analysis.evaluate import evaluate
 from understudy.model.library import Library
@@ -24,7 +24,7 @@ RESULT = re.compile(r"Succeeded in (\d+) of 100 worlds")
 @pytest.fixture
 def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """Goto, shown once, so that it loses its way in some worlds; its lesson is open."""
-    teacher = opened(studio, visit, goes().make_trained_automaton())
+    teacher = open_goto(studio, visit, goes().make_trained_automaton())
     tab(teacher.page, "Lesson")
     return teacher
 
@@ -101,7 +101,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
         teacher.click("Teach something new")
         page.get_by_label("stored twice", exact=True).check()
         teacher.begin_as_in_the_paper()
-        expect(teacher.directing("forward")).to_be_enabled()
+        expect(teacher.state_button("forward")).to_be_enabled()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
             teacher.press_until_shown(key)
         tab(page, "Lesson")

@@ -32,7 +32,7 @@ GOTO: tuple[Row, ...] = (
 """Drives when the target is ahead, turns when it is to the left; nothing was shown with it to the right or behind."""
 
 
-def goto(rows: tuple[Row, ...] = GOTO, **changes: Any) -> Lesson:
+def make_goto_session(rows: tuple[Row, ...] = GOTO, **changes: Any) -> Lesson:
     """A lesson of GoTo: state, next, kind, distance in m, bearing in degrees."""
     states = (START, State("forward", "forward"), State("left", "rotate_left"), State("done", flag="done"))
     automaton = Automaton("goto", states, (DISTANCE, ANGLE), ("A",), **changes)

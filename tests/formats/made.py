@@ -11,8 +11,8 @@ from random import Random
 from typing import Any
 
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, session
-from tests.training.steps import AS_IN_0_1, do, drawn
+from tests.training.lessons import WITH_GO, make_session
+from tests.training.steps import AS_IN_0_1, do, draw_step
 from tests.training.test_squad_session import SQUAD, coordinator_body
 from tests.ui.web.pages import Frame
 
@@ -39,7 +39,7 @@ TAUGHT: Mapping[str, Callable[[], Body]] = {
 """The body of each journal's session."""
 
 
-def resumed(journal: Path, scratch: Path, *, library: Path) -> Session:
+def resume_copy(journal: Path, scratch: Path, *, library: Path) -> Session:
     """The session of a copy of a journal, which goes on; `library` is where its robots forage from."""
     known = {"fetch": lambda: open_library(library, FORAGE_KIT, learn).library, "squad": lambda: SQUAD}
     shutil.copy(journal, scratch / journal.name)
@@ -50,7 +50,7 @@ def resumed(journal: Path, scratch: Path, *, library: Path) -> Session:
 def play(path: Path, seed: int) -> None:
     """Hold a random session and keep its journal."""
     random = Random(seed)
-    made = session(
+    made = make_session(
         features=["range_of(ball)", "seen"],
         flags=["done"],
         library=WITH_GO,
@@ -59,7 +59,7 @@ def play(path: Path, seed: int) -> None:
         journal=path,
     )
     for _ in range(90):
-        step = drawn(random)
+        step = draw_step(random)
         if step != ("undo",) or made.trainee.press is None:
             do(made, step)
         elif (
@@ -70,7 +70,7 @@ def play(path: Path, seed: int) -> None:
     made.close()
 
 
-def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str:
+def record_transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str:
     """What a page said to a studio of this folder and what it then was sent, a line a message.
 
     Frames are plain values, so that their layout may change; of a session there is what differs from the last one.
@@ -87,7 +87,7 @@ def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str
                 if binary
                 else json.loads(sent.replace(place, b"library"))
             )
-            found.append(_changed(_timeless(told), former))
+            found.append(keep_changes(drop_times(told), former))
         return found
 
     steps.append({"say": None, "hear": heard()})
@@ -99,12 +99,12 @@ def transcript(made: StudioServer, folder: Path, messages: Sequence[str]) -> str
     return "".join(json.dumps(step, ensure_ascii=False) + "\n" for step in steps)
 
 
-def _timeless(told: dict[str, Any]) -> dict[str, Any]:
+def drop_times(told: dict[str, Any]) -> dict[str, Any]:
     """Without what is another each time."""
     return {key: value for key, value in told.items() if key not in ("key", "version", "ms")}
 
 
-def _changed(told: dict[str, Any], former: dict[str, Any]) -> dict[str, Any]:
+def keep_changes(told: dict[str, Any], former: dict[str, Any]) -> dict[str, Any]:
     """Of a session, what is another than in the last, two levels deep."""
     if told.get("is") != "session":
         return told

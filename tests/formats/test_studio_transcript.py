@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.formats.made import FOLDER, transcript
+from tests.formats.made import FOLDER, record_transcript
 from tests.formats.old_names import rename_exchange, rename_request
 from tests.formats.reworded import reword
-from tests.ui.web.pages import studio
+from tests.ui.web.pages import make_studio
 
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
@@ -33,7 +33,7 @@ def test_the_same_messages_are_answered_the_same(
     shutil.copytree(FOLDER / library, folder)
     lines = (FOLDER / f"studio/{name}.jsonl").read_text(encoding="utf-8").splitlines()
     said = [rename_request(as_then(json.loads(line)["say"])) for line in lines[1:]]
-    again = transcript(studio(folder, world=world, seed=3), folder, said).splitlines()
+    again = record_transcript(make_studio(folder, world=world, seed=3), folder, said).splitlines()
     assert len(again) == len(lines)
     for number, (wrong, right) in MENDED.get(name, {}).items():
         assert wrong in lines[number]
@@ -61,7 +61,7 @@ def test_the_messages_of_0_2_are_answered_the_same(
     lines = (STUDIO_0_2 / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
     then = [rename_exchange(json.loads(line)) for line in lines]
     messages = [each["say"] for each in then[1:]]
-    again = transcript(studio(folder, world=world, seed=3), folder, messages).splitlines()
+    again = record_transcript(make_studio(folder, world=world, seed=3), folder, messages).splitlines()
     for now, before in zip(map(json.loads, again), then, strict=True):
         take_score(now)
         take_score(before)

@@ -158,7 +158,7 @@ COMMANDS = {
 
 
 @pytest.fixture(scope="module", autouse=True)
-def everything_imported() -> None:
+def import_everything() -> None:
     """Import all modules, so that all classes are known; those of other people's packages may be missing."""
     for package in (understudy, understudy_lab):
         for module in walk_packages(package.__path__, f"{package.__name__}."):

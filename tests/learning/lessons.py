@@ -24,7 +24,7 @@ ABSENT = nan
 KINDS = {"directive": 1, "confirmation": 1, "default": 0, "watched": 2}
 
 
-def tree_of(
+def learn_tree(
     rows: list[Row],
     kinds: list[Kind],
     *,
@@ -46,7 +46,7 @@ def tree_of(
     )
 
 
-def lesson(
+def make_lesson(
     shown: list[tuple[Any, ...]], kinds: list[Kind] | None = None, *, stateless: bool = False, unit: str = ""
 ) -> Lesson:
     """Examples (state, values, next, kind); states are start and what is named, in order of appearance."""
@@ -66,7 +66,7 @@ def lesson(
 
 
 @st.composite
-def tables(draw: st.DrawFn, watched: bool = False, stays: int = 0) -> tuple[list[Row], list[Kind]]:
+def draw_tables(draw: st.DrawFn, watched: bool = False, stays: int = 0) -> tuple[list[Row], list[Kind]]:
     """Examples on a coarse grid, so that ties, duplicates and absences abound; at least one press-made.
 
     Up to `stays` watched examples of outcome 0 are added.
@@ -111,7 +111,7 @@ def robocup_folder() -> Path | None:
     return Path(named) if named else None
 
 
-def robocup(path: Path) -> list[tuple[str, list[Kind], list[Row], int]]:
+def read_robocup(path: Path) -> list[tuple[str, list[Kind], list[Row], int]]:
     """The states of one of its automata: name, kinds, examples, and the state's own index."""
     document = json.loads(path.read_text(encoding="utf-8"))
     found = []

@@ -257,7 +257,7 @@ class Learner:
         return nextafter(low, inf) if sort > 0 else high if sort < 0 or middle <= low else middle
 
 
-def nested(tree: Tree, index: int = 0) -> Any:
+def nest_tree(tree: Tree, index: int = 0) -> Any:
     """A tree in the reference's terms: an outcome, None (nothing was shown), or a test and its children."""
     if index == STAY:
         return None
@@ -275,5 +275,5 @@ def nested(tree: Tree, index: int = 0) -> Any:
         node.feature,
         *cuts,
         away,
-        {side: nested(tree, at) for side, at in children.items()},
+        {side: nest_tree(tree, at) for side, at in children.items()},
     )

@@ -62,7 +62,7 @@ def values(kind: Kind) -> st.SearchStrategy[float]:
 
 
 @st.composite
-def bound_features(draw: Any) -> tuple[BoundFeature, ...]:
+def draw_bound_features(draw: Any) -> tuple[BoundFeature, ...]:
     chosen: list[BoundFeature] = []
     for name in draw(st.lists(names, max_size=4, unique=True)):
         kind = draw(kinds)
@@ -120,9 +120,9 @@ def records(draw: Any) -> ReadingLog:
 
 
 @st.composite
-def taught(draw: Any) -> TrainedAutomaton:
+def draw_automaton(draw: Any) -> TrainedAutomaton:
     """An automaton with its lesson, learned (from trees drawn at random)."""
-    features = draw(bound_features())
+    features = draw(draw_bound_features())
     others = draw(st.lists(names.filter(lambda name: name != "start"), min_size=1, max_size=4, unique=True))
     states = [START]
     for name in others:
@@ -213,7 +213,7 @@ def options() -> st.SearchStrategy[LearnerOptions]:
     )
 
 
-def kit_of(automaton: Automaton) -> Kit:
+def make_kit(automaton: Automaton) -> Kit:
     """A kit with the features that an automaton uses."""
     return Kit({bound.feature.name: bound.feature for bound in automaton.features}, {}, {})
 
@@ -224,7 +224,7 @@ READY = Feature("ready", BOOLEAN, reading="ready")
 TO_A = Binding(A="A")
 
 
-def goto(name: str = "goto") -> TrainedAutomaton:
+def make_goto(name: str = "goto") -> TrainedAutomaton:
     """A small automaton with a lesson, whose every part a test can spoil."""
     bare = Automaton(
         name,

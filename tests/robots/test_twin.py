@@ -137,7 +137,7 @@ def test_robots_tell_why_their_program_left(error: type[BaseException], cause: s
     assert [robot.stops[-1].cause for robot in rig.robots] == [cause] * 2
 
 
-def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
+def record_sessions(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
     """Two sessions, of two ticks and of one, with a press in each."""
     with RunRecorder(path) as recorder:
         rig = rig_of(recorder)
@@ -154,7 +154,7 @@ def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
 
 def test_sessions_of_one_recording_are_kept_apart(tmp_path: Path) -> None:
     path = tmp_path / "two.mcap"
-    recorded(path, lambda recorder: Rig(recorder=recorder))
+    record_sessions(path, lambda recorder: Rig(recorder=recorder))
     found = [read_recording(path, run=run) for run in (1, 2, None)]
     assert [each.head.ran.library for each in found] == ["one", "two", "two"]
     assert [[press.state for press in each.presses[0]] for each in found] == [
@@ -183,7 +183,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
         rig.names, rig.twin = ("one", "one"), DigitalTwin(Fleet(robots), recorder=recorder)
         return rig
 
-    recorded(path, rig_of)
+    record_sessions(path, rig_of)
     found = read_recording(path, run=1)
     assert (found.ticks, found.values.shape[2], len(set(found.head.names))) == (2, 2, 2)
     assert [f"domain = {domain}" in "".join(found.head.files.values()) for domain in (0, 1)] == [True, True]

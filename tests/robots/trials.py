@@ -221,7 +221,7 @@ def free_port() -> int:
         return number
 
 
-def killed(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
+def kill_decider(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
     """The program that decides is killed (SIGKILL)."""
     for _ in range(times):
         with scene(zenoh=zenoh) as (here, _):
@@ -263,7 +263,7 @@ def deaf(times: int) -> Iterator[Outcome]:
                 )  # else its last word would arm the robot before the next sensor speaks
 
 
-def cut(times: int) -> Iterator[Outcome]:
+def cut_robot_link(times: int) -> Iterator[Outcome]:
     """The link to the robot is cut, and later mended: its own deadline stops it, and nothing sets it off again."""
     with link() as (ours, inside, env), scene(deadline=True, env=env, prefix=inside) as (here, _):
         for _ in range(times):
@@ -325,11 +325,11 @@ def link() -> Iterator[tuple[str, Sequence[str], Mapping[str, str]]]:
 
 
 TRIALS: Mapping[str, tuple[Callable[[int], Iterator[Outcome]], float]] = {
-    "killed": (killed, STOP_S),
+    "killed": (kill_decider, STOP_S),
     "frozen": (frozen, STOP_S),
     "deaf": (deaf, SENSOR_S),
-    "cut": (cut, STOP_S),
-    "killed, Zenoh": (partial(killed, zenoh=True), STOP_S),
+    "cut": (cut_robot_link, STOP_S),
+    "killed, Zenoh": (partial(kill_decider, zenoh=True), STOP_S),
     "frozen, Zenoh": (partial(frozen, zenoh=True), STOP_S),
 }
 

@@ -33,7 +33,7 @@ class Rule:
         return (), 0
 
 
-def automaton(
+def make_automaton(
     name: str,
     states: Sequence[str | State] = (),
     rules: Mapping[str, Callable[..., str | None]] | None = None,
@@ -62,16 +62,16 @@ def automaton(
     )
 
 
-def calling(name: str, behavior: str, **binding: str) -> State:
+def make_calling_state(name: str, behavior: str, **binding: str) -> State:
     """A state that runs a behavior the design library does not hold."""
     return State(name, behavior, Binding(binding))
 
 
-def linked(*automata: Automaton, **binding: str) -> Program:
+def link_program(*automata: Automaton, **binding: str) -> Program:
     """The last of these automata as a program; the others are there for it to use."""
     return link(Library.from_automata(kit, *automata), automata[-1].name, binding)
 
 
-def running(program: Program, index: int) -> str:
+def name_running(program: Program, index: int) -> str:
     """What `Interpreter.pulse` answered, as a name."""
     return str(program.basics[index])

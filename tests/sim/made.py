@@ -20,7 +20,7 @@ THINGS = (
 """Class, place, food at first and now."""
 
 
-def scenario(robots: int, *, width: float = 12.0, height: float = 8.0) -> Scenario:
+def make_scenario(robots: int, *, width: float = 12.0, height: float = 8.0) -> Scenario:
     """Red scouts that carry food, and all sorts of objects."""
     return Scenario(
         name="crossing",
@@ -37,7 +37,7 @@ def scenario(robots: int, *, width: float = 12.0, height: float = 8.0) -> Scenar
     )
 
 
-def state_of(made: Scenario, *, seed: int = 0) -> WorldState:
+def make_state(made: Scenario, *, seed: int = 0) -> WorldState:
     """Two worlds side by side: the first with nothing in it, the second as THINGS and SQUARE say."""
     rules, names = make_world_params(made), collect_names(made)
     draw = np.random.default_rng(seed)
@@ -68,10 +68,10 @@ def state_of(made: Scenario, *, seed: int = 0) -> WorldState:
     )
 
 
-def crossing(ticks: int, *, robots: int = 3, width: float = 12.0, height: float = 8.0) -> list[RunFrame]:
+def make_crossing(ticks: int, *, robots: int = 3, width: float = 12.0, height: float = 8.0) -> list[RunFrame]:
     """Some ticks of the second world; the last robot turns, the others go ahead, then turn."""
-    made = scenario(robots, width=width, height=height)
-    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
+    made = make_scenario(robots, width=width, height=height)
+    rules, names, state = make_world_params(made), collect_names(made), make_state(made)
     frames = []
     for tick in range(ticks):
         does = ("ahead" if tick % 20 < 15 else "turn",) * (robots - 1) + ("turn",)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import automaton
+from tests.runtime.automata import make_automaton
 
 from understudy.model.automaton import Automaton
 from understudy.model.learner_options import LearnerOptions
@@ -19,7 +19,7 @@ from understudy.training.session import Session
 ROBOT = Library(kit)
 WITH_GO = Library.from_automata(
     kit,
-    automaton(
+    make_automaton(
         "go",
         ["lap"],
         {"start": lambda d: "lap", "lap": lambda d: "done" if d <= 98 else None},
@@ -32,7 +32,7 @@ WITH_GO = Library.from_automata(
 Row = tuple[Any, ...]
 
 
-def session(
+def make_session(
     states: Sequence[str] = ("forward", "left", "right"),
     features: Sequence[str] = ("range_of(ball)",),
     *,
@@ -60,15 +60,15 @@ def session(
     return Session(body or Scripted(), library, lesson, targets=targets, clock=clock, journal=journal)
 
 
-def row(example: Example) -> Row:
+def make_row(example: Example) -> Row:
     """What one example says: state, values, next state, kind."""
     values = tuple(round(value, 6) for value in example.values)
     return (example.state, *values, example.next, str(example.kind))
 
 
-def rows(of: Session | Lesson) -> list[Row]:
+def list_rows(of: Session | Lesson) -> list[Row]:
     """A session's or lesson's examples as rows of a table."""
-    return [row(example) for example in of.examples]
+    return [make_row(example) for example in of.examples]
 
 
 def ticks(session: Session, count: int) -> Session:
@@ -89,7 +89,7 @@ def play(session: Session, *steps: str | int) -> Session:
     return session
 
 
-def tried(automaton: Automaton, state: str, *values: float) -> str:
+def decide_once(automaton: Automaton, state: str, *values: float) -> str:
     """What a state's transition function answers for a feature vector."""
     answer = automaton.transitions[state].decide(values)
     return automaton.state_names[answer] if answer >= 0 else state

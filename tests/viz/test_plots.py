@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
-from tests.sim.made import crossing
+from tests.sim.made import make_crossing
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
 from understudy.analysis.evaluation import Evaluation
@@ -147,7 +147,7 @@ def test_boxes_of_a_tree_do_not_overlap() -> None:
     assert not any(one.overlaps(other) for at, one in enumerate(boxes) for other in boxes[:at])
 
 
-def changed() -> tuple[TrainedAutomaton, TrainedAutomaton]:
+def make_two_versions() -> tuple[TrainedAutomaton, TrainedAutomaton]:
     """Two versions of goto: `left` is gone, `wait` is new, `right` does something else, `forward` turns later."""
     turned = Tree((Node(TestKind.ARC, 1, low=tau - 0.5, high=0.5, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (
@@ -162,7 +162,7 @@ def changed() -> tuple[TrainedAutomaton, TrainedAutomaton]:
 
 
 def test_what_changed() -> None:
-    diff = diff_automata(*changed())
+    diff = diff_automata(*make_two_versions())
     axes: Any = diff.plot()
     said = texts(axes)
     assert {"− left", "+ wait", "± right", "start", "forward", "rotate_right → rotate_left"} <= set(said)
@@ -250,7 +250,7 @@ def test_a_run_draws_into_axes_of_others() -> None:
 
 @pytest.mark.parametrize("robots", [3, 4, 8])
 def test_paths_of_several_robots_differ_without_colors(robots: int) -> None:
-    frames = crossing(25, robots=robots)
+    frames = make_crossing(25, robots=robots)
     view = replace(frames[0].view.robots, type=np.zeros(robots, np.int64), team=np.zeros(robots, np.int64))
     alike = [
         frame._replace(

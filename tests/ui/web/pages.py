@@ -46,12 +46,14 @@ class Wall:
         return self.now
 
 
-def plain(data: object) -> Any:
+def to_json(data: object) -> Any:
     """Data of the studio as a page gets it."""
     return msgspec.to_builtins(data)
 
 
-def studio(folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None) -> StudioServer:
+def make_studio(
+    folder: Path, *, world: str = "forage", seed: int = 0, wall: Wall | None = None
+) -> StudioServer:
     """A studio whose world moves only when told, and where pages may speak as fast as they like."""
     scenario = find_scenario(world)
     host = SessionHost(scenario, folder, make_scenario_kit(scenario), seed=seed, wall=wall or Wall())
@@ -157,7 +159,7 @@ class Page:
 
 
 @contextmanager
-def page(client: TestClient, query: str = "") -> Iterator[Page]:
+def open_page(client: TestClient, query: str = "") -> Iterator[Page]:
     with client.websocket_connect(f"ws://127.0.0.1/ws{query}") as socket:
         arrived = Page(socket)
         while not (arrived.hello and arrived.news and arrived.frame):
@@ -166,6 +168,6 @@ def page(client: TestClient, query: str = "") -> Iterator[Page]:
 
 
 @contextmanager
-def served(made: StudioServer) -> Iterator[TestClient]:
+def serve_studio(made: StudioServer) -> Iterator[TestClient]:
     with TestClient(make_app(made), base_url=HOME) as client:
         yield client

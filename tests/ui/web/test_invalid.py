@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.ui.web.pages import GOTO, studio
+from tests.ui.web.pages import GOTO, make_studio
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.actions.handler_table import HANDLERS
@@ -25,7 +25,7 @@ class Room:
     """A studio with a lesson begun and a page that directs, without a network between them."""
 
     def __init__(self, folder: Path) -> None:
-        self.studio: StudioServer = studio(folder)
+        self.studio: StudioServer = make_studio(folder)
         self.viewer: Client = self.studio.connect(None)
         self.say(GOTO)
         self.say({"do": "pause", "paused": True})
@@ -297,7 +297,7 @@ ODD = st.one_of(
 
 
 @st.composite
-def mutated(draw: st.DrawFn) -> str:
+def draw_mutated(draw: st.DrawFn) -> str:
     """A valid message with a field changed, added or taken away, or its text cut or changed."""
     message = {"id": 1, **draw(st.sampled_from(VALID))}
     for _ in range(draw(st.integers(1, 2))):
@@ -320,19 +320,19 @@ def mutated(draw: st.DrawFn) -> str:
 
 @pytest.mark.long
 @settings(max_examples=300, suppress_health_check=list(HealthCheck))
-@given(text=mutated())
+@given(text=draw_mutated())
 def test_mutated_messages(room: Room, text: str) -> None:
-    obeyed_or_refused(room, text)
+    check_answer(room, text)
 
 
 @pytest.mark.soak
 @settings(max_examples=10_000, suppress_health_check=list(HealthCheck))
-@given(text=mutated())
+@given(text=draw_mutated())
 def test_ten_thousand_mutated_messages(room: Room, text: str) -> None:
-    obeyed_or_refused(room, text)
+    check_answer(room, text)
 
 
-def obeyed_or_refused(room: Room, text: str) -> None:
+def check_answer(room: Room, text: str) -> None:
     """Obeyed, or refused without a trace; never an internal error."""
     before = room.state()
     outside = sorted(room.studio.host.library_view.folder.parent.iterdir())

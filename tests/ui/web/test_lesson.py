@@ -7,10 +7,10 @@ from math import pi, tau
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio
 
 
-def wanted(page: Page) -> str | None:
+def choose_direction(page: Page) -> str | None:
     """What a robot on its way to A should do, from the frame alone; None where it has said that it is there."""
     assert page.frame is not None
     state = page.news["session"]["states"][page.frame.state]["name"]
@@ -40,7 +40,7 @@ def guide(page: Page, *, limit: int = 600) -> int:
     for _ in range(limit):
         assert page.frame is not None
         state = page.news["session"]["states"][page.frame.state]["name"]
-        right = wanted(page)
+        right = choose_direction(page)
         if right is None:
             return presses
         if right != state:
@@ -52,7 +52,7 @@ def guide(page: Page, *, limit: int = 600) -> int:
 
 def test_goto_from_an_empty_library(tmp_path: Path) -> None:
     folder = tmp_path / "library"
-    with served(studio(folder)) as client, page(client) as person:
+    with serve_studio(make_studio(folder)) as client, open_page(client) as person:
         assert person.hello["has_control"]
         assert not person.news["session"]
         person.done(**GOTO)
@@ -97,7 +97,7 @@ def test_goto_from_an_empty_library(tmp_path: Path) -> None:
 
 
 def test_a_lesson_begins_with_its_options(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as teacher:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as teacher:
         teacher.done(**GOTO, watched=True, reaction_s=0.2)
         session = teacher.wait_for_news()["session"]
         assert (session["watched"], session["reaction_s"], session["examples"]) == (True, 0.2, [])
@@ -105,7 +105,7 @@ def test_a_lesson_begins_with_its_options(tmp_path: Path) -> None:
 
 def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
     """The world and the automaton go back, the lesson stays; what is done again comes out the same."""
-    with served(studio(tmp_path / "library")) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path / "library")) as client, open_page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
         person.done("reset", seed=1)
@@ -132,7 +132,7 @@ def test_back_to_a_moment_and_on_from_there(tmp_path: Path) -> None:
 
 def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
     """As long as the session is the same, also where it was cut off; the lesson of before has no moments."""
-    with served(studio(tmp_path)) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
         person.done("reset", seed=1)
@@ -145,8 +145,8 @@ def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
         person.done("rewind", time_s=0.6)
         person.done("press", state="rotate_right")
         step(person)
-    made = studio(tmp_path)
-    with served(made) as client, page(client) as person:
+    made = make_studio(tmp_path)
+    with serve_studio(made) as client, open_page(client) as person:
         person.done("open", name="goto")
         person.done("reset", seed=2)
         person.done("rewind", example=3)
@@ -166,7 +166,7 @@ def test_back_to_an_example_of_another_run(tmp_path: Path) -> None:
 
 def test_an_example_is_edited(tmp_path: Path) -> None:
     """States and values; these are written as they are shown."""
-    with served(studio(tmp_path)) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
         person.done("press", state="forward")
@@ -181,7 +181,7 @@ def test_an_example_is_edited(tmp_path: Path) -> None:
 @pytest.mark.parametrize("ticks_after", [0, 7])
 def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
     """The lesson is whole, and the world as at the last snapshot, which going back takes."""
-    with served(studio(tmp_path)) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
         for state in ("forward", "rotate_left", "forward"):
@@ -194,7 +194,7 @@ def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
         there = person.frame
         for _ in range(ticks_after):
             step(person)
-    with served(studio(tmp_path)) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as person:
         person.done("open", name="goto")
         while not person.news["session"] or person.frame is None or not person.frame.bits & 4:
             person.hear()
@@ -209,8 +209,8 @@ def test_cut_off_after_going_back(tmp_path: Path, ticks_after: int) -> None:
 
 def test_a_press_after_the_end_says_how_to_go_on(tmp_path: Path) -> None:
     """It records nothing; who wanted something else is told what to do."""
-    made = studio(tmp_path)
-    with served(made) as client, page(client) as person:
+    made = make_studio(tmp_path)
+    with serve_studio(made) as client, open_page(client) as person:
         person.done(**GOTO)
         person.done("pause", paused=True)
         for state in ("forward", "done", "forward"):
@@ -223,7 +223,7 @@ def test_a_press_after_the_end_says_how_to_go_on(tmp_path: Path) -> None:
 
 
 def test_a_flag_that_is_added_has_a_name(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as person:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as person:
         person.done(**GOTO)
         design = {"states": GOTO["states"], "features": GOTO["features"]}
         assert (

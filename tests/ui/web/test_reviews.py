@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, plain, served, studio
+from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, to_json
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.server import StudioServer
@@ -23,13 +23,13 @@ FETCH: dict[str, Any] = {
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> StudioServer:
-    return studio(tmp_path / "library")
+def server(tmp_path: Path) -> StudioServer:
+    return make_studio(tmp_path / "library")
 
 
 @pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
-    with served(made) as client, page(client) as here:
+def person(server: StudioServer) -> Iterator[Page]:
+    with serve_studio(server) as client, open_page(client) as here:
         yield here
 
 
@@ -48,11 +48,11 @@ def begin(person: Page) -> None:
 
 
 def session_data(made: StudioServer) -> dict[str, Any]:
-    shown: dict[str, Any] = plain(made.host.session_data())
+    shown: dict[str, Any] = to_json(made.host.session_data())
     return shown
 
 
-def test_why_names_every_level_and_who_showed_it(made: StudioServer, person: Page) -> None:
+def test_why_names_every_level_and_who_showed_it(server: StudioServer, person: Page) -> None:
     begin(person)
     person.done(**FETCH)
     teach(person, "goto")
@@ -64,7 +64,7 @@ def test_why_names_every_level_and_who_showed_it(made: StudioServer, person: Pag
     assert (level["automaton"], level["state"], level["since_s"]) == (
         "fetch",
         "start",
-        made.host.world.time_s,
+        server.host.world.time_s,
     )
     assert level["decision"] == "It goes from start to goto, always."
     assert [each["number"] for each in level["examples"]] == [1]
@@ -86,7 +86,7 @@ def test_why_names_every_level_and_who_showed_it(made: StudioServer, person: Pag
     assert person.done("why")["last"]["automaton"] == "goto(station)"
 
 
-def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
+def test_why_goes_back_with_time(server: StudioServer, person: Page) -> None:
     """A switch that has not happened yet is no reason; the one before is one again."""
     begin(person)
     person.done("toggle_mode")
@@ -94,10 +94,10 @@ def test_why_goes_back_with_time(made: StudioServer, person: Page) -> None:
         person.done("step")
     assert person.done("why")["levels"][0]["decision"] == "done is raised; a flag state is never left"
     assert person.done("why")["last"]["decision"].startswith("It went from forward to done")
-    person.done("rewind", time_s=made.host.world.time_s - 0.1)
-    now = made.host.world.time_s
+    person.done("rewind", time_s=server.host.world.time_s - 0.1)
+    now = server.host.world.time_s
     assert person.done("why")["last"]["time_s"] < now, "what happened before then has happened"
-    began = made.host.rewind_buffer.find_before_time(0.0).time_s
+    began = server.host.rewind_buffer.find_before_time(0.0).time_s
     person.done("rewind", time_s=began)
     back = person.done("why")
     assert back["levels"][0]["decision"] == "It goes from start to forward, always."
@@ -112,38 +112,38 @@ def test_in_training_somebody_else_decides(person: Page) -> None:
     assert level["decision"] == "It goes from start to forward, always."
 
 
-def test_a_promise_is_listed_withdrawn_and_undone(made: StudioServer, person: Page) -> None:
+def test_a_promise_is_listed_withdrawn_and_undone(server: StudioServer, person: Page) -> None:
     begin(person)
-    assert (session_data(made)["flags"], session_data(made)["properties"]) == (["done"], [])
-    edition = session_data(made)["edition"]
+    assert (session_data(server)["flags"], session_data(server)["properties"]) == (["done"], [])
+    edition = session_data(server)["edition"]
     person.done("add_property", flag="done", within_s=5)
-    assert session_data(made)["properties"] == ["done is raised within 5 s in forage, A = station"]
-    assert session_data(made)["edition"] > edition
-    assert session_data(made)["unsaved"]
+    assert session_data(server)["properties"] == ["done is raised within 5 s in forage, A = station"]
+    assert session_data(server)["edition"] > edition
+    assert session_data(server)["unsaved"]
     person.done("remove_property", property=0)
-    assert session_data(made)["properties"] == []
+    assert session_data(server)["properties"] == []
     person.done("undo")
-    assert session_data(made)["properties"] == ["done is raised within 5 s in forage, A = station"]
+    assert session_data(server)["properties"] == ["done is raised within 5 s in forage, A = station"]
     assert "has no property 2: it has 1" in person.say("remove_property", property=1)["error"]
     assert "its flags are done" in person.say("add_property", flag="failed", within_s=5)["error"]
 
 
-def test_one_can_go_to_where_it_was_promised(made: StudioServer, person: Page) -> None:
+def test_one_can_go_to_where_it_was_promised(server: StudioServer, person: Page) -> None:
     begin(person)
     person.done("reset", seed=3)
     person.done("add_property", flag="done", within_s=5)
-    promised = find_drawn_world(made.host.world).snapshot()
+    promised = find_drawn_world(server.host.world).snapshot()
     person.done("reset", seed=4)
     person.done("bind_targets", targets={"A": "nearest_food"})
     teach(person, "forward")
     person.done("go_to_property", property=0)
-    assert find_drawn_world(made.host.world).snapshot() == promised
-    view = made.host.active_trainer.session_view
+    assert find_drawn_world(server.host.world).snapshot() == promised
+    view = server.host.active_trainer.session_view
     assert (view.state, dict(view.targets)) == ("start", {"A": "station"})
-    assert made.host.paused
+    assert server.host.paused
 
 
-def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
+def test_what_a_test_finds(server: StudioServer, person: Page) -> None:
     """Whoever changes goto is told of fetch, which runs it and promised something."""
     begin(person)
     person.done(**FETCH)
@@ -169,16 +169,16 @@ def test_what_a_test_finds(made: StudioServer, person: Page) -> None:
     ]
     answer = person.done("save")
     assert answer["regressions"] == ["fetch no longer has the property: done is raised within 3 s in forage"]
-    assert session_data(made)["unsaved"]
-    assert "not saved yet" in made.host.status.text
+    assert session_data(server)["unsaved"]
+    assert "not saved yet" in server.host.status.text
     assert "worse" not in person.done("save", anyway=True)
-    assert not session_data(made)["unsaved"]
+    assert not session_data(server)["unsaved"]
     assert person.done("test", name="goto")["test"]["differences"] == [
         "changed since version 1; fetch runs it"
     ]
 
 
-def test_nothing_is_simpler_before_it_is_kept(made: StudioServer, person: Page) -> None:
+def test_nothing_is_simpler_before_it_is_kept(server: StudioServer, person: Page) -> None:
     begin(person)
     shown = person.done("simplify")["preview"]
     assert (shown["suggested"], shown["examples_needed"], shown["pruning"]) == (None, 30, 1.0)
@@ -190,18 +190,18 @@ def test_nothing_is_simpler_before_it_is_kept(made: StudioServer, person: Page) 
     assert [(each["number"], each["before"], each["after"]) for each in shown["decisions"]] == [
         (3, "done", "forward")
     ]
-    assert not session_data(made)["unsaved"]
-    assert session_data(made)["pruning"] == 0
+    assert not session_data(server)["unsaved"]
+    assert session_data(server)["pruning"] == 0
     person.done("prune", pruning=1)
-    assert session_data(made)["pruning"] == 1
-    assert [edge["to"] for edge in session_data(made)["edges"]] == ["forward"]
+    assert session_data(server)["pruning"] == 1
+    assert [edge["to"] for edge in session_data(server)["edges"]] == ["forward"]
     person.done("undo")
-    assert session_data(made)["pruning"] == 0
-    assert [edge["to"] for edge in session_data(made)["edges"]] == ["forward", "done"]
+    assert session_data(server)["pruning"] == 0
+    assert [edge["to"] for edge in session_data(server)["edges"]] == ["forward", "done"]
 
 
-def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
-    with served(made) as client, page(client) as first, page(client) as second:
+def test_those_who_look_on_may_ask_but_not_change(server: StudioServer) -> None:
+    with serve_studio(server) as client, open_page(client) as first, open_page(client) as second:
         begin(first)
         looking: list[tuple[str, dict[str, Any]]] = [
             ("why", {}),
@@ -218,21 +218,21 @@ def test_those_who_look_on_may_ask_but_not_change(made: StudioServer) -> None:
             assert "not in control" in second.say(do, **fields)["error"]
 
 
-def test_what_changed_is_said_and_shown_before_it_is_saved(made: StudioServer, person: Page) -> None:
+def test_what_changed_is_said_and_shown_before_it_is_saved(server: StudioServer, person: Page) -> None:
     begin(person)
-    assert session_data(made)["changed"] is None
+    assert session_data(server)["changed"] is None
     person.done("delete", number=3)  # it is never done
     said = "forward no longer raises done"
-    changed = session_data(made)["changed"]
+    changed = session_data(server)["changed"]
     assert changed["line"] == said
     (change,) = changed["changes"]
     assert (change["state"], change["next"], change["said"]) == ("forward", "done", said)
     assert (len(change["was"]), len(change["now"])) == (1, 0)
     answer = person.done("save")
     assert (answer["regressions"], answer["changed"]["line"]) == ([], said)
-    assert made.host.status.text == f"goto is not saved yet: {said}"
+    assert server.host.status.text == f"goto is not saved yet: {said}"
     person.done("undo")
-    assert session_data(made)["changed"] is None
+    assert session_data(server)["changed"] is None
     person.done("redo")
     assert "changed" not in person.done("save", anyway=True)
-    assert not session_data(made)["unsaved"]
+    assert not session_data(server)["unsaved"]

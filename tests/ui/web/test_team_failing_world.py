@@ -8,7 +8,7 @@ import pytest
 from tests.falsification.team_kept import keep_team
 from tests.falsification.test_team_failure import WRONG_S, teach_lead
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.web.pages import Wall, page, served
+from tests.ui.web.pages import Wall, open_page, serve_studio
 
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.ui.web.server import StudioServer
@@ -19,7 +19,7 @@ def test_a_coordinator_is_opened_and_corrected(tmp_path: Path) -> None:
     library = keep_team(tmp_path, teach_lead())
     host = SessionHost(SCENARIO, library, ROBOTS.kit, wall=Wall(), failures=tmp_path / "failures")
     made = StudioServer(host, wall=Wall(glance=0.01))
-    with served(made) as client, page(client) as person:
+    with serve_studio(made) as client, open_page(client) as person:
         person.done("open_failure", name="patrol-1")
         trainer = host.active_trainer
         assert (trainer.name, host.sort, host.paused) == ("lead", "patrol", True)

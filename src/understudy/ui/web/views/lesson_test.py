@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import count, islice
 
-from msgspec import field
-
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
