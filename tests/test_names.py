@@ -1,6 +1,7 @@
 """Names: functions are verbs, and no public name of the product stands for two things."""
 
 import ast
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -137,3 +138,43 @@ def test_methods_are_no_participles() -> None:
     ]
     assert not found, "methods that are participles:\n" + "\n".join(found)
     assert set(METHODS_ALLOWED) <= {name for _, name in known}
+
+
+HELPERS_ALLOWED = {
+    "anything": "a hostile message, in a test of another toolchain whose sources are hashed",
+    "failed": METHODS_ALLOWED["failed"],
+    "failing_world": "a world in which a behavior fails",
+    "held_evaluations": "evaluations that wait until they are let go on",
+    "killed_processes": "processes that were killed",
+    "missing_flag": "the name of a seeded defect, as reports have it",
+    "planted_library": "a library with a planted defect",
+    "removed_examples": "the name of a seeded defect, as reports have it",
+    "scripted_drive": "a drive by a script",
+    "sent": "the last command that a robot was sent",
+    "sent_s": "when each message was sent",
+    "shared_lesson": "the lesson of two drivers",
+    "swapped": "the name of a seeded defect, as reports have it",
+    "unused_feature": "the name of a seeded defect, as reports have it",
+    "waiting_agent": "an agent that does not tick yet",
+}
+"""Helpers of tests that begin with a participle and are nouns, and what they are."""
+HASHED = {"export", "fixtures", "peers"}
+"""Folders of tests whose sources are hashed, or translated, for records that only other toolchains can renew."""
+HELPER = re.compile(r"^ *(?:async )?def (?!_*test_)_*(\w+)\(", re.MULTILINE)
+
+
+def test_helpers_of_tests_are_no_participles() -> None:
+    """A helper says what it does or makes: `make_session`, not `taught`; `read_failures`, not `shown`."""
+    folder = ROOT / "tests"
+    paths = [path for path in sorted(folder.rglob("*.py")) if path.relative_to(folder).parts[0] not in HASHED]
+    helpers = [
+        (path.relative_to(folder), name)
+        for path in paths
+        for name in HELPER.findall(path.read_text(encoding="utf-8"))
+    ]
+    assert len(helpers) > 1_500
+    offenders = [
+        f"{path}: {name}" for path, name in helpers if is_participle(name) and name not in HELPERS_ALLOWED
+    ]
+    assert not offenders, "helpers of tests that are participles:\n" + "\n".join(offenders)
+    assert set(HELPERS_ALLOWED) <= {name for _, name in helpers}

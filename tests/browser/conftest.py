@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
 from tests.browser.window import SNAPS, find_chromium, launch, open_page
 
 OPENED = ExitStack()
@@ -81,3 +82,11 @@ def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[..., Page]]:
             return page
 
         yield open_studio_page
+
+
+@pytest.fixture
+def teacher(visit: Callable[..., Page]) -> Teacher:
+    """A person who has begun goto."""
+    person = Teacher(visit())
+    person.begin_goto()
+    return person

@@ -6,20 +6,11 @@ import re
 from collections.abc import Callable
 from itertools import product
 
-import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.teacher import Teacher
 
 Visit = Callable[[], Page]
 IDENTIFIER = re.compile(r"[a-z]_[a-z]|[a-z]\([A-Za-z]")
-
-
-@pytest.fixture
-def teacher(visit: Visit) -> Teacher:
-    """Somebody who has begun goto."""
-    made = Teacher(visit())
-    made.begin_goto()
-    return made
 
 
 def error(page: Page):  # type: ignore[no-untyped-def]  # a Locator

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
@@ -18,14 +17,6 @@ const later = window.setTimeout;
 window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), 800);
 window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) + 800, ...given);
 """
-
-
-@pytest.fixture
-def teacher(visit: Visit) -> Teacher:
-    """Somebody who has begun goto."""
-    made = Teacher(visit())
-    made.begin_goto()
-    return made
 
 
 def test_a_correction_and_back(teacher: Teacher) -> None:

@@ -81,11 +81,11 @@ from understudy.sim.forage import FORAGE_KIT
 
 
 @feature(Continuous())
-def stored_twice(robot):
+def double_stored(robot):
     return np.asarray(2.0 * robot.food_stored)
 
 
-kit = FORAGE_KIT + Kit.from_parts(stored_twice)
+kit = FORAGE_KIT + Kit.from_parts(double_stored)
 """
 """A kit with a function, so that worlds are tried tick by tick, which takes many seconds."""
 
@@ -99,7 +99,7 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
     with open_studio(chromium, tmp_path / "library", "forage", "--kit", "slow:kit") as page:
         teacher = Teacher(page)
         teacher.click("Teach something new")
-        page.get_by_label("stored twice", exact=True).check()
+        page.get_by_label("double stored", exact=True).check()
         teacher.begin_as_in_the_paper()
         expect(teacher.state_button("forward")).to_be_enabled()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):

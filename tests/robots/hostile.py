@@ -82,7 +82,7 @@ def mutate(data: bytes, random: Random) -> bytes:
     """A message after one to three accidents."""
     for _ in range(random.randint(1, 3)):
         data = random.choice(
-            (cut_bytes, flip_bits, enlarge_length, change_encapsulation, pad, insert_nan, _noise)
+            (truncate, flip_bits, enlarge_length, change_encapsulation, pad, insert_nan, _noise)
         )(data, random)
     return data
 
@@ -138,7 +138,7 @@ def _number(name: str, random: Random) -> Any:
     return random.choice((int(kind.min), int(kind.max), 0, 1))
 
 
-def cut_bytes(data: bytes, random: Random) -> bytes:
+def truncate(data: bytes, random: Random) -> bytes:
     return data[: random.randint(0, len(data))]
 
 

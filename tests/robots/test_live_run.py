@@ -72,7 +72,7 @@ def decide(rig: Rig, folder: Path, *, agents: bool, disarms: bool) -> Decisions:
     team = run.team if agents else Team(rig.twin, assign_team_members(rig.twin.scenario), libraries, roots)
     draws, found = Random(4), Decisions()
     rig.twin.follow(lambda: team.paths)
-    rig.seen()
+    rig.send_odometry()
     rig.twin.fleet.arm("a test")
     run.restart()
     team.clear()

@@ -54,6 +54,13 @@ NAMES = st.lists(st.text("abü( )_1", min_size=0, max_size=9), max_size=6, uniqu
 NUMBERS = st.floats(width=64)
 
 
+def count_ticks(path: Path) -> int:
+    """Return the number of ticks that a recording has so far; 0 if it cannot be read yet."""
+    with suppress(FileError):
+        return read_recording(path).ticks
+    return 0
+
+
 @given(NAMES, st.data())
 def test_readings_are_kept_to_the_last_bit(names: list[str], data: st.DataObject) -> None:
     """Other people's decoder finds the same as ours, tick after tick."""
@@ -230,15 +237,10 @@ def test_a_killed_run_can_be_read(tmp_path: Path) -> None:
         f"t.slid(Path({str(path)!r}), 31, lambda tick: sys.stdin.read() if tick == 29 else None)\n"
     )
 
-    def count_ticks() -> int:
-        with suppress(FileError):
-            return read_recording(path).ticks
-        return 0
-
     command = end_with_tests([sys.executable, "-c", program])
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, env=env) as running:
-        wait_until(lambda: count_ticks() == 30)  # all that it recorded, although it does not end
+        wait_until(lambda: count_ticks(path) == 30)  # all that it recorded, although it does not end
         running.kill()
     found = read_recording(path)
     assert not found.whole
@@ -249,18 +251,13 @@ def test_a_tick_is_on_disk_a_second_later(tmp_path: Path) -> None:
     """What a killed run loses is a second at most, by the clock of its chunks."""
     clock, path, body = SimulatedClock(), tmp_path / "run.mcap", Scripted(1)
 
-    def count_ticks() -> int:
-        with suppress(FileError):
-            return read_recording(path).ticks
-        return 0
-
     with RunRecorder(path, chunks=clock) as recorder:
         recorder.begin(body)
         clock.expect(1)
         for tick in range(25):
             recorder.write_tick(tick, {("load", None): np.array([1.0])}, [("a",)])
             clock.advance(0.1)
-            assert count_ticks() == (tick + 1) // 10 * 10
+            assert count_ticks(path) == (tick + 1) // 10 * 10
 
 
 def test_a_full_disk_ends_a_run_with_a_sentence(

@@ -46,12 +46,6 @@ ROOT = Path(__file__).parents[2]
 DOMAIN = own_domain()
 
 
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
-
-
 @pytest.fixture(params=["dds", "zenoh"])
 def kind(request: pytest.FixtureRequest) -> str:
     return str(request.param)

@@ -6,7 +6,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -86,12 +86,6 @@ SERVICES: list[tuple[str, Fields, Fields, str]] = [  # the first from the docume
         "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a",
     ),
 ]
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -131,12 +131,6 @@ def open_rig(
             rig.close()
 
 
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
-
-
 def starts(rig: SkilledRig) -> None:
     """Let it begin to carry out go_to(dock), until its server tells how far that is."""
     rig.tick("go_to", anew=True)

@@ -329,7 +329,7 @@ def test_a_function_that_makes_no_sense(runs: Any) -> None:
     with pytest.raises(DefinitionError, match="channel 'drive' is not finite for agent 2: it is nan"):
         runs.from_program(Scripted(3), link(library, odd.name)).tick()
     one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((make_leaf(0),))})
-    with pytest.raises(KindError, match=r"feature 'given' of agent 1: 4\.0 is not the index"):
+    with pytest.raises(KindError, match=r"feature 'read_value' of agent 1: 4\.0 is not the index"):
         runs.from_program(Scripted(3), link(Library.from_automata(library.kit, one), "one")).tick()
 
 

@@ -47,17 +47,17 @@ def make_constant(value: object) -> Callable[[ReadingsView], Any]:
 
 
 BEHAVIORS: list[tuple[Callable[[ReadingsView], Any], str]] = [
-    (make_constant(None), "behavior given: it returned None; return a command"),
-    (make_constant([1.0]), "behavior given: it returned \\[1.0\\]; return a command"),
+    (make_constant(None), "behavior read_value: it returned None; return a command"),
+    (make_constant([1.0]), "behavior read_value: it returned \\[1.0\\]; return a command"),
     (
         make_constant({"drive": np.ones(7)}),
-        "behavior given, channel 'drive': it returned shape \\(7,\\) for 2 agents",
+        "behavior read_value, channel 'drive': it returned shape \\(7,\\) for 2 agents",
     ),
-    (make_constant({"drive": "fast"}), "behavior given, channel 'drive': it returned 'fast'"),
+    (make_constant({"drive": "fast"}), "behavior read_value, channel 'drive': it returned 'fast'"),
     (make_constant({"drive": np.nan}), "channel 'drive' is not finite for agent 0: it is nan"),
     (make_constant({"fly": 1.0}), "no channel 'fly'; it has drive"),
     (odd, "behavior odd: its function failed: AttributeError: the body has no reading 'nonsense'"),
-    (raise_error, "behavior failing: its function failed: ValueError: oh; correct the function"),
+    (raise_error, "behavior raise_error: its function failed: ValueError: oh; correct the function"),
 ]
 
 
@@ -72,21 +72,25 @@ def test_a_number_is_for_all_agents() -> None:
 
 
 FEATURES: list[tuple[Callable[[ReadingsView], Any], Kind, str]] = [
-    (make_constant("far"), Continuous(), "feature 'given': it returned 'far'"),
-    (make_constant(1.0), Continuous(), "feature 'given': it returned shape \\(\\)"),
-    (make_constant(np.array([0.0, np.inf])), Continuous(), "feature 'given' of agent 1: inf is not finite"),
+    (make_constant("far"), Continuous(), "feature 'read_value': it returned 'far'"),
+    (make_constant(1.0), Continuous(), "feature 'read_value': it returned shape \\(\\)"),
+    (
+        make_constant(np.array([0.0, np.inf])),
+        Continuous(),
+        "feature 'read_value' of agent 1: inf is not finite",
+    ),
     (
         make_constant(np.array([0.0, 0.5])),
         BOOLEAN,
-        "feature 'given' of agent 1: 0.5 is not the index of a label",
+        "feature 'read_value' of agent 1: 0.5 is not the index of a label",
     ),
     (
         make_constant(np.array([np.nan, 2.0])),
         BOOLEAN,
-        "feature 'given' of agent 1: 2.0 is not the index of a label",
+        "feature 'read_value' of agent 1: 2.0 is not the index of a label",
     ),
     (odd, Continuous(), "feature 'odd': its function failed: AttributeError: the body has no reading"),
-    (raise_error, Continuous(), "feature 'failing': its function failed: ValueError: oh"),
+    (raise_error, Continuous(), "feature 'raise_error': its function failed: ValueError: oh"),
 ]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from math import tau
 from typing import Any
@@ -33,12 +32,6 @@ from understudy.viz.axes import measure_points_per_unit
 from understudy.viz.run_plot import plot_run
 
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
-
-
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open() -> Iterator[None]:
-    yield
-    pyplot.close("all")
 
 
 def texts(axes: Any) -> list[str]:

@@ -64,7 +64,7 @@ class Hand:
         return self.app.open_session.trainer
 
     @property
-    def teaching(self) -> TeachingScreen:
+    def teach_screen(self) -> TeachingScreen:
         assert isinstance(self.app.screen, TeachingScreen), self.app.screen
         return self.app.screen
 
@@ -79,11 +79,11 @@ class Hand:
         """So much time passes."""
         for _ in range(round(seconds / 0.1)):
             self.wall.now += 0.1
-            self.teaching.run_due_ticks()
+            self.teach_screen.run_due_ticks()
 
     def read_part(self, part: str) -> str:
         """The text of a part of the screen."""
-        return self.teaching._drawn[part].plain
+        return self.teach_screen._drawn[part].plain
 
     async def show(self, *, worlds: int, limit_s: float = 60.0) -> None:
         """Show GoTo from here, and in the next worlds."""

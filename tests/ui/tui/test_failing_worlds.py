@@ -48,7 +48,7 @@ async def test_one_is_opened_corrected_and_ticked_off(
         )
         assert hand.trainer.paused
         assert hand.trainer.session_view.features["distance_to(A)"] == pytest.approx(9.66, abs=0.01)
-        assert hand.teaching.trainer is hand.trainer
+        assert hand.teach_screen.trainer is hand.trainer
         await hand.press(hand.trainer.keys.plain["left"], "full_stop")
         assert hand.trainer.session_view.state == "left"
         marks, head = await list_failing_worlds(hand)
@@ -71,7 +71,7 @@ async def test_an_empty_list_says_where_failing_worlds_come_from(
         await hand.pilot.pause(0.2)
         assert "understudy falsify" in str(hand.app.screen.query_one("#head", Static).render())
         await hand.press("escape")
-        assert hand.teaching.trainer is hand.trainer
+        assert hand.teach_screen.trainer is hand.trainer
 
 
 @run

@@ -36,7 +36,7 @@ async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
     """So much time passes, with odometry."""
     for _ in range(round(seconds / 0.1)):
         rig.now += 0.1
-        rig.seen()
+        rig.send_odometry()
         await hand.wait(0.1)
 
 
@@ -50,16 +50,16 @@ async def end_of_arming(hand: Hand, before: str = "Arming…") -> None:
 @run
 async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
     rig = Rig(("one",))
-    rig.seen()
+    rig.send_odometry()
     async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await wait(hand, rig, 0.2)
-        assert hand.teaching.query_one("#world").border_title == "one: not armed (y)"
+        assert hand.teach_screen.query_one("#world").border_title == "one: not armed (y)"
         await hand.press("y")
         await end_of_arming(hand)
         await hand.press("up")
         await wait(hand, rig, 0.3)
         assert rig.sent(0) == (0.4, 0.0)
-        assert hand.teaching.query_one("#world").border_title == "one: armed (Esc)"
+        assert hand.teach_screen.query_one("#world").border_title == "one: armed (Esc)"
         assert [str(example.kind) for example in hand.trainer.session.examples] == ["directive", "default"]
         await hand.press("space")  # paused it stands, and stays armed
         await wait(hand, rig, 0.3)
@@ -82,7 +82,7 @@ async def test_time_goes_on_while_it_is_armed_and_a_stop_wins(
 ) -> None:
     """Such as over a network, where an agent may take its time to answer."""
     rig, answered = Rig(("one",)), Event()
-    rig.seen()
+    rig.send_odometry()
     monkeypatch.setattr(rig.robots[0], "prepare", lambda: answered.wait(LONGEST_S))
     async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y")
@@ -104,7 +104,7 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rig, left, ended, armings = Rig(("one",)), Event(), Event(), list[str]()
-    rig.seen()
+    rig.send_odometry()
     robot = rig.robots[0]
     arm = robot.arm
 
@@ -138,17 +138,17 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
 async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
     """Another screen on top lets time stand still: the robot rests, and is armed still."""
     rig = Rig(("one",))
-    rig.seen()
+    rig.send_odometry()
     async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y")
         await end_of_arming(hand)
         await hand.press("up")
         await wait(hand, rig, 0.2)
-        teaching = hand.teaching
+        teaching = hand.teach_screen
         await hand.press("h")
         for _ in range(3):
             rig.now += 0.1
-            rig.seen()
+            rig.send_odometry()
             teaching.run_due_ticks()
         assert rig.sent(0) == (0.0, 0.0)
         assert rig.robots[0].armed
@@ -158,7 +158,7 @@ async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
 async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
     """Without that, it would close the help, and the robot would go on."""
     rig = Rig(("one",))
-    rig.seen()
+    rig.send_odometry()
     async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         for key in ("h", "l", "c"):
             await hand.press("y")

@@ -171,3 +171,11 @@ def open_page(client: TestClient, query: str = "") -> Iterator[Page]:
 def serve_studio(made: StudioServer) -> Iterator[TestClient]:
     with TestClient(make_app(made), base_url=HOME) as client:
         yield client
+
+
+def teach(person: Page, *states: str) -> None:
+    """Pause, then press each state, with a tick after each."""
+    person.done("pause", paused=True)
+    for state in states:
+        person.done("press", state=state)
+        person.done("step")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -47,12 +47,6 @@ def start(folder: Path) -> StudioServer:
     kit, failures = make_scenario_kit(FORAGE), folder / "failures"
     host = SessionHost(FORAGE, folder / "library", kit, seed=7, wall=Wall(), failures=failures)
     return StudioServer(host, wall=Wall(glance=0.01))
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
 
 
 def read_failures(person: Page) -> dict[str, Any]:

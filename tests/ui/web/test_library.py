@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, to_json
+from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, teach, to_json
 
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -24,19 +23,6 @@ CARRY: dict[str, Any] = {
 @pytest.fixture
 def server(tmp_path: Path) -> StudioServer:
     return make_studio(tmp_path / "library", world="forage-team")
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
-
-
-def teach(person: Page, *states: str) -> None:
-    person.done("pause", paused=True)
-    for state in states:
-        person.done("press", state=state)
-        person.done("step")
 
 
 def names(host: SessionHost) -> list[str]:

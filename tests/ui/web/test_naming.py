@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, to_json
-from tests.ui.web.test_library import CARRY, files, names, teach
+from tests.ui.web.pages import GOTO, Page, open_page, serve_studio, teach, to_json
+from tests.ui.web.test_library import CARRY, files, names
 
 from understudy.storage.library_folder import list_versions
 from understudy.ui.web.server import StudioServer
-
-
-@pytest.fixture
-def server(tmp_path: Path) -> StudioServer:
-    return make_studio(tmp_path / "library")
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -43,12 +42,6 @@ def make_studio(folder: Path, function: str) -> StudioServer:
     world = BodyWorld(maker, 7, name=maker.name)
     host = SessionHost(world.scenario, folder, maker.find_kit(), wall=Wall(), ground=world)
     return StudioServer(host, wall=Wall(glance=0.01))
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
 
 
 def see(person: Page) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +60,6 @@ def server(tmp_path: Path) -> StudioServer:
         save_automaton(tmp_path / "library", taught)
     host = SessionHost(FORAGE, tmp_path / "library", make_scenario_kit(FORAGE), seed=7, wall=Wall())
     return StudioServer(host, wall=Wall(glance=0.01))
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
 
 
 @pytest.fixture

@@ -75,7 +75,7 @@ class Lab:
         )
         self.studio = StudioServer(host, wall=self.wall)
         self.page = self.studio.connect(None)
-        self.rig.seen()
+        self.rig.send_odometry()
 
     def say(self, viewer: Client | None = None, **message: Any) -> dict[str, Any]:
         """Say something, and hear the answer."""
@@ -107,7 +107,7 @@ class Lab:
         for _ in range(round(seconds * 100)):
             self.wall.now += 0.01
             self.rig.now += 0.01
-            self.rig.seen(self.rig.last)
+            self.rig.send_odometry(self.rig.last)
             if here:
                 self.studio.host.robots.refresh_heartbeat(holding=False)
             self.studio.run_due_ticks()

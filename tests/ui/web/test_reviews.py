@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, to_json
+from tests.ui.web.pages import GOTO, Page, open_page, serve_studio, teach, to_json
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.server import StudioServer
@@ -20,24 +17,6 @@ FETCH: dict[str, Any] = {
     "features": ["done"],
     "flags": ["done"],
 }
-
-
-@pytest.fixture
-def server(tmp_path: Path) -> StudioServer:
-    return make_studio(tmp_path / "library")
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
-
-
-def teach(person: Page, *states: str) -> None:
-    person.done("pause", paused=True)
-    for state in states:
-        person.done("press", state=state)
-        person.done("step")
 
 
 def begin(person: Page) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.sim.patrollers import ROBOTS
-from tests.ui.web.pages import Frame, Page, make_studio, open_page, serve_studio, to_json
+from tests.ui.web.pages import Frame, Page, make_studio, to_json
 
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
@@ -30,12 +29,6 @@ def server(tmp_path: Path) -> StudioServer:
     for name in ROBOTS.taught:
         save_automaton(folder, TrainedAutomaton(ROBOTS.automaton(name)))
     return make_studio(folder, world="patrol")
-
-
-@pytest.fixture
-def person(server: StudioServer) -> Iterator[Page]:
-    with serve_studio(server) as client, open_page(client) as here:
-        yield here
 
 
 def read_refusal(person: Page, do: str, **fields: Any) -> str:

@@ -24,11 +24,6 @@ OTHER = {**GOTO, "name": "other", "discard": True}
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> StudioServer:
-    return make_studio(tmp_path / "library")
-
-
-@pytest.fixture
 def person(server: StudioServer) -> Iterator[Page]:
     """Somebody who has shown a goto that turns until A is ahead, drives on, and is done after a while."""
     with serve_studio(server) as client, open_page(client) as here:
