@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.made import make_crossing
+from tests.make.run_frames import make_crossing
 
 from understudy.analysis.run_trace import COLUMNS, write_trace
 from understudy.errors import SettingError

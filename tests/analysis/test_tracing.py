@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 
 from understudy.analysis.tracing import ActiveAutomaton, TracedRun, TransitionQuery
 from understudy.model.library import Library

@@ -8,10 +8,10 @@ from math import radians
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import DISTANCE, DONE, GOTO, Row, make_goto_session
-from tests.learning.lessons import draw_tables
-from tests.learning.lessons import make_lesson as lesson_of
-from tests.model.lessons import make_goto as recorded
+from tests.make.automata import make_goto as recorded
+from tests.make.goto_sessions import DISTANCE, DONE, GOTO, Row, make_goto_session
+from tests.make.lessons import draw_tables
+from tests.make.lessons import make_lesson as lesson_of
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import UNSURE, give_advice

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import radians
 
 import pytest
-from tests.coaching.lessons import GOTO, Row, make_goto_session
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
 
 from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
 from understudy.coaching.give_advice import give_advice

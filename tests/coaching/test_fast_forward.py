@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import make_session, play, ticks
+from tests.make.sessions import make_session, play, ticks
 
 from understudy.coaching.fast_forward import PauseReason, fast_forward
 from understudy.coaching.queries import UncertaintyQueries

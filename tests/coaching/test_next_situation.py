@@ -8,8 +8,8 @@ from math import tau
 import pytest
 from msgspec import structs
 from tests.bodies import Scripted
-from tests.training.lessons import make_session as scripted_session
-from tests.training.lessons import play
+from tests.make.sessions import make_session as scripted_session
+from tests.make.sessions import play
 
 from understudy.coaching.next_situation import NextSituation, find_next_situation, go_to_situation
 from understudy.coaching.queries import UncertaintyQueries

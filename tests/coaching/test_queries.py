@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from math import degrees
 
-from tests.coaching.lessons import GOTO, make_goto_session
+from tests.make.goto_sessions import GOTO, make_goto_session
 
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason

@@ -6,7 +6,7 @@ from math import nan, radians, tau
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import GOTO, make_goto_session
+from tests.make.goto_sessions import GOTO, make_goto_session
 
 from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.repetition import RepetitionWatch, choose_moment, find_repetition

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.learning.lessons import read_robocup, robocup_folder
+from tests.make.lessons import read_robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
 from understudy.coaching.give_advice import give_advice

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD, A, make_goto_session
+from tests.make.goto_sessions import ANGLE, DISTANCE, DONE, FOOD, A, make_goto_session
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice

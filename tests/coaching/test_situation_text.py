@@ -7,8 +7,8 @@ from math import nan, radians
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD
-from tests.learning.lessons import draw_tables
+from tests.make.goto_sessions import ANGLE, DISTANCE, DONE, FOOD
+from tests.make.lessons import draw_tables
 
 from understudy.coaching.situation_text import (
     NOT_THERE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from tests.coaching.lessons import GOTO, Row, make_goto_session
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
 
 from understudy.coaching.advice import MOST_SLIPS, Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice

@@ -6,9 +6,9 @@ from math import nan, radians
 
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import GOTO, Row, make_goto_session
-from tests.learning.lessons import draw_tables
-from tests.learning.lessons import make_lesson as lesson_of
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
+from tests.make.lessons import draw_tables
+from tests.make.lessons import make_lesson as lesson_of
 
 from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel
 from understudy.learning.fit import learn

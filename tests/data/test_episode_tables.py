@@ -16,8 +16,8 @@ pytest.importorskip("narwhals", reason="needs the extra frames")
 
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.formats.made import FOLDER
-from tests.training.lessons import make_session, play
+from tests.make.sessions import make_session, play
+from tests.make.transcripts import FOLDER
 
 from understudy import Categorical, Episode, EpisodePress, make_episode_frames, read_episodes
 from understudy.data.episode_tables import TABLES, DataTable, make_tick_table

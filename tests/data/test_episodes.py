@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.formats.made import FOLDER
-from tests.training.lessons import make_session, play
+from tests.make.sessions import make_session, play
+from tests.make.transcripts import FOLDER
 
 from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
 from understudy.analysis.run_trace import write_trace

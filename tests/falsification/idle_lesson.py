@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.coaching.lessons import Row, make_goto_session
+from tests.make.goto_sessions import Row, make_goto_session
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.learning.fit import learn

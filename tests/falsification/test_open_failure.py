@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace as with_changes
-from tests.coaching.lessons import make_goto_session as goto_lesson
 from tests.falsification.planted import FORAGE
+from tests.make.goto_sessions import make_goto_session as goto_lesson
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis.evaluate import make_evaluation_task

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from tests.formats.made import FOLDER, TAUGHT, play, resume_copy
+from tests.make.transcripts import FOLDER, TAUGHT, play, resume_copy
 
 from understudy.storage.append_log import read_log
 from understudy.storage.document import encode_document

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.bodies import kit as scripted_kit
-from tests.formats.made import FOLDER
+from tests.make.transcripts import FOLDER
 from tests.sim.patrollers import ROBOTS
 from tests.training.test_squad_session import SQUAD
 from tests.ui.cli.commands import run_json

@@ -13,8 +13,8 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
 from tests.bodies import kit as scripted_kit
-from tests.formats.made import FOLDER
-from tests.training.lessons import ROBOT
+from tests.make.sessions import ROBOT
+from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.run_trace import COLUMNS

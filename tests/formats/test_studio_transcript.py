@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.formats.made import FOLDER, record_transcript
 from tests.formats.old_names import rename_exchange, rename_request
 from tests.formats.reworded import reword
-from tests.ui.web.pages import make_studio
+from tests.make.studios import make_studio
+from tests.make.transcripts import FOLDER, record_transcript
 
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.learning.lessons import make_lesson
+from tests.make.lessons import make_lesson
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.features import Percept, ReadingsView

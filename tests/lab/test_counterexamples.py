@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import make_goto_session
+from tests.make.goto_sessions import make_goto_session
 
 from understudy.falsification.joint_worlds import Trial
 from understudy.learning.fit import learn_automaton

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.learning.lessons import make_lesson, robocup_folder
+from tests.make.lessons import make_lesson, robocup_folder
 
 from understudy.errors import FileError
 from understudy.learning.fit import learn_automaton

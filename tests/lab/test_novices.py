@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.lab.test_servoing import make_view
-from tests.learning.lessons import make_lesson
+from tests.make.lessons import make_lesson
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 
 from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import draw_tables, make_lesson
+from tests.make.lessons import draw_tables, make_lesson
 
 from understudy.errors import DefinitionError
 from understudy.learning.mislabels import CorrectionDiagnosis, MistakeCause, diagnose_correction

@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.learning.lessons import draw_tables, learn_tree
 from tests.learning.reference import Row
-from tests.model.lessons import make_goto
+from tests.make.automata import make_goto
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.learning.explain import explain, find_rows_by_node

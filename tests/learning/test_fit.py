@@ -8,8 +8,8 @@ from math import nan
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import make_lesson
-from tests.model.lessons import draw_automaton
+from tests.make.automata import draw_automaton
+from tests.make.lessons import make_lesson
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain

@@ -6,7 +6,7 @@ from math import nan
 
 import numpy as np
 import pytest
-from tests.learning.lessons import make_lesson
+from tests.make.lessons import make_lesson
 
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import draw_tables, make_lesson
+from tests.make.lessons import draw_tables, make_lesson
 
 from understudy.learning.mislabels import find_mislabels, list_press_examples
 from understudy.model.lesson import Lesson

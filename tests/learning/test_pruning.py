@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.learning.lessons import draw_tables, learn_tree, make_lesson
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree, make_lesson
 
 from understudy.errors import DefinitionError
 from understudy.learning import pruning_suggestions

@@ -6,8 +6,8 @@ from math import inf, nextafter
 from typing import Any
 
 import pytest
-from tests.learning.lessons import ABSENT, KINDS, learn_tree
 from tests.learning.reference import Row
+from tests.make.lessons import ABSENT, KINDS, learn_tree
 
 from understudy.learning.fit import learn
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.learning.lessons import make_lesson
+from tests.make.lessons import make_lesson
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import (
+from tests.learning.reference import Learner, Row, nest_tree
+from tests.make.lessons import (
     ABSENT,
     ROBOCUP_FOLDER,
     draw_tables,
@@ -16,7 +17,6 @@ from tests.learning.lessons import (
     read_robocup,
     robocup_folder,
 )
-from tests.learning.reference import Learner, Row, nest_tree
 
 from understudy.errors import DefinitionError
 from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree

@@ -9,8 +9,8 @@ from math import inf, nan, radians
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import draw_tables, learn_tree
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding

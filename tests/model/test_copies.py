@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.model.lessons import make_goto, make_kit
+from tests.make.automata import make_goto, make_kit
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
 from understudy.errors import DefinitionError

@@ -7,8 +7,8 @@ from math import degrees, inf, nan, nextafter, radians
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import draw_tables, learn_tree
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import make_goto_session as goto_lesson
+from tests.make.goto_sessions import make_goto_session as goto_lesson
+from tests.make.sessions import make_session as scripted
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.training.lessons import make_session as scripted
 from tests.ui.cli.forage_parts import goto
 
 from understudy.errors import DefinitionError, SessionError

@@ -7,7 +7,7 @@ from time import monotonic
 
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 
 from understudy.model.library import Library
 from understudy.model.squad import Role, Squad, Statistic

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("mcap", reason="needs the extra ros2")
 
-from tests.training.lessons import make_session as scripted
+from tests.make.sessions import make_session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.learner_options import LearnerOptions

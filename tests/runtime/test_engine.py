@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import link_program, make_calling_state
+from tests.make.programs import link_program, make_calling_state
 from tests.runtime.random_libraries import Played, draw_library, draw_program, play_random_body, pulse_each
 
 from understudy.model.automaton import START, Automaton, State

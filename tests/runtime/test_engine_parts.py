@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 from tests.bodies import RANGE, Scripted, kit
-from tests.runtime.automata import link_program, make_automaton, make_calling_state
+from tests.make.programs import link_program, make_automaton, make_calling_state
 from tests.runtime.random_libraries import Played, draw_library, draw_program, play_random_body
 
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 
 from understudy.errors import DefinitionError, UnboundParameter, UnknownName
 from understudy.model.automaton import State

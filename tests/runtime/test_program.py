@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.bodies import kit
-from tests.runtime.automata import link_program, make_automaton, make_calling_state
+from tests.make.programs import link_program, make_automaton, make_calling_state
 
 from understudy.errors import (
     DefinitionError,

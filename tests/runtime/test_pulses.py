@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import kit
-from tests.runtime.automata import Rule, link_program, make_automaton, make_calling_state, name_running
+from tests.make.programs import Rule, link_program, make_automaton, make_calling_state, name_running
 
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library

@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 import pytest
 from tests.bodies import RANGE, Scripted, kit, opposite, range_of
-from tests.runtime.automata import link_program, make_automaton
+from tests.make.programs import link_program, make_automaton
 
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command, behavior

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 from tests.runtime.random_libraries import Played, draw_library, play_random_body
 
 from understudy.errors import UnderstudyError, UnknownName

@@ -6,7 +6,7 @@ import sys
 from types import FrameType
 
 import numpy as np
-from tests.sim.made import SQUARE, make_crossing, make_scenario, make_state
+from tests.make.run_frames import SQUARE, make_crossing, make_scenario, make_state
 
 from understudy.sim.params import collect_names, make_world_params
 from understudy.sim.view import make_world_view

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.model.lessons import ANGLE, READY, make_goto, make_kit
+from tests.make.automata import ANGLE, READY, make_goto, make_kit
 
 from understudy.errors import FileError
 from understudy.model.features import Feature, FlagFeature

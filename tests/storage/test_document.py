@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.model.lessons import draw_automaton, make_goto, make_kit
+from tests.make.automata import draw_automaton, make_goto, make_kit
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.model.lessons import make_goto, make_kit
+from tests.make.automata import make_goto, make_kit
 from tests.processes import end_with_tests
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName

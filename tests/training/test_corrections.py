@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.training.lessons import make_session, play
+from tests.make.sessions import make_session, play
 
 from understudy.learning.mislabels import MistakeCause
 from understudy.model.binding import Binding

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.training.lessons import WITH_GO, list_rows, make_session, play
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
 
 from understudy.errors import FileError
 from understudy.model.kinds import Continuous

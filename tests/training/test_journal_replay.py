@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, list_rows, make_session, play
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
 from tests.training.steps import Step, describe_acknowledged, do, draw_step
 
 from understudy.model.learner_options import LearnerOptions

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import ROBOT, make_session, play, ticks
+from tests.make.sessions import ROBOT, make_session, play, ticks
 
 from understudy.errors import UnknownName
 from understudy.learning.lesson_change import LessonStep, list_new_presses

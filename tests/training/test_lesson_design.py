@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import make_automaton
-from tests.training.lessons import ROBOT, WITH_GO, list_rows, make_row, make_session, play
+from tests.make.programs import make_automaton
+from tests.make.sessions import ROBOT, WITH_GO, list_rows, make_row, make_session, play
 
 from understudy.errors import (
     DefinitionError,

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import RANGE, Scripted, kit
-from tests.training.lessons import ROBOT, WITH_GO, list_rows, make_session, play, ticks
+from tests.make.sessions import ROBOT, WITH_GO, list_rows, make_session, play, ticks
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import RANGE, Scripted
-from tests.training.lessons import WITH_GO, decide_once, list_rows, make_session, play
+from tests.make.sessions import WITH_GO, decide_once, list_rows, make_session, play
 
 from understudy.errors import UnknownName
 from understudy.training.session import Session

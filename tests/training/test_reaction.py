@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, list_rows, make_session, play
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
 
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.bodies import Scripted
-from tests.training.lessons import make_session, play
+from tests.make.sessions import make_session, play
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.training.lessons import Row, list_rows, make_session, play
+from tests.make.sessions import Row, list_rows, make_session, play
 
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
-from tests.sim.made import make_crossing
+from tests.make.run_frames import make_crossing
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State

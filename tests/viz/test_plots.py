@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
-from tests.sim.made import make_crossing
+from tests.make.run_frames import make_crossing
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
 from understudy.analysis.evaluation import Evaluation

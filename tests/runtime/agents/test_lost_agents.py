@@ -11,7 +11,7 @@ from typing import TypeAlias
 import pytest
 from tests.bodies import TICK_S, Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 from tests.runtime.test_team import SQUAD, there_and_back
 
 from understudy.model.library import Library

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.coaching.lessons import GOTO, make_goto_session
+from tests.make.goto_sessions import GOTO, make_goto_session
 from tests.ui.cli.commands import run, run_json
 
 from understudy.learning.fit import learn_automaton

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.formats.made import FOLDER
+from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
 from understudy.data import read_episodes

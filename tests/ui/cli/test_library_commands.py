@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.coaching.lessons import make_goto_session
-from tests.model.lessons import make_goto as taught_goto
+from tests.make.automata import make_goto as taught_goto
+from tests.make.goto_sessions import make_goto_session
 from tests.sim.patrollers import ROBOTS, lead
 from tests.ui.cli.commands import run, run_json
 

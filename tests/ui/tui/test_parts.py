@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.sim.made import make_crossing
+from tests.make.run_frames import make_crossing
 from tests.ui.tui.desks import GOTO, Wall, make_plan
 from textual.screen import Screen
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import Page, make_studio, open_page, serve_studio
+from tests.make.studios import Page, make_studio, open_page, serve_studio
 
 from understudy.ui.web.server import StudioServer
 

@@ -12,8 +12,8 @@ import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.make.studios import GOTO, Page, Wall, open_page, serve_studio
 from tests.robots.slow_agents import SlowAgents, make_fleet, wait_for
-from tests.ui.web.pages import GOTO, Page, Wall, open_page, serve_studio
 
 from understudy.robots.team_network.remote_robot import drive_robots
 from understudy.robots.twin import DigitalTwin

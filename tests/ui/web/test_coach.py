@@ -8,8 +8,8 @@ from threading import Event
 from typing import Any
 
 import pytest
-from tests.coaching.lessons import make_goto_session as goto_lesson
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, to_json
+from tests.make.goto_sessions import make_goto_session as goto_lesson
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, to_json
 from tests.ui.web.test_lesson import step
 
 from understudy.coaching.give_advice import give_advice

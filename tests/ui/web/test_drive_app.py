@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
-from tests.ui.web.pages import Wall
+from tests.make.studios import Wall
 
 from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
 from understudy.ui.controller.stick import StickPosition

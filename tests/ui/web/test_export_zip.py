@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 from tests.export.exports import FIXTURE
 from tests.export.test_ros2 import FORAGER
-from tests.ui.web.pages import HOME, make_studio, open_page, serve_studio
+from tests.make.studios import HOME, make_studio, open_page, serve_studio
 
 from understudy.ui.web.app import make_app
 

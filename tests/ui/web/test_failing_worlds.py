@@ -10,7 +10,7 @@ import pytest
 from tests.falsification.idle_lesson import make_idle_library
 from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE
-from tests.ui.web.pages import Page, Wall, open_page, serve_studio
+from tests.make.studios import Page, Wall, open_page, serve_studio
 
 from understudy.falsification.failing_world import FACTS_FILE
 from understudy.falsification.joint_worlds import Trial

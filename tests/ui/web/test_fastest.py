@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, make_studio, open_page, serve_studio
+from tests.make.studios import GOTO, Wall, make_studio, open_page, serve_studio
 from tests.ui.web.simulated_pages import LONGEST_S, SimulatedPage, SimulatedTime, connect_pages
 
 from understudy.sim.catalog import find_scenario

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, open_page, serve_studio
+from tests.make.studios import GOTO, Wall, open_page, serve_studio
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.testing import assert_allclose
-from tests.ui.web.pages import GOTO, Frame, Wall, make_studio, to_json
+from tests.make.studios import GOTO, Frame, Wall, make_studio, to_json
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit

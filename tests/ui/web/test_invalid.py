@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.ui.web.pages import GOTO, make_studio
+from tests.make.studios import GOTO, make_studio
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.actions.handler_table import HANDLERS

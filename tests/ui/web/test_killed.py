@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.make.studios import GOTO
 from tests.processes import end_with_tests
-from tests.ui.web.pages import GOTO
 from websockets.sync.client import ClientConnection, connect
 
 LONGEST_S = 60.0

@@ -7,7 +7,7 @@ from math import pi, tau
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
 
 
 def choose_direction(page: Page) -> str | None:

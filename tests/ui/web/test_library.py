@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, teach, to_json
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, teach, to_json
 
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost

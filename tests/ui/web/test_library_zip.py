@@ -13,7 +13,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import pytest
 from starlette.testclient import TestClient
-from tests.ui.web.pages import GOTO, HOME, Page, make_studio, open_page, serve_studio, teach
+from tests.make.studios import GOTO, HOME, Page, make_studio, open_page, serve_studio, teach
 from tests.ui.web.test_library import files, names
 
 from understudy.errors import FileError

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
 from tests.ui.cli.commands import run, run_json
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio
 
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.scenario.files import TARGET, list_builtin_scenarios

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tests.ui.web.pages import make_studio, open_page, serve_studio, to_json
+from tests.make.studios import make_studio, open_page, serve_studio, to_json
 
 ROAM: dict[str, Any] = {
     "do": "new",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, open_page, serve_studio, teach, to_json
+from tests.make.studios import GOTO, Page, open_page, serve_studio, teach, to_json
 from tests.ui.web.test_library import CARRY, files, names
 
 from understudy.storage.library_folder import list_versions

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, Wall, make_studio, open_page, serve_studio, teach, to_json
+from tests.make.studios import GOTO, Page, Wall, make_studio, open_page, serve_studio, teach, to_json
 
 from understudy.ui.web.server import StudioServer
 

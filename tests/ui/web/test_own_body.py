@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 from PIL import Image
+from tests.make.studios import Page, Wall, open_page, serve_studio
 from tests.own_worlds import NAME
-from tests.ui.web.pages import Page, Wall, open_page, serve_studio
 
 from understudy.adapters.body_maker import BodyMaker
 from understudy.sim.body_world import BodyWorld

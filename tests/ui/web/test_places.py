@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio, teach
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, teach
 from tests.ui.web.test_library import names
 
 from understudy.sim.scenario.files import load_scenario

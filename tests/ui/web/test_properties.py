@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from tests.falsification.idle_lesson import make_idle_library
 from tests.falsification.planted import FORAGE
-from tests.ui.web.pages import Page, Wall, open_page, serve_studio
+from tests.make.studios import Page, Wall, open_page, serve_studio
 
 from understudy import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds

@@ -13,8 +13,8 @@ import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.make.studios import GOTO, Wall, to_json
 from tests.robots.twins import Rig
-from tests.ui.web.pages import GOTO, Wall, to_json
 
 from understudy.robots.recording.reader import read_recording
 from understudy.robots.recording.recorder import RunRecorder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.ui.web.pages import GOTO, Page, open_page, serve_studio, teach, to_json
+from tests.make.studios import GOTO, Page, open_page, serve_studio, teach, to_json
 
 from understudy.robots.twin import find_drawn_world
 from understudy.ui.web.server import StudioServer

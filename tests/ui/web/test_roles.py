@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
-from tests.ui.web.pages import GOTO, HOME, Wall, make_studio, open_page, serve_studio
+from tests.make.studios import GOTO, HOME, Wall, make_studio, open_page, serve_studio
 
 from understudy.ui.web.app import make_app
 

@@ -7,7 +7,7 @@ import socket
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import Wall
+from tests.make.studios import Wall
 from tests.ui.web.simulated_pages import LONGEST_S, SimulatedPage, SimulatedTime, connect_pages
 
 from understudy.errors import SettingError

@@ -8,7 +8,7 @@ from pathlib import Path
 from sys import stderr
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, make_studio
+from tests.make.studios import GOTO, Wall, make_studio
 
 HOURS = 8
 MOST_GROWTH = 2**20

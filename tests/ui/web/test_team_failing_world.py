@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.falsification.team_kept import keep_team
 from tests.falsification.test_team_failure import WRONG_S, teach_lead
+from tests.make.studios import Wall, open_page, serve_studio
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.web.pages import Wall, open_page, serve_studio
 
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.ui.web.server import StudioServer

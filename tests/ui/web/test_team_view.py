@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.make.studios import Frame, Page, make_studio, to_json
 from tests.sim.patrollers import ROBOTS
-from tests.ui.web.pages import Frame, Page, make_studio, to_json
 
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton

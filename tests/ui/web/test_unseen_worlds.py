@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
 from tests.ui.cli.commands import run_json
-from tests.ui.web.pages import GOTO, Page, make_studio, open_page, serve_studio
 
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import make_automaton
+from tests.make.programs import make_automaton
 
 from understudy.model.automaton import Automaton
 from understudy.model.learner_options import LearnerOptions

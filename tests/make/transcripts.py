@@ -11,10 +11,10 @@ from random import Random
 from typing import Any
 
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, make_session
+from tests.make.sessions import WITH_GO, make_session
+from tests.make.studios import Frame
 from tests.training.steps import AS_IN_0_1, do, draw_step
 from tests.training.test_squad_session import SQUAD, coordinator_body
-from tests.ui.web.pages import Frame
 
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions
