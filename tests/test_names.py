@@ -178,3 +178,33 @@ def test_helpers_of_tests_are_no_participles() -> None:
     ]
     assert not offenders, "helpers of tests that are participles:\n" + "\n".join(offenders)
     assert set(HELPERS_ALLOWED) <= {name for _, name in helpers}
+
+
+VAGUE = {"asked", "found", "given", "kept", "known", "made", "said", "seen", "shown", "told"}
+"""Names that say nothing of a value."""
+VARIABLES_ALLOWED = {
+    "ui/web/views/lesson_test.py: shown": "a field that `simplify --json` prints under this name, too"
+}
+NAMED_PACKAGES = ("ui/controller", "ui/web")
+"""Packages in which variables and parameters, too, are named for what they hold."""
+
+
+def list_variables(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the variables and parameters of a module, each with its line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name):
+                yield node.lineno, name
+
+
+def test_variables_say_what_they_hold() -> None:
+    """A variable is `report` or `names`, not `found` or `known`."""
+    paths = [path for package in NAMED_PACKAGES for path in sorted((SOURCE / package).rglob("*.py"))]
+    variables = [(path.relative_to(SOURCE), *each) for path in paths for each in list_variables(path)]
+    assert len(variables) > 3_000
+    offenders = [
+        f"{path}:{line}: {name}"
+        for path, line, name in variables
+        if name in VAGUE and f"{path}: {name}" not in VARIABLES_ALLOWED
+    ]
+    assert not offenders, "variables that say nothing:\n" + "\n".join(offenders)

@@ -320,7 +320,7 @@ def test_what_was_driven_is_learned(tmp_path: Path) -> None:
     near = 0
     for seed in range(100, 110):
         live.world.reset([seed])
-        library: Library = learned.made.library.with_automaton(learned.taught)
+        library: Library = learned.drive.library.with_automaton(learned.taught)
         near += go_by_itself(live, library)
     assert near >= 8
 

@@ -205,7 +205,7 @@ class DriveServer:
         if page is None:
             return
         layout = live.layout
-        shown = DriveNewsData(
+        news = DriveNewsData(
             driving=live.driving,
             waiting=live.waiting,
             automatic=live.automatic,
@@ -219,6 +219,6 @@ class DriveServer:
             folder=self._folder,
             error=live.error,
         )
-        if shown != self._shown:
-            self._shown = shown
-            page.show(news=_encode(shown))
+        if news != self._shown:
+            self._shown = news
+            page.show(news=_encode(news))

@@ -185,8 +185,8 @@ class StudioServer:
             team=UNSET if self._team is None else self._team,
         )
         viewer.send_reply(_encode(hello))
-        shown = self._show_session(library)
-        viewer.show(news=_encode(_to(shown, has_control=has_control)), frame=self.host.frame())
+        news = self._show_session(library)
+        viewer.show(news=_encode(_to(news, has_control=has_control)), frame=self.host.frame())
         self._pictured = -1
         return viewer
 
@@ -354,7 +354,7 @@ class StudioServer:
         host, director = self.host, self.viewers.director
         if host.status is not self._said:
             self._said, self._said_number = host.status, self._said_number + 1
-        shown = SessionNewsData(
+        news = SessionNewsData(
             library=library,
             session=host.session_data(),
             message=host.status,
@@ -373,17 +373,17 @@ class StudioServer:
             can_take_control=self.viewers.can_be_taken,
             has_control=False,
         )
-        if shown != self._shown or director is not self._directed:
-            self._shown, self._directed = shown, director
-            watching = _encode(shown)
+        if news != self._shown or director is not self._directed:
+            self._shown, self._directed = news, director
+            watching = _encode(news)
             for viewer in self.viewers:
-                viewer.show(news=_encode(_to(shown, has_control=True)) if viewer is director else watching)
-        return shown
+                viewer.show(news=_encode(_to(news, has_control=True)) if viewer is director else watching)
+        return news
 
 
-def _to(shown: SessionNewsData, *, has_control: bool) -> SessionNewsData:
+def _to(news: SessionNewsData, *, has_control: bool) -> SessionNewsData:
     """Return a copy of the session news for a page that is in control, or is not."""
-    return msgspec.structs.replace(shown, has_control=has_control)
+    return msgspec.structs.replace(news, has_control=has_control)
 
 
 async def exchange_messages(

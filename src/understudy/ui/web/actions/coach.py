@@ -90,13 +90,13 @@ class SituationReply(Data, frozen=True, kw_only=True):
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Return advice, what the check found, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
-    said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
-    if said is None:
+    report = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
+    if report is None:
         return AdviceReply(later=True)
     return AdviceReply(
-        advice=[_advice(trainer, each) for each in said.advice],
-        findings=[_finding(trainer, each) for each in said.findings],
-        reaction=_late(said),
+        advice=[_advice(trainer, each) for each in report.advice],
+        findings=[_finding(trainer, each) for each in report.findings],
+        reaction=_late(report),
     )
 
 
@@ -129,8 +129,8 @@ def _says(trainer: Trainer, advice: Advice) -> SlipData:
     return SlipData(state=example.state, next=example.next)
 
 
-def _late(said: AdviceReport) -> ReactionEstimateData | None:
-    late, reaction_s, now = said.late, said.new_reaction_s, said.lesson.options.reaction_s
+def _late(report: AdviceReport) -> ReactionEstimateData | None:
+    late, reaction_s, now = report.late, report.new_reaction_s, report.lesson.options.reaction_s
     if late is None or reaction_s is None:
         return None
     but = f", not {now:g} s" if now else ""
@@ -145,12 +145,12 @@ def _late(said: AdviceReport) -> ReactionEstimateData | None:
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot into the situation that a piece of advice or a finding is about, and pause there."""
     trainer = host.active_trainer
-    said = trainer.coach.last_report
-    given = list[SituationSpec]()
-    if said is not None and said.lesson.automaton is trainer.session.automaton:
-        found = (locate_finding(each, said.lesson) for each in said.findings)
-        given = [*said.advice, *(each for each in found if each is not None)]
-    wanted = next((each for each in given if each.sentence == message.sentence), None)
+    report = trainer.coach.last_report
+    situations = list[SituationSpec]()
+    if report is not None and report.lesson.automaton is trainer.session.automaton:
+        places = (locate_finding(each, report.lesson) for each in report.findings)
+        situations = [*report.advice, *(each for each in places if each is not None)]
+    wanted = next((each for each in situations if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this suggestion is out of date: the lesson has changed since")
     staged = coach.set_up_advised_situation(trainer, wanted)

@@ -83,11 +83,11 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
     name, library = message.name, _present(host)
     library.automaton(name)
     formers = {each: _former(host, each) for each in list_dependencies(library, name)}
-    known = host.groups.collect_libraries(host.sort, host.agent, library)
-    seen = run_lesson_test(
-        library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
+    libraries = host.groups.collect_libraries(host.sort, host.agent, library)
+    result = run_lesson_test(
+        library, name, {each: taught for each, (_, taught) in formers.items() if taught}, libraries
     )
-    return LessonTestReply(test=_tested(seen, formers[name][0]))
+    return LessonTestReply(test=_tested(result, formers[name][0]))
 
 
 def _present(host: SessionHost) -> Library:
@@ -101,37 +101,37 @@ def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]
     trainer, saved = host.trainer, host.library_view.library.taught.get(name)
     if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
-    kept = list_versions(host.library_view.folder, name)
-    if not kept:
+    versions = list_versions(host.library_view.folder, name)
+    if not versions:
         return "", None
     try:
-        last = load_version(host.library_view.folder, name, kept[-1].number, host.kit, learn).taught
+        last = load_version(host.library_view.folder, name, versions[-1].number, host.kit, learn).taught
     except UnderstudyError:
         return "", None  # it cannot be compared with
-    return f"version {kept[-1].number}", last
+    return f"version {versions[-1].number}", last
 
 
-def _tested(seen: LessonTestResult, former: str) -> LessonTestData:
+def _tested(result: LessonTestResult, former: str) -> LessonTestData:
     return LessonTestData(
-        name=seen.name,
-        works=seen.is_passing,
-        examples=seen.replayed.examples,
+        name=result.name,
+        works=result.is_passing,
+        examples=result.replayed.examples,
         properties=[
             PropertyResultData(
                 description=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
             )
-            for each in seen.properties
+            for each in result.properties
         ],
-        regressions=list(lesson_tests.describe_regressions(seen)),
-        differences=list(lesson_tests.describe_other_differences(seen, former)),
+        regressions=list(lesson_tests.describe_regressions(result)),
+        differences=list(lesson_tests.describe_other_differences(result, former)),
     )
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
     """Return what worked with the saved automaton and no longer does, including in the automata that use it."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
-    known = host.groups.collect_libraries(host.sort, host.agent, library)
-    return find_regressions_since_saved(host.library_view.folder, library, taught, known)
+    libraries = host.groups.collect_libraries(host.sort, host.agent, library)
+    return find_regressions_since_saved(host.library_view.folder, library, taught, libraries)
 
 
 def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
@@ -165,10 +165,10 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         make_evaluation_task(library, name, scenario, binding=targets)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
-    shown = host.session_data()
+    data = host.session_data()
     host.evaluation = UnseenWorldsEvaluation(
         format_bound_name(name, targets),
-        0 if shown is None else shown.edition,
+        0 if data is None else data.edition,
         worlds=len(seeds),
         evaluate=lambda progress: (
             evaluate_goal(success, library, name, scenario, seeds, binding=targets, progress=progress)
@@ -261,17 +261,17 @@ class SimplifyReply(Data, frozen=True, kw_only=True):
 
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Return the conditions before and after pruning and the decisions that would change, without changing anything."""
-    found = preview_pruning(host.active_trainer, message.pruning)
-    changed = sum(each.moments for each in found.replayed.changes)
+    preview = preview_pruning(host.active_trainer, message.pruning)
+    changed = sum(each.moments for each in preview.replayed.changes)
     return SimplifyReply(
         preview=SimplifyPreviewData(
-            pruning=found.pruning,
-            suggested=found.suggested,
+            pruning=preview.pruning,
+            suggested=preview.suggested,
             examples_needed=ENOUGH,
-            leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
+            leaves=LeavesData(before=preview.leaves.before, after=preview.leaves.after),
             states=[
                 StateConditionsData(state=state, before=list(each.before), after=list(each.after))
-                for state, each in found.conditions.items()
+                for state, each in preview.conditions.items()
             ],
             decisions=[
                 ChangedDecisionData(
@@ -281,9 +281,9 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
                     before=each.before,
                     after=each.after,
                 )
-                for each in found.decisions
+                for each in preview.decisions
             ],
-            examples=found.replayed.examples,
-            moments=MomentsData(all=found.replayed.before, changed=changed),
+            examples=preview.replayed.examples,
+            moments=MomentsData(all=preview.replayed.before, changed=changed),
         )
     )

@@ -166,9 +166,9 @@ def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
     trash = tuple(sorted({name for name, _, _ in _trashed(folder)}))
     if not folder.exists():
         return LibraryView(folder, Library(kit), {}, trash)
-    found = open_each_automaton(folder, kit, learn)
-    problems = {unquote(Path(file).stem): str(error) for file, error in found.problems.items()}
-    return LibraryView(folder, found.library, problems, trash)
+    opened = open_each_automaton(folder, kit, learn)
+    problems = {unquote(Path(file).stem): str(error) for file, error in opened.problems.items()}
+    return LibraryView(folder, opened.library, problems, trash)
 
 
 def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> None:
@@ -190,13 +190,13 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
     """Move an automaton to the trash."""
     path = library_view.folder / f"{make_file_stem(name)}.json"
     if not path.is_file():
-        known = [*library_view.library.taught, *library_view.problems]
-        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+        names = [*library_view.library.taught, *library_view.problems]
+        raise UnknownName(what="automaton", name=name, where="the library", known=names)
     users = [user for user in library_view.library.find_users(name) if user != name]
     if users:
         raise SessionError(f"{name} is used by {', '.join(users)}: remove that first")
     trash = library_view.folder / TRASH
-    numbers = [number for known, number, _ in _trashed(library_view.folder) if known == name]
+    numbers = [number for names, number, _ in _trashed(library_view.folder) if names == name]
     number = max(numbers, default=0) + 1
     ending = "" if number == 1 else f"~{number}"
     with convert_os_errors(path, "removing"):
@@ -209,13 +209,13 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
 
 def restore_from_trash(library_view: LibraryView, name: str) -> None:
     """Restore the document that was trashed last under a name."""
-    kept = [(number, path) for known, number, path in _trashed(library_view.folder) if known == name]
-    if not kept:
+    trashed = [(number, path) for former, number, path in _trashed(library_view.folder) if former == name]
+    if not trashed:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(library_view.trash))
     library_view.refuse_taken(name, remedy="remove that first")
     path = library_view.folder / f"{make_file_stem(name)}.json"
     with convert_os_errors(path, "restoring"), lock_folder(library_view.folder):
-        max(kept)[1].rename(path)
+        max(trashed)[1].rename(path)
         sync_folder(library_view.folder)
 
 
@@ -224,5 +224,5 @@ def _trashed(folder: Path) -> list[tuple[str, int, Path]]:
     trash = folder / TRASH
     if not trash.is_dir():
         return []
-    found = [(_TRASHED.fullmatch(path.name), path) for path in sorted(trash.iterdir())]
-    return [(unquote(match[1]), int(match[2] or 1), path) for match, path in found if match]
+    matches = [(_TRASHED.fullmatch(path.name), path) for path in sorted(trash.iterdir())]
+    return [(unquote(match[1]), int(match[2] or 1), path) for match, path in matches if match]

@@ -66,23 +66,23 @@ class NestedAutomata:
 
     def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
         """Return, by name, the descriptions of all trained automata that an automaton runs."""
-        found: dict[str, NestedAutomatonData] = {}
+        nested: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
             for state in left.pop().states:
                 name = state.behavior
-                if name is not None and name in library.taught and name not in found:
+                if name is not None and name in library.taught and name not in nested:
                     inner = library.automaton(name)
-                    found[name] = self._drawn(inner, library)
+                    nested[name] = self._drawn(inner, library)
                     left.append(inner)
-        return found
+        return nested
 
     def _drawn(self, automaton: Automaton, library: Library) -> NestedAutomatonData:
-        known = self._known.get(automaton.name)
-        if known is None or known[0] is not automaton:
-            known = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
-            self._known[automaton.name] = known
-        return known[1]
+        cached = self._known.get(automaton.name)
+        if cached is None or cached[0] is not automaton:
+            cached = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
+            self._known[automaton.name] = cached
+        return cached[1]
 
 
 def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> NestedAutomatonData:
@@ -123,8 +123,8 @@ def list_exits(
         for following in directed:
             yield following, [BY_CLASSIFIER]
         return
-    found: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
-    for outcome, texts in found.items():
+    outcomes: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
+    for outcome, texts in outcomes.items():
         if outcome != STAY:
             yield automaton.state_names[outcome], list(texts)
 
@@ -371,41 +371,43 @@ class SessionViewBuilder:
         return StateData(key=key, arrow=arrow, **state_fields(state, self._trainer.session.library))
 
 
-def describe_change(found: ChangeSummary | None) -> ChangeSummaryData | None:
+def describe_change(change: ChangeSummary | None) -> ChangeSummaryData | None:
     """Return what an automaton decides otherwise than before as the page shows it."""
-    return None if found is None else ChangeSummaryData(line=str(found), changes=found.changes)
+    return None if change is None else ChangeSummaryData(line=str(change), changes=change.changes)
 
 
-def describe_evaluation(found: Evaluation) -> EvaluationResultData:
+def describe_evaluation(evaluation: Evaluation) -> EvaluationResultData:
     """Return the result of an evaluation in unseen worlds as the page shows it."""
-    missed = "goal not reached" if found.flag is None else f"not {found.flag}"
-    missed = missed if found.goal is None else f"not so: {found.goal},"
-    rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
+    missed = "goal not reached" if evaluation.flag is None else f"not {evaluation.flag}"
+    missed = missed if evaluation.goal is None else f"not so: {evaluation.goal},"
+    rows = zip(
+        evaluation.seeds, evaluation.taught.finished.tolist(), evaluation.taught.limit_s.tolist(), strict=True
+    )
     failed = [
         FailedWorldData(seed=seed, problem=f"{missed} after {limit_s:.0f} s")
         for seed, finished, limit_s in rows
         if not finished
     ]
-    succeeded = len(found.seeds) - len(failed)
+    succeeded = len(evaluation.seeds) - len(failed)
     return EvaluationResultData(
-        success=_success(found),
+        success=_success(evaluation),
         succeeded=succeeded,
-        interval=interval_of_share(succeeded, len(found.seeds)),
-        first=min(found.seeds),
-        last=max(found.seeds),
+        interval=interval_of_share(succeeded, len(evaluation.seeds)),
+        first=min(evaluation.seeds),
+        last=max(evaluation.seeds),
         failed=failed[:MOST_LISTED],
-        raised=describe_raised(found.flag, found.raised),
-        elsewhere=0 if found.raised is None else found.raised.elsewhere,
+        raised=describe_raised(evaluation.flag, evaluation.raised),
+        elsewhere=0 if evaluation.raised is None else evaluation.raised.elsewhere,
     )
 
 
-def _success(found: Evaluation) -> str:
-    if found.goal is not None:
-        return found.goal
-    wanted = f"the goal of {found.world}" if found.flag is None else found.flag
-    if found.expert is not None:
+def _success(evaluation: Evaluation) -> str:
+    if evaluation.goal is not None:
+        return evaluation.goal
+    wanted = f"the goal of {evaluation.world}" if evaluation.flag is None else evaluation.flag
+    if evaluation.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
-    return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
+    return f"{wanted} within {evaluation.taught.limit_s[0]:.0f} s"
 
 
 def _doubt(trainer: Trainer) -> DoubtData | None:
