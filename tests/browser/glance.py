@@ -16,7 +16,7 @@ LOOK = """() => {
   const text = (selector) => document.querySelector(selector)?.innerText ?? "";
   const content = (selector) => document.querySelector(selector)?.textContent ?? "";
   return {
-    features: all(".read_aim").map((each) => [each.dataset.feature, each.querySelector("b").textContent]),
+    features: all(".reading").map((each) => [each.dataset.feature, each.querySelector("b").textContent]),
     states: all(".state").map(({ dataset }) => dataset.state),
     state: all(".state.on").map(({ dataset }) => dataset.state)[0] ?? "",
     flag: all(".state.flag.on").length > 0,

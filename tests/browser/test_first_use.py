@@ -74,7 +74,7 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher) -> None:
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
     teacher.click("Save")
     page.get_by_role("tab", name="Library").click()
-    field = page.locator(".naming input")
+    field = page.locator(".name-form input")
     for way, elsewhere in product(("Rename", "Duplicate"), (False, True)):
         teacher.click(f"{way} goto")
         expect(field).to_be_focused()
@@ -84,7 +84,7 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher) -> None:
         expect(field).to_have_count(0)
     page.evaluate(
         """() => new MutationObserver((_, watch) => {
-            if (!document.querySelector(".naming input")) return;
+            if (!document.querySelector(".name-form input")) return;
             watch.disconnect();
             dispatchEvent(new KeyboardEvent("keydown", {key: "Escape"}));
             window.pressedEscape = true;

@@ -175,7 +175,7 @@ function EvaluationView({
         <>
           <p>95% interval {percent(result.interval)} %</p>
           {result.raised !== "" && (
-            <p class={className(result.elsewhere > 0 && "warn")}>{plain(result.raised)}</p>
+            <p class={className(result.leaves_shown && "warn")}>{plain(result.raised)}</p>
           )}
           <p class="tiny">
             {plain(behavior)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
@@ -323,6 +323,9 @@ function Results({ studio }: { studio: Studio }) {
   const { results } = lessonTests;
   if (results === null || (results.length === 0 && lessonTests.testing === null)) return null;
   const bad = results.filter(({ works }) => !works).length;
+  const otherwise = results.reduce((sum, each) => sum + each.otherwise, 0);
+  const held =
+    otherwise === 0 ? "All as shown" : `${formatCount(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
       <div class="outcomes-head">
@@ -330,7 +333,7 @@ function Results({ studio }: { studio: Studio }) {
           {lessonTests.testing !== null
             ? "Testing"
             : bad === 0
-              ? "All as shown, all properties hold"
+              ? `${held}, all properties hold`
               : `Failed: ${bad} of ${results.length}`}
         </b>
         {lessonTests.testing === null && !lessonTests.fresh && (

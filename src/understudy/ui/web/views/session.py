@@ -245,8 +245,8 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
     """Of the worlds in which it failed, the first hundred."""
     raised: str
     """Where the flag that counts was raised, beside where it was shown; empty without such a flag."""
-    elsewhere: int
-    """The number of worlds in which it was raised where it was not shown."""
+    leaves_shown: bool
+    """Whether it was raised where it was not shown, in any world."""
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
@@ -397,7 +397,7 @@ def describe_evaluation(evaluation: Evaluation) -> EvaluationResultData:
         last=max(evaluation.seeds),
         failed=failed[:MOST_LISTED],
         raised=describe_raised(evaluation.flag, evaluation.raised),
-        elsewhere=0 if evaluation.raised is None else evaluation.raised.elsewhere,
+        leaves_shown=evaluation.raised is not None and evaluation.raised.leaves_shown,
     )
 
 
