@@ -16,9 +16,9 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from tests.runtime.random_libraries import played, random_library, random_program
+from tests.runtime.random_libraries import draw_library, draw_program, play_random_body
 from tests.sim.golden import each_in_turn
-from tests.sim.random_scenarios import random_commands, random_pulling_world, random_world
+from tests.sim.random_scenarios import draw_commands, draw_pulling_world, draw_world
 
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.tree_growth import grow_tree
@@ -44,9 +44,9 @@ def cases() -> Iterator[tuple[str, Callable[[], bytes]]]:
     for name in SCENARIOS:
         yield name, partial(_run, name)
     for number in RANDOM:
-        yield f"random {number}", partial(_obey, random_world, number)
+        yield f"random {number}", partial(_obey, draw_world, number)
     for number in PULLING:
-        yield f"pulling {number}", partial(_obey, random_pulling_world, number)
+        yield f"pulling {number}", partial(_obey, draw_pulling_world, number)
     yield "squads", _lead
     for number in PULSES:
         yield f"pulses {number}", partial(_pulse, number)
@@ -69,7 +69,7 @@ def _obey(make: Callable[..., World], number: int) -> bytes:
     world = make(number, worlds=2)
     draw = np.random.default_rng(number)
     for _ in range(TICKS // 4):
-        commands = random_commands(draw, world)
+        commands = draw_commands(draw, world)
         for _ in range(4):
             world.act(commands)
     return _state(world)
@@ -86,9 +86,9 @@ def _lead() -> bytes:
 def _pulse(number: int) -> bytes:
     """Random programs on random readings."""
     random = Random(number)
-    library = random_library(random)
-    body = played(random, agents=6, ticks=20)
-    engine = Engine(body, [random_program(random, library) for _ in range(6)])
+    library = draw_library(random)
+    body = play_random_body(random, agents=6, ticks=20)
+    engine = Engine(body, [draw_program(random, library) for _ in range(6)])
     engine.run(20)
     return repr((body.commanded, [engine.path(agent) for agent in range(6)])).encode()
 

@@ -126,11 +126,11 @@ class SimulatedClock:
     def _settle(self) -> None:
         """Return once no thread runs: each waits or has ended, and none waits for an event that is set."""
 
-        def settled() -> bool:
+        def is_settled() -> bool:
             self._running = {thread for thread in self._running if thread.is_alive()}
             return not self._running and not any(each.event_set for each in self._waiting)
 
-        self._change(settled, "all threads to wait by this clock, or to end")
+        self._change(is_settled, "all threads to wait by this clock, or to end")
 
     def _change(self, reached: Callable[[], bool], what: str) -> None:
         until = time.monotonic() + BOUND_S

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy import evaluate
 from understudy.entry_points import KITS, STUDIES, WORLDS, list_entry_points
@@ -62,7 +62,7 @@ meadow = mylab_of_tests:kit
 
 
 @pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def site_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Install a package, as pip does: a module, and the list of its entry points."""
     (tmp_path / "mylab_of_tests.py").write_text(MODULE)
     about = tmp_path / "mylab_of_tests-1.0.dist-info"
@@ -74,17 +74,17 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", ["meadow", "mylab_of_tests:make_meadow"])
-def test_a_scenario_of_another_package(installed: Path, name: str) -> None:
+def test_a_scenario_of_another_package(site_folder: Path, name: str) -> None:
     assert find_scenario(name).name == "meadow"
     assert locate_scenario(name) == name
 
 
-def test_it_is_listed_and_shown(installed: Path) -> None:
+def test_it_is_listed_and_shown(site_folder: Path) -> None:
     assert "meadow" in list_scenarios()
-    assert "meadow" in [row["name"] for row in said("worlds")["worlds"]]
+    assert "meadow" in [row["name"] for row in run_json("worlds")["worlds"]]
     assert "'swamp' raised RuntimeError: no meadow today" in " ".join(run("worlds").stderr.split())
-    (installed / "meadow.toml").write_text(run("worlds", "meadow").stdout)
-    assert find_scenario(installed / "meadow.toml") == find_scenario("meadow")
+    (site_folder / "meadow.toml").write_text(run("worlds", "meadow").stdout)
+    assert find_scenario(site_folder / "meadow.toml") == find_scenario("meadow")
 
 
 def test_a_module_of_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,7 +93,7 @@ def test_a_module_of_the_working_folder(tmp_path: Path, monkeypatch: pytest.Monk
     assert find_scenario("ownlab_of_tests:make_meadow").name == "meadow"
 
 
-def test_it_is_evaluated_as_the_scenario_that_it_is_like(installed: Path) -> None:
+def test_it_is_evaluated_as_the_scenario_that_it_is_like(site_folder: Path) -> None:
     from understudy import Library
     from understudy.sim.forage import FORAGE_KIT
 
@@ -106,12 +106,12 @@ def test_it_is_evaluated_as_the_scenario_that_it_is_like(installed: Path) -> Non
     assert one.success == other.success
 
 
-def test_a_kit_by_its_entry_point(installed: Path) -> None:
+def test_a_kit_by_its_entry_point(site_folder: Path) -> None:
     assert list(find_kit("mylab", "forage").behaviors) == ["creep"]
     assert find_kit("mylab_of_tests:kit", "forage") is find_kit("mylab", "forage")
 
 
-def test_an_experiment_of_another_package(installed: Path) -> None:
+def test_an_experiment_of_another_package(site_folder: Path) -> None:
     assert list_entry_points(STUDIES) == ["grazing", "meadow"]
     assert find_experiment("grazing").work({"seed": 1}) == {"seed": 1, "grass": 3}
     with pytest.raises(SettingError, match="'meadow' is a Kit; let the entry point name a Study"):
@@ -129,8 +129,8 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("name", "says"), MISTAKES)
-def test_what_is_no_scenario_is_one_sentence(installed: Path, name: str, says: str) -> None:
-    result = run("eval", "--world", name, "--library", installed)
+def test_what_is_no_scenario_is_one_sentence(site_folder: Path, name: str, says: str) -> None:
+    result = run("eval", "--world", name, "--library", site_folder)
     assert result.exit_code == 2
     assert says in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr

@@ -1,6 +1,7 @@
 """Names: functions are verbs, and no public name of the product stands for two things."""
 
 import ast
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -137,3 +138,73 @@ def test_methods_are_no_participles() -> None:
     ]
     assert not found, "methods that are participles:\n" + "\n".join(found)
     assert set(METHODS_ALLOWED) <= {name for _, name in known}
+
+
+HELPERS_ALLOWED = {
+    "anything": "a hostile message, in a test of another toolchain whose sources are hashed",
+    "failed": METHODS_ALLOWED["failed"],
+    "failing_world": "a world in which a behavior fails",
+    "held_evaluations": "evaluations that wait until they are let go on",
+    "killed_processes": "processes that were killed",
+    "missing_flag": "the name of a seeded defect, as reports have it",
+    "planted_library": "a library with a planted defect",
+    "removed_examples": "the name of a seeded defect, as reports have it",
+    "scripted_drive": "a drive by a script",
+    "sent": "the last command that a robot was sent",
+    "sent_s": "when each message was sent",
+    "shared_lesson": "the lesson of two drivers",
+    "swapped": "the name of a seeded defect, as reports have it",
+    "unused_feature": "the name of a seeded defect, as reports have it",
+    "waiting_agent": "an agent that does not tick yet",
+}
+"""Helpers of tests that begin with a participle and are nouns, and what they are."""
+HASHED = {"export", "fixtures", "peers"}
+"""Folders of tests whose sources are hashed, or translated, for records that only other toolchains can renew."""
+HELPER = re.compile(r"^ *(?:async )?def (?!_*test_)_*(\w+)\(", re.MULTILINE)
+
+
+def test_helpers_of_tests_are_no_participles() -> None:
+    """A helper says what it does or makes: `make_session`, not `taught`; `read_failures`, not `shown`."""
+    folder = ROOT / "tests"
+    paths = [path for path in sorted(folder.rglob("*.py")) if path.relative_to(folder).parts[0] not in HASHED]
+    helpers = [
+        (path.relative_to(folder), name)
+        for path in paths
+        for name in HELPER.findall(path.read_text(encoding="utf-8"))
+    ]
+    assert len(helpers) > 1_500
+    offenders = [
+        f"{path}: {name}" for path, name in helpers if is_participle(name) and name not in HELPERS_ALLOWED
+    ]
+    assert not offenders, "helpers of tests that are participles:\n" + "\n".join(offenders)
+    assert set(HELPERS_ALLOWED) <= {name for _, name in helpers}
+
+
+VAGUE = {"asked", "found", "given", "kept", "known", "made", "said", "seen", "shown", "told"}
+"""Names that say nothing of a value."""
+VARIABLES_ALLOWED = {
+    "ui/web/views/lesson_test.py: shown": "a field that `simplify --json` prints under this name, too"
+}
+NAMED_PACKAGES = ("ui/controller", "ui/web")
+"""Packages in which variables and parameters, too, are named for what they hold."""
+
+
+def list_variables(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the variables and parameters of a module, each with its line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name):
+                yield node.lineno, name
+
+
+def test_variables_say_what_they_hold() -> None:
+    """A variable is `report` or `names`, not `found` or `known`."""
+    paths = [path for package in NAMED_PACKAGES for path in sorted((SOURCE / package).rglob("*.py"))]
+    variables = [(path.relative_to(SOURCE), *each) for path in paths for each in list_variables(path)]
+    assert len(variables) > 3_000
+    offenders = [
+        f"{path}:{line}: {name}"
+        for path, line, name in variables
+        if name in VAGUE and f"{path}: {name}" not in VARIABLES_ALLOWED
+    ]
+    assert not offenders, "variables that say nothing:\n" + "\n".join(offenders)

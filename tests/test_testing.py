@@ -26,7 +26,7 @@ def half_way(_: Any, target: Any) -> Column:
 
 
 @feature(Toroidal())
-def unwrapped(_: Any, target: Any) -> Column:
+def leave_unwrapped(_: Any, target: Any) -> Column:
     return np.asarray(target.bearing + 7.0)
 
 
@@ -81,7 +81,7 @@ BAD_FEATURES = [
     (reads_nothing_there, "it failed: AttributeError: the body has no reading 'sonar'"),
     (fails_on_few, "it failed: IndexError: index 1 is out of bounds"),
     (Feature("gives_nothing", Continuous(), function=lambda robot: None), "one column of floats"),  # type: ignore[arg-type, return-value]
-    (unwrapped, "its values are toroidal"),
+    (leave_unwrapped, "its values are toroidal"),
     (two, "its values are categorical"),
     (infinite, "its values are continuous"),
     (whole_numbers, "one column of floats"),

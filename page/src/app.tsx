@@ -2,9 +2,9 @@
 
 import { useEffect, useMemo } from "preact/hooks";
 import { Bars } from "./bars";
-import { Asked } from "./asked";
-import { AroundContext, useStudio } from "./context";
-import { Directing } from "./directing";
+import { QuestionCard } from "./question";
+import { CurrentApp, useStudio } from "./context";
+import { StateButtons } from "./statebuttons";
 import { Guide } from "./guide";
 import { Header } from "./header";
 import { listenToKeys } from "./keys";
@@ -25,31 +25,31 @@ export function App({ studio, panel, tour }: { studio: Studio; panel: Panel; tou
   useEffect(() => listenToKeys(studio), [studio]);
   useEffect(() => studio.live.begin(), [studio]);
   return (
-    <AroundContext.Provider value={around}>
+    <CurrentApp.Provider value={around}>
       <div class="screen" onClick={letKeysGo}>
         <Header />
         <div class="bars">
           <Bars />
           <Robots />
         </div>
-        <Shown />
+        <MainView />
       </div>
-    </AroundContext.Provider>
+    </CurrentApp.Provider>
   );
 }
 
 /** The running team, or the training of one of its agents; without a team, always the training. */
-function Shown() {
+function MainView() {
   const studio = useStudio();
-  if (studio.team !== null && studio.shows === "team") return <TeamView />;
+  if (studio.team !== null && studio.view === "team") return <TeamView />;
   return (
     <>
       <Side />
       <main class="center">
         <WorldView />
         <Guide />
-        <Asked />
-        <Directing />
+        <QuestionCard />
+        <StateButtons />
         <Timeline />
       </main>
       <Pane />

@@ -19,18 +19,18 @@ export function Bars() {
       </div>
     );
   }
-  if (studio.told === null || studio.directs) return null;
+  if (studio.status === null || studio.hasControl) return null;
   return (
     <div class="bar" role="status">
       <span>
-        {studio.told.directed
-          ? studio.told.can_take
+        {studio.status.is_controlled
+          ? studio.status.can_take_control
             ? "Someone else is in control, and has done nothing for a while."
             : "Someone else is in control. You can watch, and take control when nobody is."
           : "No one is in control. Take control to teach the robot."}
       </span>
-      {studio.told.can_take && (
-        <button type="button" class="small" onClick={() => void studio.ask({ do: "take" })}>
+      {studio.status.can_take_control && (
+        <button type="button" class="small" onClick={() => void studio.ask({ do: "take_control" })}>
           Take control
         </button>
       )}

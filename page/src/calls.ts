@@ -11,63 +11,66 @@ export interface Offer {
 const MOST_WAYS = 24;
 
 /** A name with its parameters bound in every way. */
-export function ways(part: KitBehavior, names: readonly string[]): string[] {
-  return calls(part, names).map(called);
+export function callVariants(part: KitBehavior, names: readonly string[]): string[] {
+  return bindAll(part, names).map(formatCall);
 }
 
 /** A behavior called in every way. */
-export function calls(part: KitBehavior, names: readonly string[]): BehaviorCall[] {
-  let found: Record<string, string>[] = [{}];
+export function bindAll(part: KitBehavior, names: readonly string[]): BehaviorCall[] {
+  let bindings: Record<string, string>[] = [{}];
   for (const parameter of part.parameters) {
-    found = found.flatMap((targets) => names.map((name) => ({ ...targets, [parameter]: name })));
+    bindings = bindings.flatMap((targets) => names.map((name) => ({ ...targets, [parameter]: name })));
   }
-  return found.slice(0, MOST_WAYS).map((targets) => ({ behavior: part.name, targets }));
+  return bindings.slice(0, MOST_WAYS).map((targets) => ({ behavior: part.name, targets }));
 }
 
 /** goto(station). */
-export function called({ behavior, targets }: BehaviorCall): string {
+export function formatCall({ behavior, targets }: BehaviorCall): string {
   const bound = Object.values(targets);
   return bound.length === 0 ? behavior : `${behavior}(${bound.join(", ")})`;
 }
 
-export function offeredStates(
+export function offerStates(
   scene: Scene,
-  told: SessionNews,
+  status: SessionNews,
   names: readonly string[],
   without: string,
 ): Offer[] {
-  const trained = told.library.trained.filter(({ name }) => name !== without);
-  return [...trained, ...scene.behaviors].map((part) => ({ name: part.name, ways: ways(part, names) }));
+  const trained = status.library.trained.filter(({ name }) => name !== without);
+  return [...trained, ...scene.behaviors].map((part) => ({
+    name: part.name,
+    ways: callVariants(part, names),
+  }));
 }
 
 /** The kit's features, and flags beyond them that trained automata raise. */
-export function offeredFeatures(scene: Scene, told: SessionNews | null, names: readonly string[]): Offer[] {
+export function offerFeatures(scene: Scene, status: SessionNews | null, names: readonly string[]): Offer[] {
   const offers = scene.features.map(({ label, parameters }) => {
     const name = label.replace(/\(.*/, "");
-    return { name, ways: ways({ name, parameters }, names) };
+    return { name, ways: callVariants({ name, parameters }, names) };
   });
-  const known = new Set(offers.map(({ name }) => name));
-  const raised = new Set(told?.library.trained.flatMap(({ flags }) => flags) ?? []);
+  const kitNames = new Set(offers.map(({ name }) => name));
+  const raised = new Set(status?.library.trained.flatMap(({ flags }) => flags) ?? []);
   return [
     ...offers,
-    ...[...raised].filter((flag) => !known.has(flag)).map((name) => ({ name, ways: [name] })),
+    ...[...raised].filter((flag) => !kitNames.has(flag)).map((name) => ({ name, ways: [name] })),
   ];
 }
 
 /** A state as it is chosen: what it runs, its name where it was given one, and the one it had before. */
-export interface Chosen {
+export interface StateChoice {
   runs: string;
   name: string;
   was: string | null;
 }
 
-export function chosen(runs: string): Chosen {
+export function chooseState(runs: string): StateChoice {
   return { runs, name: "", was: null };
 }
 
 /** What the automaton under training can do now, as it is chosen: without its start state and its flags. */
-export function chosenStates(desk: Session): Chosen[] {
-  return desk.states
+export function chooseLessonStates(session: Session): StateChoice[] {
+  return session.states
     .filter((state, index) => index > 0 && !state.flag)
     .map(({ name, runs }) => ({ runs: runs ?? name, name, was: name }));
 }
@@ -76,7 +79,7 @@ export function chosenStates(desk: Session): Chosen[] {
  * What states are called: as they were named, else like their behavior; of several that call one behavior in
  * several ways, each as it runs, so that goto(station) and goto(nearest_food) are two.
  */
-export function stateNames(states: readonly Chosen[]): string[] {
+export function stateNames(states: readonly StateChoice[]): string[] {
   return states.map(({ runs, name }) => {
     if (name.trim() !== "") return name.trim();
     const alike = states.some((each) => each.runs !== runs && behaviorOf(each.runs) === behaviorOf(runs));
@@ -85,7 +88,7 @@ export function stateNames(states: readonly Chosen[]): string[] {
 }
 
 /** States as they are asked for. */
-export function askedStates(states: readonly Chosen[]): string[] {
+export function requestStates(states: readonly StateChoice[]): string[] {
   const names = stateNames(states);
   return states.map(({ runs }, index) => {
     const name = names[index] ?? "";
@@ -94,25 +97,25 @@ export function askedStates(states: readonly Chosen[]): string[] {
 }
 
 /** The new names of states that have another name now. */
-export function renamedStates(states: readonly Chosen[]): Record<string, string> {
+export function listRenamed(states: readonly StateChoice[]): Record<string, string> {
   const names = stateNames(states);
   const pairs = states.map(({ was }, index) => [was ?? "", names[index] ?? ""] as const);
   return Object.fromEntries(pairs.filter(([was, name]) => was !== "" && was !== name));
 }
 
 /** One more state that runs the same, after the one at this place, with a name of its own. */
-export function onceMore(states: readonly Chosen[], index: number): Chosen[] {
+export function duplicateState(states: readonly StateChoice[], index: number): StateChoice[] {
   const state = states[index];
   if (state === undefined) return [...states];
   const taken = new Set(stateNames(states));
   let number = 2;
   while (taken.has(`${behaviorOf(state.runs)}_${number}`)) number += 1;
-  const more = { ...chosen(state.runs), name: `${behaviorOf(state.runs)}_${number}` };
+  const more = { ...chooseState(state.runs), name: `${behaviorOf(state.runs)}_${number}` };
   return [...states.slice(0, index + 1), more, ...states.slice(index + 1)];
 }
 
 /** A name that two states would have; null where there is none. */
-export function twice(states: readonly Chosen[]): string | null {
+export function findDuplicate(states: readonly StateChoice[]): string | null {
   const names = stateNames(states);
   return names.find((name, index) => names.indexOf(name) !== index) ?? null;
 }
@@ -123,6 +126,6 @@ function behaviorOf(way: string): string {
 }
 
 /** Names separated by commas or spaces. */
-export function listed(text: string): string[] {
+export function splitNames(text: string): string[] {
   return [...new Set(text.split(/[\s,]+/).filter((name) => name !== ""))];
 }

@@ -7,41 +7,41 @@ import type { Panel } from "./panel";
 import type { Studio } from "./studio";
 import type { Tour } from "./tour";
 
-interface Around {
+interface AppContext {
   studio: Studio;
   panel: Panel;
   tour: Tour;
 }
 
-export const AroundContext = createContext<Around | null>(null);
+export const CurrentApp = createContext<AppContext | null>(null);
 
-function around(): Around {
-  const found = useContext(AroundContext);
-  if (found === null) throw new Error("a component is outside the app");
-  return found;
+function useApp(): AppContext {
+  const app = useContext(CurrentApp);
+  if (app === null) throw new Error("a component is outside the app");
+  return app;
 }
 
 /** The studio; draws the component again when it has news. */
 export function useStudio(): Studio {
-  const { studio } = around();
+  const { studio } = useApp();
   useNews(studio.news);
   return studio;
 }
 
 /** The studio without listening to it. */
 export function useQuietStudio(): Studio {
-  return around().studio;
+  return useApp().studio;
 }
 
 /** The tour; draws the component again when it goes on. */
 export function useTour(): Tour {
-  const { tour } = around();
+  const { tour } = useApp();
   useNews(tour.news);
   return tour;
 }
 
 export function usePanel(): Panel {
-  const { panel } = around();
+  const { panel } = useApp();
   useNews(panel.news);
   return panel;
 }

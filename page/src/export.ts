@@ -15,7 +15,7 @@ const SINGLE: readonly string[] = ["c99"];
 /** The targets for which a robot's file says what is read and commanded. */
 const ROBOTS: readonly string[] = ["ros2"];
 
-export interface Wanted {
+export interface ExportRequest {
   name: string;
   to: string;
   targets: Readonly<Record<string, string>>;
@@ -35,8 +35,8 @@ export function needsRobot(target: string): boolean {
 }
 
 /** The query of an export. */
-export function exportQuery(wanted: Wanted): [string, string][] {
-  const { name, to, targets, single } = wanted;
+export function exportQuery(request: ExportRequest): [string, string][] {
+  const { name, to, targets, single } = request;
   return [
     ["name", name],
     ["to", to],

@@ -5,36 +5,42 @@ import type { Arrow } from "./protocol";
 import type { Studio } from "./studio";
 
 /** What is held down, or leaned to, at one moment; numbered as the standard layout is. */
-export interface Held {
+export interface PadInput {
   buttons: ReadonlySet<number>;
   way: Arrow | null;
 }
 
-export type Act = Arrow | "confirm" | "pause" | "turn" | "undo" | "stop";
+export type PadAction = Arrow | "confirm" | "pause" | "toggle_mode" | "undo" | "stop";
 
-const ACTS: Readonly<Record<number, Act>> = { 0: "confirm", 1: "undo", 2: "stop", 3: "turn", 9: "pause" };
+const ACTS: Readonly<Record<number, PadAction>> = {
+  0: "confirm",
+  1: "undo",
+  2: "stop",
+  3: "toggle_mode",
+  9: "pause",
+};
 const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
 /** How far the stick is to lean before it counts, and back before it counts again. */
 const LEANS = 0.6;
 const RESTS = 0.4;
-const NOTHING: Held = { buttons: new Set(), way: null };
+const NOTHING: PadInput = { buttons: new Set(), way: null };
 
 /** What is held now; a stick that leans already may lean a little less. */
-export function held(pad: Pick<Gamepad, "axes" | "buttons">, before: Held): Held {
+export function readInput(pad: Pick<Gamepad, "axes" | "buttons">, before: PadInput): PadInput {
   const pressed = pad.buttons.flatMap(({ pressed }, index) => (pressed ? [index] : []));
   const [x = 0, y = 0] = pad.axes;
   const cross = pressed.map((index) => PADS[index]).find((way) => way !== undefined);
-  return { buttons: new Set(pressed), way: cross ?? leaning(x, y, before.way) };
+  return { buttons: new Set(pressed), way: cross ?? readArrow(x, y, before.way) };
 }
 
 /** What to do, now that this is held: each press counts once. */
-export function acts(before: Held, now: Held): Act[] {
+export function listActions(before: PadInput, now: PadInput): PadAction[] {
   const begun = [...now.buttons].filter((index) => !before.buttons.has(index));
-  const found = begun.map((index) => ACTS[index]).filter((act) => act !== undefined);
-  return now.way !== null && now.way !== before.way ? [now.way, ...found] : found;
+  const actions = begun.map((index) => ACTS[index]).filter((act) => act !== undefined);
+  return now.way !== null && now.way !== before.way ? [now.way, ...actions] : actions;
 }
 
-function leaning(x: number, y: number, before: Arrow | null): Arrow | null {
+function readArrow(x: number, y: number, before: Arrow | null): Arrow | null {
   if (Math.hypot(x, y) < (before === null ? LEANS : RESTS)) return null;
   if (Math.abs(x) > Math.abs(y)) return x > 0 ? "right" : "left";
   return y > 0 ? "down" : "up";
@@ -44,7 +50,7 @@ function leaning(x: number, y: number, before: Arrow | null): Arrow | null {
 export class Pad {
   readonly news = new News();
   connected = false;
-  private before: Held = NOTHING;
+  private before: PadInput = NOTHING;
   private timer = 0;
 
   constructor(private readonly studio: Studio) {}
@@ -72,10 +78,10 @@ export class Pad {
       this.news.tell();
     }
     if (pad === undefined) return this.rest();
-    const now = held(pad, this.before);
-    const found = acts(this.before, now);
+    const now = readInput(pad, this.before);
+    const actions = listActions(this.before, now);
     this.before = now;
-    for (const act of found) this.act(act);
+    for (const act of actions) this.act(act);
   }
 
   private rest(): void {
@@ -84,14 +90,14 @@ export class Pad {
     this.before = NOTHING;
   }
 
-  private act(act: Act): void {
+  private act(act: PadAction): void {
     const { studio } = this;
-    if (studio.desk === null || !studio.directs) return;
+    if (studio.session === null || !studio.hasControl) return;
     if (act === "confirm") void studio.confirm(performance.now());
-    else if (act === "pause") void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
-    else if (act === "turn" || act === "undo") void studio.ask({ do: act });
+    else if (act === "pause") void studio.ask({ do: "pause", paused: !(studio.status?.paused ?? false) });
+    else if (act === "toggle_mode" || act === "undo") void studio.ask({ do: act });
     else {
-      const state = studio.desk.states.find(({ arrow, flag }) => (act === "stop" ? flag : arrow === act));
+      const state = studio.session.states.find(({ arrow, flag }) => (act === "stop" ? flag : arrow === act));
       if (state !== undefined) void studio.press(state.name, performance.now());
     }
   }

@@ -1,7 +1,7 @@
 /** Where the states and the transitions between them are drawn. */
 
 import { Graph, layout } from "@dagrejs/dagre";
-import type { Arrow, NestedAutomaton, NestedState, Way } from "./protocol";
+import type { Arrow, NestedAutomaton, NestedState, Transition } from "./protocol";
 
 const LETTER = 7.2;
 const PADDING = 26;
@@ -20,14 +20,14 @@ interface Point {
 }
 
 /** A state of the automaton under training, which may have an arrow key, or of one below it. */
-export type DrawnState = NestedState & { arrow?: Arrow | null };
+export type StateNode = NestedState & { arrow?: Arrow | null };
 
 export interface Node {
-  state: DrawnState;
+  state: StateNode;
   /** Where it is, from the outermost state inwards. */
   path: string;
   /** What it runs, while it is open. */
-  inner: Drawing | null;
+  inner: GraphLayout | null;
   x: number;
   y: number;
   width: number;
@@ -35,12 +35,12 @@ export interface Node {
 }
 
 export interface Bend {
-  edge: Way;
+  edge: Transition;
   id: string;
   points: Point[];
 }
 
-export interface Drawing {
+export interface GraphLayout {
   width: number;
   height: number;
   nodes: Node[];
@@ -53,27 +53,27 @@ export function edgeId(edge: { from: string; to: string }): string {
 
 /** The id of the edge of a decision; null where none is drawn. Without a state, one of any. */
 export function edgeOf(
-  edges: readonly Way[],
+  edges: readonly Transition[],
   decision: { state: string; next: string } | undefined,
 ): string | null {
-  const found = edges.find(
+  const edge = edges.find(
     ({ from, to }) => to === decision?.next && (decision.state === "" || from === decision.state),
   );
-  return found === undefined ? null : edgeId(found);
+  return edge === undefined ? null : edgeId(edge);
 }
 
 /** An edge wherever it is drawn: the path of the state whose automaton it belongs to, then the edge. */
-function arcId(above: string, edge: Way): string {
+function arcId(above: string, edge: Transition): string {
   return above === "" ? edgeId(edge) : `${above}\n${edgeId(edge)}`;
 }
 
 /** The edge of a nested automaton by the id that it is drawn with, and the automaton it belongs to. */
 export function innerEdge(
-  states: readonly DrawnState[],
+  states: readonly StateNode[],
   nested: Readonly<Record<string, NestedAutomaton>>,
   id: string,
   above = "",
-): { edge: Way; of: string } | null {
+): { edge: Transition; of: string } | null {
   for (const { name, automaton } of states) {
     const path = `${above}/${name}`;
     const inner = automaton === null ? undefined : nested[automaton];
@@ -86,19 +86,19 @@ export function innerEdge(
   return null;
 }
 
-export function drawing(
-  states: readonly DrawnState[],
-  edges: readonly Way[],
-  name: (state: DrawnState) => string,
+export function layoutGraph(
+  states: readonly StateNode[],
+  edges: readonly Transition[],
+  name: (state: StateNode) => string,
   opened: ReadonlySet<string> = new Set(),
   nested: Readonly<Record<string, NestedAutomaton>> = {},
   above = "",
-): Drawing {
-  const inside = (state: DrawnState): Drawing | null => {
+): GraphLayout {
+  const inside = (state: StateNode): GraphLayout | null => {
     const inner = state.automaton === null ? undefined : nested[state.automaton];
     const path = `${above}/${state.name}`;
     if (inner === undefined || !opened.has(path)) return null;
-    return drawing(inner.states, inner.edges, name, opened, nested, path);
+    return layoutGraph(inner.states, inner.edges, name, opened, nested, path);
   };
   const inner = new Map(states.map((state) => [state.name, inside(state)]));
   const graph = new Graph({ multigraph: true });
@@ -109,14 +109,14 @@ export function drawing(
     const { width = 0, height = -FRAME } = inner.get(state.name) ?? {};
     graph.setNode(state.name, { width: Math.max(title, width + 2 * FRAME), height: HEIGHT + height + FRAME });
   }
-  const known = new Set(states.map((state) => state.name));
-  const drawn = edges.filter(({ from, to }) => from !== to && known.has(from) && known.has(to));
+  const names = new Set(states.map((state) => state.name));
+  const drawn = edges.filter(({ from, to }) => from !== to && names.has(from) && names.has(to));
   for (const edge of drawn) graph.setEdge(edge.from, edge.to, {}, edgeId(edge));
-  const wide = (state: DrawnState): number => (graph.node(state.name) as { width: number }).width;
-  for (const [from, to] of loose(states, drawn, wide)) graph.setEdge(from, to, {}, "loose");
+  const wide = (state: StateNode): number => (graph.node(state.name) as { width: number }).width;
+  for (const [from, to] of connectLoose(states, drawn, wide)) graph.setEdge(from, to, {}, "loose");
   layout(graph);
   const size = graph.graph() as { width?: number; height?: number };
-  return faced({
+  return mirrorTurns({
     width: size.width ?? 1,
     height: size.height ?? 1,
     nodes: states.map((state) => {
@@ -133,22 +133,22 @@ export function drawing(
 }
 
 /** Turning left is drawn left of turning right. */
-function faced(drawing: Drawing): Drawing {
+function mirrorTurns(drawing: GraphLayout): GraphLayout {
   const place = (arrow: Arrow): number => drawing.nodes.find(({ state }) => state.arrow === arrow)?.x ?? NaN;
   if (!(place("left") > place("right"))) return drawing;
-  const flipped = <T extends Point>(point: T): T => ({ ...point, x: drawing.width - point.x });
+  const mirror = <T extends Point>(point: T): T => ({ ...point, x: drawing.width - point.x });
   return {
     ...drawing,
-    nodes: drawing.nodes.map(flipped),
-    arcs: drawing.arcs.map((arc) => ({ ...arc, points: arc.points.map(flipped) })),
+    nodes: drawing.nodes.map(mirror),
+    arcs: drawing.arcs.map((arc) => ({ ...arc, points: arc.points.map(mirror) })),
   };
 }
 
 /** States that nothing leads to yet stand below the start state, in rows, and flags below them. */
-function loose(
-  states: readonly DrawnState[],
-  edges: readonly Way[],
-  wide: (state: DrawnState) => number,
+function connectLoose(
+  states: readonly StateNode[],
+  edges: readonly Transition[],
+  wide: (state: StateNode) => number,
 ): [string, string][] {
   const [start, ...others] = states;
   if (start === undefined) return [];
@@ -171,8 +171,8 @@ function loose(
 }
 
 /** As many in a row as can be read side by side. */
-function inRows(states: readonly DrawnState[], wide: (state: DrawnState) => number): DrawnState[][] {
-  const rows: DrawnState[][] = [];
+function inRows(states: readonly StateNode[], wide: (state: StateNode) => number): StateNode[][] {
+  const rows: StateNode[][] = [];
   let room = 0;
   for (const state of states) {
     room -= wide(state) + GAP;
@@ -190,15 +190,15 @@ export function curve(points: readonly Point[]): string {
   const [first, ...rest] = points;
   const last = rest.pop();
   if (first === undefined || last === undefined) return "";
-  let path = `M${at(first)}`;
+  let path = `M${formatPoint(first)}`;
   rest.forEach((point, index) => {
     const next = rest[index + 1];
     const end = next === undefined ? last : { x: (point.x + next.x) / 2, y: (point.y + next.y) / 2 };
-    path += `Q${at(point)} ${at(end)}`;
+    path += `Q${formatPoint(point)} ${formatPoint(end)}`;
   });
-  return rest.length === 0 ? `${path}L${at(last)}` : path;
+  return rest.length === 0 ? `${path}L${formatPoint(last)}` : path;
 }
 
-function at({ x, y }: Point): string {
+function formatPoint({ x, y }: Point): string {
   return `${x.toFixed(1)} ${y.toFixed(1)}`;
 }

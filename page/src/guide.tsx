@@ -5,10 +5,10 @@ import { usePanel, useStudio, useTour } from "./context";
 import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
-import { isThere, STEPS, wish, type Moment, type Tour } from "./tour";
-import { className, degrees, hasKeys, keyName, plain } from "./words";
+import { isThere, STEPS, chooseDirection, type Moment, type Tour } from "./tour";
+import { className, toDegrees, hasKeys, keyName, plain } from "./words";
 
-interface Advice {
+interface TourStep {
   text: string;
   /** What to press: a selector. */
   at: string | null;
@@ -23,15 +23,15 @@ function Card({ tour }: { tour: Tour }) {
   const studio = useStudio();
   const panel = usePanel();
   useSlowNews(studio.framed);
-  const moment = seen(studio);
+  const moment = readMoment(studio);
   useEffect(() => {
     if (studio.current) tour.see(moment);
   });
-  const advice = advised(tour, moment, studio, panel.form !== null);
+  const advice = advise(tour, moment, studio, panel.form !== null);
   usePointing(advice.at);
-  if (studio.told === null) return null;
+  if (studio.status === null) return null;
   return (
-    <section class={className("guide", tour.done && "over")} aria-label="Tour">
+    <section class={className("tour-card", tour.done && "over")} aria-label="Tour">
       <ol class="steps" aria-hidden="true">
         {STEPS.map((name, index) => (
           <li key={name} class={className(index < tour.step && "passed", index === tour.step && "now")} />
@@ -49,7 +49,7 @@ function Card({ tour }: { tour: Tour }) {
 }
 
 /** The way back into a tour that was left. */
-export function TakeUp() {
+export function ResumeTour() {
   const tour = useTour();
   if (!tour.left) return null;
   return (
@@ -60,108 +60,109 @@ export function TakeUp() {
 }
 
 /** What the tour looks at, as it is now. */
-function seen(studio: Studio): Moment {
-  const { desk, told, motion } = studio;
+function readMoment(studio: Studio): Moment {
+  const { session, status, motion } = studio;
   const read = (name: string): number => {
-    const index = desk?.features.findIndex(({ label }) => label === `${name}(${desk.parameters[0]})`) ?? -1;
+    const index =
+      session?.features.findIndex(({ label }) => label === `${name}(${session.parameters[0]})`) ?? -1;
     return motion.last?.features[index] ?? NaN;
   };
-  const state = desk?.states.find(({ name }) => name === desk.state);
+  const state = session?.states.find(({ name }) => name === session.state);
   return {
-    begun: desk !== null && teaches(desk),
-    state: desk?.state ?? "",
+    isTaught: session !== null && teaches(session),
+    state: session?.state ?? "",
     stopped: state?.flag ?? false,
-    taught: desk?.taught ?? 0,
-    seed: told?.seed ?? null,
+    presses: session?.presses ?? 0,
+    seed: status?.seed ?? null,
     distance: read("distance_to"),
-    angle: degrees(read("angle_to")),
+    angle: toDegrees(read("angle_to")),
   };
 }
 
 /** Whether it is what the tour teaches: going to a thing. */
-function teaches(desk: Session): boolean {
-  const labels = desk.features.map(({ label }) => label);
-  const [parameter] = desk.parameters;
+function teaches(session: Session): boolean {
+  const labels = session.features.map(({ label }) => label);
+  const [parameter] = session.parameters;
   const sees = [`distance_to(${parameter})`, `angle_to(${parameter})`].every((each) => labels.includes(each));
   const goes = (["up", "left", "right"] as const).every((way) =>
-    desk.states.some((each) => each.arrow === way),
+    session.states.some((each) => each.arrow === way),
   );
-  return sees && goes && desk.states.some(({ flag }) => flag);
+  return sees && goes && session.states.some(({ flag }) => flag);
 }
 
-const NEW_WORLD = ".running [title='The next world']";
+const NEW_WORLD = ".time-controls [title='The next world']";
 
-function advised(tour: Tour, moment: Moment, studio: Studio, form: boolean): Advice {
-  const { desk } = studio;
+function advise(tour: Tour, moment: Moment, studio: Studio, form: boolean): TourStep {
+  const { session } = studio;
   if (tour.done)
     return {
       text: "It goes there by itself, and you wrote no rule. Save keeps it in the library.",
-      at: ".saving button:last-child",
+      at: ".save-controls button:last-child",
     };
-  if (desk === null || !moment.begun) {
+  if (session === null || !moment.isTaught) {
     if (form)
       return {
         text: "All is chosen already: press Begin.",
         at: ".choice .primary",
       };
-    return { text: "Begin goto, or open it again, and the tour goes on.", at: ".shelf-new" };
+    return { text: "Begin goto, or open it again, and the tour goes on.", at: ".library-new" };
   }
-  if (studio.told?.paused === true)
+  if (studio.status?.paused === true)
     return { text: `Paused. Press ${hasKeys() ? "Space" : "▶"} to resume.`, at: ".pause" };
   if (!studio.current) return { text: "A new world.", at: null }; // nothing is known of it yet
-  if (tour.step < 3) return drives(moment, desk);
+  if (tour.step < 3) return drives(moment, session);
   if (tour.same(moment))
     return { text: "It has learned from your presses already. Go to a new world.", at: NEW_WORLD };
   if (isThere(moment))
     return { text: "It is there, and has learned from what you pressed. Now another world.", at: NEW_WORLD };
-  return corrects(tour, moment, desk, studio.motion.last?.time ?? 0);
+  return corrects(tour, moment, session, studio.motion.last?.time ?? 0);
 }
 
 /** What to press where the robot decides by itself: nothing, unless it does something else than it should for a while. */
-function corrects(tour: Tour, moment: Moment, desk: Session, time: number): Advice {
-  const advice = drives(moment, desk);
+function corrects(tour: Tour, moment: Moment, session: Session, time: number): TourStep {
+  const advice = drives(moment, session);
   if (!tour.needsHelp(advice.at !== null, time))
     return { text: "It decides by itself. Press only where it does wrong.", at: null };
   return { ...advice, text: `It should do something else. ${advice.text}` };
 }
 
 /** What to press to come to A. */
-function drives(moment: Moment, desk: Session): Advice {
-  const now = desk.states.find(({ name }) => name === moment.state);
-  const wished = wish(moment, now?.arrow ?? null);
-  const next = desk.states.find((each) => (wished === "done" ? each.flag : each.arrow === wished));
-  const place = plain(desk.targets[desk.parameters[0] ?? ""] ?? "place");
-  if (wished === null || next === undefined)
+function drives(moment: Moment, session: Session): TourStep {
+  const now = session.states.find(({ name }) => name === moment.state);
+  const direction = chooseDirection(moment, now?.arrow ?? null);
+  const next = session.states.find((each) => (direction === "done" ? each.flag : each.arrow === direction));
+  const place = plain(session.targets[session.parameters[0] ?? ""] ?? "place");
+  if (direction === null || next === undefined)
     return { text: `Turn until the robot sees the ${place}.`, at: null };
   if (now === next) {
     const wait =
-      wished === "up"
+      direction === "up"
         ? `It drives. Wait until it is at the ${place}.`
         : `It turns. Wait until the ${place} is ahead.`;
     return { text: `${wait} Nothing to press now.`, at: null };
   }
-  return { text: said(next, wished, place), at: `.state[data-state=${CSS.escape(next.name)}]` };
+  return { text: describePress(next, direction, place), at: `.state[data-state=${CSS.escape(next.name)}]` };
 }
 
-function said(next: State, wished: string, place: string): string {
-  if (wished === "done") return `It is there: press ${named(next)}.`;
-  if (wished === "up") return `The ${place} is ahead: press ${named(next)}.`;
-  return `The ${place} is to the ${wished}: press ${named(next)}.`;
+function describePress(next: State, direction: string, place: string): string {
+  if (direction === "done") return `It is there: press ${describeState(next)}.`;
+  if (direction === "up") return `The ${place} is ahead: press ${describeState(next)}.`;
+  return `The ${place} is to the ${direction}: press ${describeState(next)}.`;
 }
 
 /** A state with its key; where there is no keyboard, without. */
-function named(state: State): string {
+function describeState(state: State): string {
   return hasKeys() ? `${keyName(state)}, ${plain(state.name)}` : plain(state.name);
 }
 
 /** A ring around what to press. */
 function usePointing(at: string | null): void {
   const pointed = useRef<Element | null>(null);
-  const point = (found: Element | null): void => {
-    if (found === pointed.current) return;
+  const point = (target: Element | null): void => {
+    if (target === pointed.current) return;
     pointed.current?.removeAttribute("data-pointed");
-    found?.setAttribute("data-pointed", "");
-    pointed.current = found;
+    target?.setAttribute("data-pointed", "");
+    pointed.current = target;
   };
   useEffect(() => point(at === null ? null : document.querySelector(at)));
   useEffect(() => () => point(null), []);

@@ -2,15 +2,15 @@
 
 import { useRef, useState } from "preact/hooks";
 import { useStudio } from "./context";
-import { Running } from "./running";
+import { TimeControls } from "./timecontrols";
 import type { Studio } from "./studio";
 import { className, plain } from "./words";
 
 export function Header() {
   const studio = useStudio();
-  const { desk, scene } = studio;
+  const { session, scene } = studio;
   const { real } = studio.live;
-  const overview = studio.team !== null && studio.shows === "team";
+  const overview = studio.team !== null && studio.view === "team";
   return (
     <header class="header">
       <h1 class="logo">Understudy</h1>
@@ -19,24 +19,26 @@ export function Header() {
       {overview ? null : (
         <>
           <span class="what cut">
-            {desk === null ? (
+            {session === null ? (
               <span class="soft">No automaton open</span>
             ) : (
               <b>
-                {plain(desk.name)}
-                {desk.parameters.length > 0 && <span class="soft"> ({desk.parameters.join(", ")})</span>}
+                {plain(session.name)}
+                {session.parameters.length > 0 && (
+                  <span class="soft"> ({session.parameters.join(", ")})</span>
+                )}
               </b>
             )}
           </span>
         </>
       )}
-      {scene !== null && !real && <Place studio={studio} scenario={scene.scenario} />}
-      {real && studio.team === null && <span class="soft">on {scene?.real.join(", ")}</span>}
+      {scene !== null && !real && <WorldPlace studio={studio} scenario={scene.scenario} />}
+      {real && studio.team === null && <span class="soft">on {scene?.real_robots.join(", ")}</span>}
       <span class="space" />
-      {!overview && <Running studio={studio} />}
+      {!overview && <TimeControls studio={studio} />}
       <span class="space" />
-      {!overview && desk !== null && <ModeSwitch studio={studio} />}
-      <Saving studio={studio} />
+      {!overview && session !== null && <ModeSwitch studio={studio} />}
+      <SaveControls studio={studio} />
     </header>
   );
 }
@@ -49,8 +51,8 @@ function Views({ studio }: { studio: Studio }) {
         <button
           type="button"
           key={each}
-          aria-pressed={studio.shows === each}
-          onClick={() => studio.show(each)}
+          aria-pressed={studio.view === each}
+          onClick={() => studio.switchView(each)}
         >
           {each === "team" ? "Team" : "Training"}
         </button>
@@ -59,8 +61,8 @@ function Views({ studio }: { studio: Studio }) {
   );
 }
 
-function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
-  const seed = studio.told?.seed ?? studio.scene?.seed ?? null;
+function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) {
+  const seed = studio.status?.seed ?? studio.scene?.seed ?? null;
   const [typed, setTyped] = useState<string | null>(null);
   const edited = useRef(false);
   const go = (event: Event): void => {
@@ -80,13 +82,13 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
   };
   return (
     <span class="soft place">
-      {studio.told?.places.saves === true ? (
+      {studio.status?.places.can_save === true ? (
         <label class="where">
           in{" "}
           <select
             value={scenario}
             aria-label="Scenario"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             title="Another scenario; more in the tab Library"
             onChange={(event) => {
               const name = event.currentTarget.value;
@@ -95,7 +97,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
               void studio.ask({ do: "open_world", name, discard: false });
             }}
           >
-            {studio.told.places.worlds.map((each) => (
+            {studio.status.places.worlds.map((each) => (
               <option key={each} value={each}>
                 {plain(each)}
               </option>
@@ -110,7 +112,7 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
         <input
           class="seed"
           inputMode="numeric"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           value={typed ?? (seed === null ? "" : String(seed))}
           onInput={(event) => {
             edited.current = true;
@@ -129,9 +131,9 @@ function Place({ studio, scenario }: { studio: Studio; scenario: string }) {
 }
 
 function ModeSwitch({ studio }: { studio: Studio }) {
-  const mode = studio.desk?.mode ?? "live";
+  const mode = studio.session?.mode ?? "live";
   const tries = mode === "testing";
-  const teaching = studio.desk?.live
+  const teaching = studio.session?.live
     ? "It decides, and learns from every press"
     : "You decide; each press is an example";
   return (
@@ -141,9 +143,9 @@ function ModeSwitch({ studio }: { studio: Studio }) {
           type="button"
           key={String(each)}
           aria-pressed={tries === each}
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title={each ? "It decides, and learns nothing; a press corrects it, and you teach again" : teaching}
-          onClick={() => void (tries !== each && studio.ask({ do: "turn" }))}
+          onClick={() => void (tries !== each && studio.ask({ do: "toggle_mode" }))}
         >
           {each ? "Try" : "Teach"}
           {tries !== each && <kbd>T</kbd>}
@@ -153,27 +155,31 @@ function ModeSwitch({ studio }: { studio: Studio }) {
   );
 }
 
-function Saving({ studio }: { studio: Studio }) {
-  const { desk, told } = studio;
-  const saved = told?.library.trained.some(({ name }) => name === desk?.name) ?? false;
+function SaveControls({ studio }: { studio: Studio }) {
+  const { session, status } = studio;
+  const saved = status?.library.trained.some(({ name }) => name === session?.name) ?? false;
   return (
-    <div class="saving">
-      {desk !== null && (
+    <div class="save-controls">
+      {session !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
-          <span class={className("dot", (desk.unsaved || !saved) && "open")} />
-          {desk.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
+          <span class={className("dot", (session.unsaved || !saved) && "open")} />
+          {session.unsaved ? "not saved yet" : saved ? "in the library" : "nothing yet"}
         </span>
       )}
-      {(told?.viewers ?? 1) > 1 && studio.directs && (
-        <button type="button" title="Hand over control" onClick={() => void studio.ask({ do: "hand_over" })}>
+      {(status?.viewers ?? 1) > 1 && studio.hasControl && (
+        <button
+          type="button"
+          title="Hand over control"
+          onClick={() => void studio.ask({ do: "release_control" })}
+        >
           Hand over
         </button>
       )}
-      {desk !== null && (
+      {session !== null && (
         <button
           type="button"
-          disabled={!studio.directs || !desk.unsaved || studio.trial.saving}
-          onClick={() => void studio.trial.save()}
+          disabled={!studio.hasControl || !session.unsaved || studio.lessonTests.saving}
+          onClick={() => void studio.lessonTests.save()}
         >
           Save
         </button>

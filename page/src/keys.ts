@@ -30,7 +30,7 @@ function act(studio: Studio, event: KeyboardEvent): boolean {
   if (event.shiftKey && event.code.startsWith("Digit")) return chooses(studio, event);
   if (event.key in ARROWS && target.closest(OWN_ARROWS) !== null) return false;
   if ((event.key === " " || event.key === "Enter") && target.closest(OWN_SPACE) !== null) return false;
-  const state = studio.desk?.states.find((each) => leads(event, each));
+  const state = studio.session?.states.find((each) => leads(event, each));
   if (state !== undefined) {
     if (!event.repeat) void studio.press(state.name, event.timeStamp);
     return true;
@@ -47,10 +47,10 @@ function commands(studio: Studio, event: KeyboardEvent): boolean {
   switch (event.key) {
     case "t":
     case "T":
-      void studio.ask({ do: "turn" });
+      void studio.ask({ do: "toggle_mode" });
       return true;
     case " ":
-      void studio.ask({ do: "pause", paused: !(studio.told?.paused ?? false) });
+      void studio.ask({ do: "pause", paused: !(studio.status?.paused ?? false) });
       return true;
     case "F":
       void studio.ask({ do: "skip" });
@@ -80,6 +80,6 @@ function undoes(studio: Studio, event: KeyboardEvent): boolean {
 function chooses(studio: Studio, event: KeyboardEvent): boolean {
   const agent = Number(event.code.slice(5)) - 1;
   if (agent < 0 || agent >= (studio.scene?.robots ?? 0)) return false;
-  void studio.ask({ do: "agent", agent });
+  void studio.ask({ do: "select_agent", agent });
   return true;
 }

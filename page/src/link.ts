@@ -7,12 +7,12 @@ const LONGEST_WAIT = 4000;
 const REFUSED = 4403;
 const KEPT = "understudy-key";
 
-export interface Listener {
-  heard(news: News): void;
-  saw(frame: ArrayBuffer): void;
-  connected(open: boolean): void;
+export interface LinkListener {
+  receive(news: News): void;
+  receiveFrame(frame: ArrayBuffer): void;
+  setConnected(open: boolean): void;
   /** The server lets this page in no more, and says why. */
-  refused(reason: string): void;
+  refuse(reason: string): void;
 }
 
 export class Link {
@@ -20,9 +20,9 @@ export class Link {
   private number = 0;
   private wait = FIRST_WAIT;
   private key = sessionStorage.getItem(KEPT);
-  private readonly asked = new Map<number, (answer: Answer) => void>();
+  private readonly pending = new Map<number, (answer: Answer) => void>();
 
-  constructor(private readonly listener: Listener) {}
+  constructor(private readonly listener: LinkListener) {}
 
   open(): void {
     const here = this.address("ws");
@@ -31,10 +31,10 @@ export class Link {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.listener.connected(true);
+      this.listener.setConnected(true);
     };
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
-    socket.onclose = (event) => this.lost(event);
+    socket.onclose = (event) => this.reconnect(event);
     this.socket = socket;
   }
 
@@ -46,25 +46,25 @@ export class Link {
       return Promise.resolve({ re: id, error: "The connection to the studio is lost: nothing was sent." });
     }
     this.socket.send(JSON.stringify({ id, ...request }));
-    return new Promise((resolve) => this.asked.set(id, resolve));
+    return new Promise((resolve) => this.pending.set(id, resolve));
   }
 
   private take(data: string | ArrayBuffer): void {
     if (typeof data !== "string") {
-      this.listener.saw(data);
+      this.listener.receiveFrame(data);
       return;
     }
-    const message = parsed(data);
+    const message = parseMessage(data);
     if (message === null) return;
     if ("re" in message) {
       const { re } = message;
       if (re === null) return;
-      this.asked.get(re)?.(message);
-      this.asked.delete(re);
+      this.pending.get(re)?.(message);
+      this.pending.delete(re);
       return;
     }
     if (message.is === "hello") this.keep(message.key);
-    this.listener.heard(message);
+    this.listener.receive(message);
   }
 
   /** The key makes this page the director again after a lost connection, and after a reload. */
@@ -73,15 +73,15 @@ export class Link {
     sessionStorage.setItem(KEPT, key);
   }
 
-  private lost(event: CloseEvent): void {
+  private reconnect(event: CloseEvent): void {
     this.socket = null;
-    for (const [id, resolve] of this.asked) {
+    for (const [id, resolve] of this.pending) {
       resolve({ re: id, error: "The connection was lost before the answer came." });
     }
-    this.asked.clear();
-    this.listener.connected(false);
+    this.pending.clear();
+    this.listener.setConnected(false);
     if (event.code === REFUSED) {
-      this.listener.refused(event.reason);
+      this.listener.refuse(event.reason);
       return;
     }
     setTimeout(() => this.open(), this.wait);
@@ -99,11 +99,11 @@ export class Link {
 }
 
 /** A message of the server from its text; null where this page does not know its sort. */
-function parsed(text: string): News | Answer | null {
+function parseMessage(text: string): News | Answer | null {
   const value: unknown = JSON.parse(text);
   if (typeof value !== "object" || value === null) return null;
   if ("re" in value) return value as Answer;
   if (!("is" in value)) return null;
-  const known = ["hello", "scene", "desk", "team"].includes(String(value.is));
-  return known ? (value as News) : null;
+  const types = ["hello", "scene", "session", "team"].includes(String(value.is));
+  return types ? (value as News) : null;
 }

@@ -15,7 +15,7 @@ export class Live {
 
   /** Whether there are real robots. */
   get real(): boolean {
-    return (this.studio.scene?.real.length ?? 0) > 0;
+    return (this.studio.scene?.real_robots.length ?? 0) > 0;
   }
 
   /** Whether the world cannot be changed by hand, nor the run rewound: with real robots, or a body of one's own. */
@@ -74,7 +74,7 @@ export class Live {
   }
 
   private tell(): void {
-    if (!this.studio.directs) this.holding = false; // a button that is disabled does not tell when it is let go
-    if (this.real && this.studio.directs) void this.studio.ask({ do: "here", holding: this.holding });
+    if (!this.studio.hasControl) this.holding = false; // a button that is disabled does not tell when it is let go
+    if (this.real && this.studio.hasControl) void this.studio.ask({ do: "heartbeat", holding: this.holding });
   }
 }

@@ -11,13 +11,13 @@ export function PadHint() {
   const pad = useMemo(() => new Pad(studio), [studio]);
   useEffect(() => pad.listen(), [pad]);
   useNews(pad.news);
-  if (!pad.connected || studio.desk === null) return null;
-  const flag = studio.desk.states.find((state) => state.flag);
+  if (!pad.connected || studio.session === null) return null;
+  const flag = studio.session.states.find((state) => state.flag);
   const hints = [
     ["✚", "direct"],
     ["A", "confirm"],
     ...(flag === undefined ? [] : [["X", plain(flag.name)]]),
-    ["Y", studio.desk.mode === "testing" ? "teach" : "try"],
+    ["Y", studio.session.mode === "testing" ? "teach" : "try"],
     ["B", "undo"],
     ["Start", "pause"],
   ];

@@ -8,7 +8,7 @@ import { CoachTab } from "./pane/coach";
 import { DoubtCard } from "./pane/doubt";
 import { LessonTab } from "./pane/lesson";
 import { LibraryTab } from "./pane/library";
-import { SavingCard } from "./pane/saving";
+import { SaveWarning } from "./pane/savewarning";
 import { ScoreLine } from "./pane/score";
 import { TABS, type Panel, type Tab } from "./panel";
 import { isSmall } from "./words";
@@ -23,11 +23,11 @@ const NAMES: Readonly<Record<Tab, string>> = {
 export function Pane() {
   const panel = usePanel();
   const studio = useStudio();
-  const unsure = studio.desk?.asking.marks.length ?? 0;
+  const unsure = studio.session?.queries.marks.length ?? 0;
   const counts: Partial<Record<Tab, number>> = {
     ...(unsure === 0 ? {} : { coach: unsure }),
-    ...(studio.desk === null ? {} : { lesson: studio.desk.examples.length }),
-    ...(studio.told === null ? {} : { library: studio.told.library.trained.length }),
+    ...(studio.session === null ? {} : { lesson: studio.session.examples.length }),
+    ...(studio.status === null ? {} : { library: studio.status.library.trained.length }),
   };
   useShownOnPhones(panel.form !== null);
   return (
@@ -51,7 +51,7 @@ export function Pane() {
       </div>
       <ScoreLine />
       <DoubtCard />
-      <SavingCard />
+      <SaveWarning />
       <div class="tab" id="tab-panel" role="tabpanel" aria-labelledby={`tab-${panel.tab}`} tabIndex={-1}>
         {panel.form !== null ? (
           <ChoiceForm form={panel.form} key={panel.form} />

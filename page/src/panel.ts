@@ -21,7 +21,7 @@ export class Panel {
   /** The behavior of the library that was asked for, another object each time. */
   behavior: { name: string } | null = null;
   /** Examples pointed at: those behind an edge. */
-  shown: ReadonlySet<number> = new Set();
+  highlighted: ReadonlySet<number> = new Set();
 
   open(tab: Tab): void {
     if (tab !== "library") this.behavior = null;
@@ -66,7 +66,7 @@ export class Panel {
 
   /** Show one example in the lesson, open. */
   openExample(number: number): void {
-    this.shown = new Set([number]);
+    this.highlighted = new Set([number]);
     this.example = number;
     this.open("lesson");
   }
@@ -77,7 +77,7 @@ export class Panel {
   }
 
   showExamples(numbers: readonly number[]): void {
-    this.shown = new Set(numbers);
+    this.highlighted = new Set(numbers);
     this.example = null;
     this.open("lesson");
   }

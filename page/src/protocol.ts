@@ -2,21 +2,21 @@
 
 export type Request =
   /** List what the lesson lacks, and estimate how late presses come. */
-  | { do: "advise" }
+  | { do: "request_advice" }
   /** Put the robot into the situation that this piece of advice or finding is about. */
   | { do: "set_up"; sentence: Sentence }
   /** Go to the situation of further worlds in which an answer would change most, and pause there with the question. */
   | { do: "next_situation" }
   /** Set what the robot does in testing where it is uncertain. */
-  | { do: "ask_when"; when: AskWhenName }
+  | { do: "set_query_policy"; policy: QueryPolicyName }
   /** Go back to a moment at which the robot was uncertain and continued. */
   | { do: "go_to_mark"; number: Index }
   /** Set the reaction time of the demonstrator, s. */
-  | { do: "use_reaction"; reaction_s: number }
+  | { do: "set_reaction_time"; reaction_s: number }
   /** Correct the press of an example: the demonstrator hit the wrong button. */
-  | { do: "mend"; number: Index; next: Call }
+  | { do: "correct_slip"; number: Index; next: Call }
   /** Confirm that the press of an example was intended. */
-  | { do: "stand_by"; number: Index }
+  | { do: "confirm_press"; number: Index }
   /** Write a property to the library's file and test it; with `changes`, in place of the one of this name. */
   | { do: "save_property"; name: NameField; fields: PropertyFields; changes?: boolean }
   /** Remove a property from the library's file. */
@@ -28,11 +28,11 @@ export type Request =
   /** Explain the current decisions on all levels, and the last switch. */
   | { do: "why" }
   /** Add the property that the automaton raises a flag in time, from the present moment on. */
-  | { do: "promise"; flag: NameField; within_s: Seconds }
+  | { do: "add_property"; flag: NameField; within_s: Seconds }
   /** Remove a property, given by its position in the lesson. */
-  | { do: "withdraw"; outcome: Index }
+  | { do: "remove_property"; property: Index }
   /** Go to the moment of a property. */
-  | { do: "visit"; outcome: Index }
+  | { do: "go_to_property"; property: Index }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
   /** Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds. */
@@ -61,15 +61,15 @@ export type Request =
   /** Learn with fewer splits from now on; 0 turns pruning off. */
   | { do: "prune"; pruning: Pruning }
   /** List the former versions of a trained behavior. */
-  | { do: "versions"; name: NameField }
+  | { do: "list_versions"; name: NameField }
   /** Compare a former version with another, or with the present one. */
-  | { do: "changes"; name: NameField; version: Index; to?: Index | null }
+  | { do: "diff_versions"; name: NameField; version: Index; to?: Index | null }
   /** Direct the robot to a state; in testing this is a correction. */
   | { do: "press"; state: Call }
   /** Confirm the current state. */
   | { do: "confirm" }
   /** Switch between training and testing. */
-  | { do: "turn" }
+  | { do: "toggle_mode" }
   /** Undo the last step that changed the lesson. */
   | { do: "undo" }
   /** Redo the last undone step. */
@@ -89,7 +89,7 @@ export type Request =
   /** Go back to a moment of the run: a time of the world (s), or just before an example was given. */
   | { do: "rewind"; time_s?: number | null; example?: Index | null }
   /** Bind parameters to other targets. */
-  | { do: "stand_for"; targets: Targets }
+  | { do: "bind_targets"; targets: Targets }
   /** Continue the training of an automaton of the library. */
   | { do: "open"; name: NameField; discard?: boolean }
   /** Begin a new automaton. */
@@ -113,7 +113,7 @@ export type Request =
    * Examples that still apply are kept, also those of states in `renamed` (former name to new name).
    */
   | {
-      do: "choose";
+      do: "change_design";
       states: Calls;
       features: Calls;
       flags?: NameListField;
@@ -160,7 +160,7 @@ export type Request =
   /** Make a former version of a trained behavior the present one again. */
   | { do: "go_back"; name: NameField; version: Index }
   /** Select the robot to train, or the coordinator of a squad of this sort. */
-  | { do: "agent"; agent: Index; sort?: NameField | null; discard?: boolean }
+  | { do: "select_agent"; agent: Index; sort?: NameField | null; discard?: boolean }
   /** Go to a world of another scenario, one of those that the studio lists. */
   | { do: "open_world"; name: NameField; discard?: boolean }
   /** Use another library, one of those that the studio lists, or a new one of this name. */
@@ -168,19 +168,19 @@ export type Request =
   /** Save the world as it stands as a scenario of this name. */
   | { do: "save_world"; name: NameField }
   /** Set what the robots that are not in training do: idle, or a behavior of the library. */
-  | { do: "others"; behavior: NameField | null; targets?: Targets }
+  | { do: "set_other_agents"; behavior: NameField | null; targets?: Targets }
   /** Turn learning from silence off or on. */
-  | { do: "watch" }
+  | { do: "toggle_watching" }
   /** Test what is in training in new worlds, and go to where it goes wrong. */
   | { do: "keep_going" }
   /** Undo what was done since the best version that was tested, and go to where that one goes wrong. */
   | { do: "go_back_to_best" }
   /** Choose what success means, by the name of an offered goal; null: nothing is chosen. */
-  | { do: "goal"; goal: NameField | null }
+  | { do: "choose_goal"; goal: NameField | null }
   /** Turn the runs in new worlds after each press off or on. */
-  | { do: "score" }
+  | { do: "toggle_score" }
   /** Move a robot; without a heading it keeps its own. */
-  | { do: "place"; agent: Index; x: number; y: number; heading?: number | null }
+  | { do: "move_robot"; agent: Index; x: number; y: number; heading?: number | null }
   /** Move an object. */
   | { do: "move_object"; slot: Index; x: number; y: number }
   /** Add an object of a class. */
@@ -194,7 +194,7 @@ export type Request =
   /** Remove a round obstacle. */
   | { do: "remove_obstacle"; index: Index }
   /** Take control if no client has it, or if the one that has it has been silent for long. */
-  | { do: "take" }
+  | { do: "take_control" }
   /** Arm the real robots. */
   | { do: "arm" }
   /** Arm one real robot. */
@@ -204,7 +204,7 @@ export type Request =
   /** Stop real robots at once: the emergency stop of every page. */
   | { do: "stop" }
   /** Report that the page is alive, and whether the key that lets real robots move is held down. */
-  | { do: "here"; holding?: boolean }
+  | { do: "heartbeat"; holding?: boolean }
   /** Learn a named color from clicks (column, row) into an image of a robot's camera. */
   | {
       do: "pick_color";
@@ -216,7 +216,7 @@ export type Request =
       points: readonly (readonly [Index, Index])[];
     }
   /** Release control. */
-  | { do: "hand_over" };
+  | { do: "release_control" };
 
 /** The answer to a request: whether it succeeded, or the error message. */
 export interface Answer
@@ -290,7 +290,7 @@ export interface DriveNews {
   /** The number of ticks, up to the last pause. */
   ticks: number;
   /** The ways in which the stick commands anything. */
-  ways: readonly Arrow[];
+  directions: readonly Arrow[];
   /** The names of the behaviors that are carried out while their buttons are held. */
   held: readonly string[];
   /** The features whose values frames have. */
@@ -334,7 +334,7 @@ export interface RecordedSeries {
 export type Sentence = string;
 
 /** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
-export type AskWhenName = "mark" | "never" | "pause";
+export type QueryPolicyName = "mark" | "never" | "pause";
 
 /** Whole, at least 0, at most 2,147,483,647. */
 export type Index = number;
@@ -392,7 +392,7 @@ export type ValueField = string;
 
 /** Why the automaton was not saved: what worked and no longer does, and what it decides otherwise. */
 export interface NotSavedReply {
-  worse: readonly string[];
+  regressions: readonly string[];
   /** What changed since it was last saved, apart from what presses since then say. */
   changed: ChangeSummary | null;
 }
@@ -414,7 +414,7 @@ export interface AdviceReply {
   advice?: readonly Advice[];
   /** What the static check found, the most severe first. */
   findings?: readonly Finding[];
-  late?: Late | null;
+  reaction?: ReactionEstimate | null;
 }
 
 /** A description of the situation that was set up, and the number of the run that begins there. */
@@ -426,17 +426,17 @@ export interface SituationReply {
 /** The present decision of every level, topmost first, and the last switch of any level. */
 export interface ReasonsReply {
   levels: readonly Level[];
-  last: Switched | null;
+  last: LastSwitch | null;
 }
 
 /** The result of testing an automaton on its lesson. */
 export interface LessonTestReply {
-  tested: Tested;
+  test: LessonTest;
 }
 
 /** A preview of the automaton with fewer splits. */
 export interface SimplifyReply {
-  simpler: Simpler;
+  preview: SimplifyPreview;
 }
 
 /** The color that was learned. */
@@ -466,7 +466,7 @@ export interface Hello {
   version: string;
   /** The key that gives control back to this page after a lost connection. */
   key: string;
-  directs: boolean;
+  has_control: boolean;
   /** The targets that automata can be exported to. */
   exports: readonly string[];
   scene: Scene;
@@ -482,12 +482,12 @@ export interface SceneNews {
 
 /** The state of the open session, the library, the run and the connected pages. */
 export interface SessionNews {
-  is: "desk";
+  is: "session";
   library: Library;
-  desk: Session | null;
-  said: StatusMessage;
+  session: Session | null;
+  message: StatusMessage;
   /** Grows with every message, so that one that says the same as the last is known for a new one. */
-  said_number: number;
+  message_number: number;
   viewers: number;
   paused: boolean;
   speed: SpeedFactor;
@@ -503,11 +503,11 @@ export interface SessionNews {
   /** The properties of the library's file; null where the world is not simulated. */
   properties: LibraryProperties | null;
   /** Whether any client has control. */
-  directed: boolean;
+  is_controlled: boolean;
   /** Whether a page that asks for control gets it. */
-  can_take: boolean;
+  can_take_control: boolean;
   /** Whether this page has control. */
-  directs: boolean;
+  has_control: boolean;
 }
 
 /** A change of the running team that is watched. */
@@ -578,7 +578,7 @@ export interface LearnedDrive {
   agreement: number;
   spans: readonly StateSpan[];
   states: readonly NestedState[];
-  edges: readonly Way[];
+  edges: readonly Transition[];
   examples: number;
   quarantined: number;
   /** The reaction time of each driver in a sentence. */
@@ -638,9 +638,9 @@ export interface Advice {
   weight: number;
   examples: readonly number[];
   /** The press that is probably a slip; null for other advice. */
-  says: PressSays | null;
+  slip: Slip | null;
   /** Whether the situation can be set up. */
-  place: boolean;
+  can_set_up: boolean;
 }
 
 /** One error or warning of the static check of the automaton in training. */
@@ -655,50 +655,50 @@ export interface Finding {
   /** The numbers of the examples behind it. */
   examples: readonly number[];
   /** Whether the situation can be set up. */
-  place: boolean;
+  can_set_up: boolean;
 }
 
 /** The estimated reaction time of the demonstrator (s), with the evidence for it. */
-export interface Late {
+export interface ReactionEstimate {
   reaction_s: number;
   sentence: string;
 }
 
 /** The present decision of the automaton on one level. */
-export interface Level extends Behind {
+export interface Level extends DecisionBasis {
   state: string;
   since_s: number;
   /** Whether this level is in training, where the demonstrator decides. */
-  yours: boolean;
+  in_training: boolean;
 }
 
 /** The last switch of any level. */
-export interface Switched extends Behind {
+export interface LastSwitch extends DecisionBasis {
   time_s: number;
 }
 
 /** The result of testing an automaton on its lesson. */
-export interface Tested {
+export interface LessonTest {
   name: string;
   works: boolean;
   examples: number;
   /** How many examples, shown or watched, are decided otherwise. */
   otherwise: number;
   /** In the order of the lesson. */
-  outcomes: readonly PropertyTested[];
+  properties: readonly PropertyResult[];
   /** The regressions: what worked before and no longer does. */
-  worse: readonly string[];
+  regressions: readonly string[];
   /** The other decisions that differ from the former version. */
-  else: readonly string[];
+  differences: readonly string[];
 }
 
 /** A preview of the automaton with fewer splits. */
-export interface Simpler {
+export interface SimplifyPreview {
   pruning: number;
   /** Null if there are too few examples for a suggestion. */
   suggested: PruningSuggestion | null;
   /** The number of examples needed for a suggestion. */
-  enough: number;
+  examples_needed: number;
   leaves: Leaves;
   states: readonly StateConditions[];
   decisions: readonly ChangedDecision[];
@@ -735,11 +735,11 @@ export interface Scene {
   seed: number;
   drawing: Drawing;
   /** The names of the real robots; empty in simulation. */
-  real: readonly string[];
+  real_robots: readonly string[];
   /** The numbers of the real robots that have a camera. */
-  eyes: readonly number[];
+  camera_robots: readonly number[];
   /** Whether real robots move only while a key is held. */
-  holds: boolean;
+  needs_held_key: boolean;
   robots: number;
   types: readonly RobotType[];
   robot_type: readonly number[];
@@ -771,9 +771,9 @@ export interface Team {
 export interface Library {
   folder: string;
   basic: readonly string[];
-  trained: readonly Trained[];
+  trained: readonly TrainedBehavior[];
   trash: readonly string[];
-  cut_off: readonly CutOff[];
+  interrupted: readonly InterruptedSession[];
 }
 
 /** The state of the open session. */
@@ -784,12 +784,12 @@ export interface Session extends Lesson {
   state: string;
   path: readonly string[];
   flag: string | null;
-  waiting: string | null;
+  pending: string | null;
   agent: number;
   undoable: string | null;
   redoable: string | null;
   unsaved: boolean;
-  taught: number;
+  presses: number;
   /** Whether examples are recorded from silence now. */
   watching: boolean;
   doubt: Doubt | null;
@@ -798,8 +798,8 @@ export interface Session extends Lesson {
   /** The behavior of the robots not in training; null if they idle. */
   others: BehaviorCall | null;
   /** The names of the robots' activities, indexed by the numbers in frames. */
-  doing: readonly string[];
-  asking: Asking;
+  activities: readonly string[];
+  queries: QueryStatus;
   score: Score;
   /** Omitted if nothing was evaluated in unseen worlds. */
   evaluation?: Evaluation;
@@ -831,7 +831,7 @@ export interface Places {
   library: string;
   libraries: readonly string[];
   /** Whether the world can be saved as a scenario, and another be chosen. */
-  saves: boolean;
+  can_save: boolean;
 }
 
 /** The failing worlds, the worst and most different first. */
@@ -842,13 +842,13 @@ export interface Failures {
   problems: readonly string[];
   running: boolean;
   /** The number of worlds that have been run again, while they are run. */
-  through: number;
+  finished: number;
   /** True if the lesson changed after they were run. */
   stale: boolean;
   /** The name of the failing world that is on the page. */
   open: string | null;
   /** The name of the world that was on the page before the failing one. */
-  leads_to: string | null;
+  previous_world: string | null;
 }
 
 /** The properties of the library's file. */
@@ -859,7 +859,7 @@ export interface LibraryProperties {
   /** The name of the property that is being tested. */
   testing: string | null;
   /** The number of worlds of that test that have been run, of `total`. */
-  through: number;
+  finished: number;
   total: number;
 }
 
@@ -882,7 +882,7 @@ export interface NestedState {
 }
 
 /** The conditions for switching from one state to another. */
-export interface Way {
+export interface Transition {
   from: string;
   to: string;
   /** The conditions in words, one line for each alternative. */
@@ -936,28 +936,28 @@ export interface ExampleAttribution {
 }
 
 /** The state and the next state of a press. */
-export interface PressSays {
+export interface Slip {
   state: string;
   next: string;
 }
 
 /** The readings on which a decision is based, and the responsible examples. */
-export interface Behind {
+export interface DecisionBasis {
   automaton: string;
-  says: string;
+  decision: string;
   /** The readings in words. */
-  read: string;
+  readings: string;
   by_hand: boolean;
   /** Whether the examples belong to the open lesson. */
-  here: boolean;
-  examples: readonly Responsible[];
+  in_lesson: boolean;
+  examples: readonly ResponsibleExample[];
   /** The number of further examples, which are not listed. */
-  more: number;
+  omitted: number;
 }
 
 /** The result of testing a property of the lesson. */
-export interface PropertyTested {
-  said: string;
+export interface PropertyResult {
+  description: string;
   held: boolean;
   /** The time until what it demands was reached, s; null where it was not, or the property demands nothing. */
   took_s: number | null;
@@ -1086,7 +1086,7 @@ export interface TeamAgent {
   /** For how long it has been silent, s; null if it is heard, or never was. */
   silent_s: number | null;
   /** The state of every level, outermost first; of a squad, those of its leader. */
-  doing: readonly string[];
+  states: readonly string[];
   /** What its order tells it to do; empty without one. */
   duty: string;
   /** Its order: term and number, such as 3.12. */
@@ -1108,7 +1108,7 @@ export interface TeamAgent {
 }
 
 /** An automaton of the library. */
-export interface Trained {
+export interface TrainedBehavior {
   name: string;
   parameters: readonly string[];
   /** The behaviors that its states run. */
@@ -1121,11 +1121,11 @@ export interface Trained {
   /** Whether it can be run. */
   complete: boolean;
   /** Why it cannot be run; null if it can. */
-  why_not: string | null;
+  problem: string | null;
 }
 
 /** A session that was interrupted before it was saved; opening it resumes it. */
-export interface CutOff {
+export interface InterruptedSession {
   name: string;
   examples: number;
   began: string;
@@ -1150,7 +1150,7 @@ export interface Lesson {
   /** The flags that it can raise: done, failed, or any name. */
   flags: readonly string[];
   /** The properties, such as "done is raised within 20 s in forage, A = station". */
-  outcomes: readonly string[];
+  properties: readonly string[];
   /** How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees. */
   pruning: number | null;
   /** Grows whenever the lesson changes. */
@@ -1172,8 +1172,8 @@ export interface BehaviorCall {
 }
 
 /** The query policy, the question that waits, and the marked moments at which the automaton is still uncertain. */
-export interface Asking {
-  when: AskWhenName;
+export interface QueryStatus {
+  policy: QueryPolicyName;
   question: Question | null;
   marks: readonly UnsureMark[];
 }
@@ -1201,12 +1201,12 @@ export interface Score {
 /** An evaluation in unseen worlds of the automaton in training, as it was at the start. */
 export interface Evaluation {
   /** The behavior and its targets, such as goto(station). */
-  called: string;
+  behavior: string;
   /** The edition of the lesson that it was learned from. */
   edition: number;
   worlds: number;
   /** The number of worlds finished. */
-  through: number;
+  finished: number;
   /** Null while the evaluation runs, and if it failed with an error. */
   result: EvaluationResult | null;
   /** The error that ended the evaluation; empty if there was none. */
@@ -1255,7 +1255,7 @@ export interface DriverChoice {
 }
 
 /** An example that is responsible for a decision. */
-export interface Responsible {
+export interface ResponsibleExample {
   number: number;
   kind: ExampleKindName;
   correction: boolean;
@@ -1289,14 +1289,14 @@ export interface Example {
 }
 
 /** A learned switch between states, with the examples that taught it. */
-export interface Edge extends Way {
+export interface Edge extends Transition {
   examples: readonly number[];
 }
 
 /** An automaton that a state runs. */
 export interface NestedAutomaton {
   states: readonly NestedState[];
-  edges: readonly Way[];
+  edges: readonly Transition[];
 }
 
 /** An example that may be wrong. */

@@ -10,7 +10,7 @@ import { className } from "./words";
 export function Robots() {
   const studio = useStudio();
   const [asks, setAsks] = useState(false);
-  const robots = studio.told?.robots ?? [];
+  const robots = studio.status?.robots ?? [];
   if (robots.length === 0) return null;
   const all = robots.every(({ armed }) => armed);
   const { holding } = studio.live;
@@ -33,12 +33,12 @@ export function Robots() {
           ))}
       </div>
       <span class="space" />
-      {studio.scene?.holds === true && (
+      {studio.scene?.needs_held_key === true && (
         <button
           type="button"
           class={className("hold", holding && "on")}
           aria-pressed={holding}
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="It moves only while you hold this, or the key"
           onPointerDown={(event) => studio.live.hold(event.button === 0)}
           onPointerUp={() => studio.live.hold(false)}
@@ -51,7 +51,7 @@ export function Robots() {
       {asks ? (
         <Confirm
           label="Arm all"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onConfirm={() => void studio.ask({ do: "arm" })}
           onClose={() => setAsks(false)}
         >
@@ -60,7 +60,7 @@ export function Robots() {
       ) : (
         <button
           type="button"
-          disabled={!studio.directs || all}
+          disabled={!studio.hasControl || all}
           title={team ? "Arm all robots" : "Arm the robot"}
           onClick={() => (team ? setAsks(true) : void studio.ask({ do: "arm" }))}
         >

@@ -1,23 +1,23 @@
 /** The left column: robots, library, parameters, food, features now, what a camera sees. */
 
-import { Eye } from "./eye";
-import { TakeUp } from "./guide";
+import { CameraView } from "./camera";
+import { ResumeTour } from "./guide";
 import { Food } from "./side/food";
 import { Readings } from "./side/readings";
-import { Roster } from "./side/roster";
-import { Shelf } from "./side/shelf";
-import { Standing } from "./side/standing";
+import { RobotList } from "./side/robots";
+import { LibraryList } from "./side/library";
+import { ParameterList } from "./side/parameters";
 
 export function Side() {
   return (
     <aside class="side" aria-label="Robots, library and features">
-      <Roster />
-      <Shelf />
-      <TakeUp />
-      <Standing />
+      <RobotList />
+      <LibraryList />
+      <ResumeTour />
+      <ParameterList />
       <Food />
       <Readings />
-      <Eye />
+      <CameraView />
     </aside>
   );
 }

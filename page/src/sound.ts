@@ -6,13 +6,13 @@ const NOTE_S = 0.12;
 const LOUDNESS = 0.15;
 
 /** What was asked so far: the waiting question, and how many moments are marked. */
-export interface Heard {
+export interface QuestionState {
   question: string | null;
   marks: number;
 }
 
 /** Whether something is asked that was not asked before. */
-export function isAskedAnew(now: Heard, before: Heard): boolean {
+export function isNewQuestion(now: QuestionState, before: QuestionState): boolean {
   return (now.question !== null && now.question !== before.question) || now.marks > before.marks;
 }
 

@@ -1,7 +1,7 @@
 /** A sparkline: the last values of one feature, broken where it was absent or an angle went over its seam. */
 
 import type { Feature } from "./protocol";
-import { KEPT } from "./memory";
+import { KEPT } from "./history";
 import { isAngle } from "./words";
 
 const WIDTH = 200;

@@ -1,12 +1,12 @@
 /** All the page knows: what the server told, and what it asks of it. */
 
 import { decode, pictureIn } from "./frame";
-import { Link, type Listener } from "./link";
+import { Link, type LinkListener } from "./link";
 import { Live } from "./live";
-import { Memory } from "./memory";
+import { FeatureHistory } from "./history";
 import { News } from "./news";
-import { Past } from "./past";
-import { Trial } from "./trial";
+import { RunHistory } from "./runhistory";
+import { LessonTests } from "./lessontests";
 import type {
   Answer,
   News as ServerNews,
@@ -43,35 +43,35 @@ export interface Switch {
   at: number;
 }
 
-export class Studio implements Listener {
+export class Studio implements LinkListener {
   /** Anything but frames. */
   readonly news = new News();
   readonly framed = new News();
   readonly motion = new Motion();
-  readonly memory = new Memory();
-  readonly past = new Past();
-  readonly trial = new Trial(this);
+  readonly history = new FeatureHistory();
+  readonly runHistory = new RunHistory();
+  readonly lessonTests = new LessonTests(this);
   readonly live = new Live(this);
   scene: Scene | null = null;
-  told: SessionNews | null = null;
+  status: SessionNews | null = null;
   /** The running team that the studio watches; null without one. */
   team: Team | null = null;
   /** What the page shows where there is a team. */
-  shows: "team" | "training" = "team";
+  view: "team" | "training" = "team";
 
   /** The sort of squads whose coordinator is trained; null: a robot is. */
   get sort(): string | null {
-    return this.told?.sort ?? null;
+    return this.status?.sort ?? null;
   }
 
   /** The automata of the library that can be tested. */
   get testable(): readonly string[] {
-    return this.told?.library.trained.flatMap(({ name, complete }) => (complete ? [name] : [])) ?? [];
+    return this.status?.library.trained.flatMap(({ name, complete }) => (complete ? [name] : [])) ?? [];
   }
 
   /** Whether there is a connection; null before there was ever one. */
   linked: boolean | null = null;
-  directs = false;
+  hasControl = false;
   /** Why the server does not let this page in; null while it does. */
   refusal: string | null = null;
   notice: Notice = { text: "", tone: "" };
@@ -88,7 +88,7 @@ export class Studio implements Listener {
   /** What a body of one's own draws of itself, the newest. */
   image: ImageBitmap | null = null;
   private pictures = 0;
-  private shown = 0;
+  private pictureShown = 0;
   private back: Request | null = null;
   private readonly link = new Link(this);
 
@@ -96,8 +96,8 @@ export class Studio implements Listener {
     this.link.open();
   }
 
-  get desk(): Session | null {
-    return this.told?.desk ?? null;
+  get session(): Session | null {
+    return this.status?.session ?? null;
   }
 
   /** Ask, and say what went wrong where something did. */
@@ -123,13 +123,13 @@ export class Studio implements Listener {
   async press(state: string, since: number): Promise<void> {
     this.asking = state;
     this.news.tell();
-    await this.timed({ do: "press", state }, since);
+    await this.measureLatency({ do: "press", state }, since);
     this.asking = null;
     this.news.tell();
   }
 
   confirm(since: number): Promise<void> {
-    return this.timed({ do: "confirm" }, since);
+    return this.measureLatency({ do: "confirm" }, since);
   }
 
   say(notice: Notice): void {
@@ -138,30 +138,30 @@ export class Studio implements Listener {
     this.news.tell();
   }
 
-  show(what: "team" | "training"): void {
-    this.shows = what;
+  switchView(what: "team" | "training"): void {
+    this.view = what;
     this.news.tell();
   }
 
-  connected(open: boolean): void {
+  setConnected(open: boolean): void {
     if (open || this.linked !== null) this.linked = open;
-    if (!open) this.directs = false;
+    if (!open) this.hasControl = false;
     this.news.tell();
   }
 
-  refused(reason: string): void {
+  refuse(reason: string): void {
     this.refusal = reason;
     this.news.tell();
   }
 
-  heard(news: ServerNews): void {
-    if (news.is === "desk") this.hear(news);
+  receive(news: ServerNews): void {
+    if (news.is === "session") this.update(news);
     else if (news.is === "team") this.team = news.team;
     else {
       this.scene = news.scene;
       if (news.is === "hello") {
         this.team = news.team ?? null;
-        this.directs = news.directs;
+        this.hasControl = news.has_control;
         this.version = news.version;
         this.exports = news.exports;
       }
@@ -169,33 +169,33 @@ export class Studio implements Listener {
     this.news.tell();
   }
 
-  saw(buffer: ArrayBuffer): void {
+  receiveFrame(buffer: ArrayBuffer): void {
     const picture = pictureIn(buffer);
     if (picture !== null) {
-      void this.look(picture);
+      void this.showPicture(picture);
       return;
     }
     const frame = decode(buffer);
     this.current = true;
     this.motion.take(frame);
-    this.memory.see(frame.tick, frame.features);
-    this.past.see(frame.time);
+    this.history.record(frame.tick, frame.features);
+    this.runHistory.record(frame.time);
     this.framed.tell();
   }
 
   /** Show a picture, unless a newer one came while this one was decoded. */
-  private async look(picture: Blob): Promise<void> {
+  private async showPicture(picture: Blob): Promise<void> {
     this.pictures += 1;
     const number = this.pictures;
     const image = await createImageBitmap(picture);
-    if (number < this.shown) return;
-    this.shown = number;
+    if (number < this.pictureShown) return;
+    this.pictureShown = number;
     this.image?.close();
     this.image = image;
     this.framed.tell();
   }
 
-  private async timed(request: Request, since: number): Promise<void> {
+  private async measureLatency(request: Request, since: number): Promise<void> {
     const answer = await this.ask(request);
     if (answer.error === undefined) {
       this.latency = { whole: performance.now() - since, server: answer.ms ?? null };
@@ -203,34 +203,34 @@ export class Studio implements Listener {
     }
   }
 
-  private hear(news: SessionNews): void {
-    const before = this.desk;
-    const { desk, said } = news;
-    const grew = before !== null && desk !== null && before.examples.length < desk.examples.length;
-    const recorded = grew && (said.tone === "recorded" || said.tone === "correction");
-    if (news.said_number !== this.told?.said_number) {
+  private update(news: SessionNews): void {
+    const before = this.session;
+    const { session, message: message } = news;
+    const grew = before !== null && session !== null && before.examples.length < session.examples.length;
+    const recorded = grew && (message.tone === "recorded" || message.tone === "correction");
+    if (news.message_number !== this.status?.message_number) {
       const undo: Request | null = recorded ? { do: "undo" } : this.back;
-      this.notice = undo === null ? said : { ...said, undo };
+      this.notice = undo === null ? message : { ...message, undo };
       this.back = null;
       this.notices += 1;
     }
-    if (desk === null || before?.name !== desk.name) this.switch = null;
-    else if (before.state !== desk.state) {
-      const corrected = said.tone === "correction";
-      this.switch = { from: before.state, to: desk.state, corrected, at: performance.now() };
+    if (session === null || before?.name !== session.name) this.switch = null;
+    else if (before.state !== session.state) {
+      const corrected = message.tone === "correction";
+      this.switch = { from: before.state, to: session.state, corrected, at: performance.now() };
     }
-    if (labels(before) !== labels(desk)) this.memory.forget();
-    if (news.run.number !== this.told?.run.number) {
-      this.past.begin(news.run.from_s);
-      this.current = this.told === null;
+    if (joinLabels(before) !== joinLabels(session)) this.history.clear();
+    if (news.run.number !== this.status?.run.number) {
+      this.runHistory.begin(news.run.from_s);
+      this.current = this.status === null;
       setTimeout(() => (this.current = true), LATE_MS); // a frame that is as the last is not sent
     }
-    this.past.note(desk?.examples ?? [], grew && before?.name === desk?.name);
-    this.told = news;
-    this.directs = news.directs;
+    this.runHistory.markExamples(session?.examples ?? [], grew && before?.name === session?.name);
+    this.status = news;
+    this.hasControl = news.has_control;
   }
 }
 
-function labels(desk: Session | null): string {
-  return (desk?.features ?? []).map((feature) => feature.label).join("\n");
+function joinLabels(session: Session | null): string {
+  return (session?.features ?? []).map((feature) => feature.label).join("\n");
 }

@@ -36,15 +36,15 @@ export function TeamView() {
 }
 
 function Summary({ team }: { team: Team }) {
-  const lost = team.agents.filter(({ presence }) => presence !== "here");
+  const describeSilence = team.agents.filter(({ presence }) => presence !== "here");
   const differing = team.agents.filter(({ other_library }) => other_library);
   return (
     <div class="summary" role="status">
       <h2 class="name">Team {plain(team.name)}</h2>
       <span class="soft">
-        {team.agents.length - lost.length} of {team.agents.length} agents are heard
+        {team.agents.length - describeSilence.length} of {team.agents.length} agents are heard
       </span>
-      {lost.length > 0 && <span class="problem">Not heard: {names(lost)}</span>}
+      {describeSilence.length > 0 && <span class="problem">Not heard: {names(describeSilence)}</span>}
       {differing.length > 0 && (
         <span class="problem">
           With another library than here: {names(differing)}. <code>understudy team push</code> hands them
@@ -72,9 +72,9 @@ function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
             </>
           )}
         </span>
-        {leader !== null && <Doing agent={squad} />}
-        {squad.presence !== "here" && <span class="problem">its own agent {lost(squad)}</span>}
-        <Order agent={squad} />
+        {leader !== null && <Activity agent={squad} />}
+        {squad.presence !== "here" && <span class="problem">its own agent {describeSilence(squad)}</span>}
+        <OrderCell agent={squad} />
         <span class="space" />
         <Train agent={squad} />
       </header>
@@ -102,8 +102,8 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
         />
         <b>{agent.name}</b>
       </span>
-      {here ? <Doing agent={agent} /> : <span class="doing problem">{lost(agent)}</span>}
-      <Order agent={agent} />
+      {here ? <Activity agent={agent} /> : <span class="doing problem">{describeSilence(agent)}</span>}
+      <OrderCell agent={agent} />
       <span class="notes">
         {here && agent.problem !== "" && <span class="problem">not counted: {agent.problem}</span>}
         {agent.trainer !== "" && <span class="trained">trained from {agent.trainer}</span>}
@@ -122,7 +122,7 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
           <>
             <button
               type="button"
-              disabled={!studio.directs || !here || agent.armed === true}
+              disabled={!studio.hasControl || !here || agent.armed === true}
               onClick={() => setAsks(true)}
             >
               {agent.armed === true ? "Armed" : "Arm…"}
@@ -143,8 +143,8 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
   );
 }
 
-function Doing({ agent }: { agent: TeamAgent }) {
-  const path = [...(agent.duty === "" ? [] : [agent.duty]), ...agent.doing];
+function Activity({ agent }: { agent: TeamAgent }) {
+  const path = [...(agent.duty === "" ? [] : [agent.duty]), ...agent.states];
   return (
     <span class="doing">
       {path.length === 0 ? <span class="soft">nothing</span> : path.map(plain).join(" › ")}
@@ -152,7 +152,7 @@ function Doing({ agent }: { agent: TeamAgent }) {
   );
 }
 
-function Order({ agent }: { agent: TeamAgent }) {
+function OrderCell({ agent }: { agent: TeamAgent }) {
   if (agent.order === null) {
     const alone = agent.is_robot && agent.presence === "here" && agent.trainer === "";
     return <span class="order soft">{alone ? "alone, without an order" : ""}</span>;
@@ -177,7 +177,7 @@ function Train({ agent }: { agent: TeamAgent }) {
     <button
       type="button"
       title={why}
-      disabled={!studio.directs || studio.team?.trainer === null}
+      disabled={!studio.hasControl || studio.team?.trainer === null}
       onClick={() => void train(studio, agent)}
     >
       Train
@@ -186,9 +186,13 @@ function Train({ agent }: { agent: TeamAgent }) {
 }
 
 async function train(studio: Studio, agent: TeamAgent): Promise<void> {
-  const number = agent.is_robot ? (studio.scene?.real.indexOf(agent.name) ?? 0) : 0;
-  const answer = await studio.ask({ do: "agent", agent: number, sort: agent.is_robot ? null : agent.sort });
-  if (answer.error === undefined) studio.show("training");
+  const number = agent.is_robot ? (studio.scene?.real_robots.indexOf(agent.name) ?? 0) : 0;
+  const answer = await studio.ask({
+    do: "select_agent",
+    agent: number,
+    sort: agent.is_robot ? null : agent.sort,
+  });
+  if (answer.error === undefined) studio.switchView("training");
 }
 
 /** The agent that leads a squad: of several that believe to, that of the highest term. */
@@ -202,7 +206,7 @@ function termOf(team: Team, squad: string): number {
   return Math.max(0, ...team.agents.map(({ leads }) => leads[squad] ?? 0));
 }
 
-function lost(agent: TeamAgent): string {
+function describeSilence(agent: TeamAgent): string {
   if (agent.presence === "gone") return "is not there";
   return agent.silent_s === null ? "is silent" : `is silent for ${duration(Math.max(1, agent.silent_s))}`;
 }

@@ -3,70 +3,74 @@
 import { useRef } from "preact/hooks";
 import { useStudio } from "./context";
 import { useSlowNews } from "./news";
-import type { Past } from "./past";
-import { className, clock } from "./words";
+import type { RunHistory } from "./runhistory";
+import { className, formatTime } from "./words";
 
 const STEP_S = 0.5;
 
 export function Timeline() {
   const studio = useStudio();
   useSlowNews(studio.framed);
-  const asked = useRef(false);
-  const { past, desk } = studio;
-  if (desk === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own
+  const pending = useRef(false);
+  const { runHistory, session } = studio;
+  if (session === null || studio.live.fixed) return null; // real robots cannot go back, nor can a body of one's own
 
   const goBack = async (time: number): Promise<void> => {
-    if (asked.current) return; // the last one counts, when the server is ready for it
-    asked.current = true;
+    if (pending.current) return; // the last one counts, when the server is ready for it
+    pending.current = true;
     await studio.ask({ do: "rewind", time_s: time });
-    asked.current = false;
+    pending.current = false;
   };
 
   return (
     <div class="timeline">
       <div class="line">
-        {past.marks.map((mark) => (
+        {runHistory.marks.map((mark) => (
           <span
             key={mark.number}
             class={className("mark", mark.correction && "correction")}
-            style={{ left: share(past, mark.time) }}
-            title={`example ${mark.number}, at ${clock(mark.time)}`}
+            style={{ left: share(runHistory, mark.time) }}
+            title={`example ${mark.number}, at ${formatTime(mark.time)}`}
           />
         ))}
-        {desk.asking.marks
-          .filter(({ run, time_s }) => run === studio.told?.run.number && time_s <= past.latest)
+        {session.queries.marks
+          .filter(({ run, time_s }) => run === studio.status?.run.number && time_s <= runHistory.latest)
           .map((mark) => (
             <span
               key={`unsure ${mark.number}`}
               class="mark unsure"
-              style={{ left: share(past, mark.time_s) }}
-              title={`unsure at ${clock(mark.time_s)}`}
+              style={{ left: share(runHistory, mark.time_s) }}
+              title={`unsure at ${formatTime(mark.time_s)}`}
             />
           ))}
         <input
           type="range"
           aria-label="Rewind"
-          aria-valuetext={clock(past.now)}
-          min={past.from}
-          max={past.latest}
+          aria-valuetext={formatTime(runHistory.now)}
+          min={runHistory.from}
+          max={runHistory.latest}
           step="any"
-          value={past.now}
-          disabled={!studio.directs || past.latest - past.from < STEP_S}
+          value={runHistory.now}
+          disabled={!studio.hasControl || runHistory.latest - runHistory.from < STEP_S}
           onInput={(event) => void goBack(Number(event.currentTarget.value))}
           onKeyDown={(event) => {
             const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
             if (way === undefined) return;
             event.preventDefault();
-            void goBack(Math.min(past.latest, Math.max(past.from, past.now + way * STEP_S)));
+            void goBack(
+              Math.min(runHistory.latest, Math.max(runHistory.from, runHistory.now + way * STEP_S)),
+            );
           }}
         />
       </div>
-      <span class="hint">{past.now < past.latest ? "going on begins here" : "drag to rewind"}</span>
+      <span class="hint">
+        {runHistory.now < runHistory.latest ? "going on begins here" : "drag to rewind"}
+      </span>
     </div>
   );
 }
 
-function share(past: Past, time: number): string {
+function share(past: RunHistory, time: number): string {
   const length = Math.max(past.latest - past.from, STEP_S);
   return `${(100 * Math.min(1, Math.max(0, (time - past.from) / length))).toFixed(2)}%`;
 }

@@ -1,6 +1,6 @@
 /** The line that says what just happened, with a way back where there is one. */
 
-import { ChangedLine } from "./changed";
+import { ChangeLine } from "./changes";
 import { useStudio } from "./context";
 import { className, plain } from "./words";
 
@@ -8,16 +8,16 @@ export function Toast() {
   const studio = useStudio();
   const { notice } = studio;
   const { undo } = notice;
-  const asked = studio.desk?.asking.question?.sentence;
-  const undone = undo?.do === "undo" && studio.desk?.changed != null; // the line above has the button
-  const shown = notice.text !== "" && (asked === undefined || !notice.text.startsWith(asked)); // it has its card
+  const question = studio.session?.queries.question?.sentence;
+  const undone = undo?.do === "undo" && studio.session?.changed != null; // the line above has the button
+  const isVisible = notice.text !== "" && (question === undefined || !notice.text.startsWith(question)); // it has its card
   return (
     <div class="toasts" role="status" aria-live="polite">
-      <ChangedLine />
-      {shown && (
+      <ChangeLine />
+      {isVisible && (
         <div class={className("toast", notice.tone)} key={studio.notices}>
           <span>{plain(notice.text)}</span>
-          {undo !== undefined && studio.directs && !undone && (
+          {undo !== undefined && studio.hasControl && !undone && (
             <button type="button" onClick={() => void studio.ask(undo)}>
               undo
             </button>

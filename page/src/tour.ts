@@ -20,21 +20,21 @@ const KEPT = "understudy-tour";
 
 /** What the tour looks at. */
 export interface Moment {
-  /** Whether what the tour teaches is on the desk. */
-  begun: boolean;
+  /** Whether what the tour teaches is in training. */
+  isTaught: boolean;
   /** The state that is lit. */
   state: string;
   /** Whether it is a flag: the robot has stopped, and says so. */
   stopped: boolean;
   /** How many presses the lesson has. */
-  taught: number;
+  presses: number;
   seed: number | null;
   /** Where A is: m and degrees, left of ahead above 0; NaN while it is not seen. */
   distance: number;
   angle: number;
 }
 
-interface Kept {
+interface SavedTour {
   step: number;
   active: boolean;
   seed: number | null;
@@ -48,7 +48,7 @@ export class Tour {
   /** The world of the step before: the next one is in another. */
   private seed: number | null = null;
   /** The present world, and how many presses the lesson had when it began. */
-  private world: { seed: number | null; taught: number } | null = null;
+  private world: { seed: number | null; presses: number } | null = null;
 
   /** Since when the robot does something else than it should, now and then at least, s of the world's time; null: not. */
   private wrongSince: number | null = null;
@@ -69,8 +69,8 @@ export class Tour {
   }
 
   /** Take it up: from the beginning, or where it was left. */
-  begin(anew: boolean): void {
-    if (anew) this.step = 0;
+  begin(restart: boolean): void {
+    if (restart) this.step = 0;
     this.active = true;
     this.keep();
   }
@@ -93,8 +93,8 @@ export class Tour {
   }
 
   /** Whether there was no press in this world so far. */
-  alone({ taught }: Moment): boolean {
-    return this.world !== null && this.world.taught === taught;
+  alone({ presses }: Moment): boolean {
+    return this.world !== null && this.world.presses === presses;
   }
 
   /** Whether the robot does something else than it should, and has for so long that it needs help. */
@@ -102,30 +102,30 @@ export class Tour {
     if (this.wrongSince !== null && time < this.wrongSince) this.wrongSince = null;
     this.rightSince = wrong ? null : Math.min(this.rightSince ?? time, time);
     if (wrong) this.wrongSince ??= time;
-    else if (lasted(this.rightSince, time)) this.wrongSince = null;
-    return wrong && lasted(this.wrongSince, time);
+    else if (hasLasted(this.rightSince, time)) this.wrongSince = null;
+    return wrong && hasLasted(this.wrongSince, time);
   }
 
   private finishes(moment: Moment): boolean {
-    const { begun, seed, taught, angle } = moment;
-    if (this.world === null || this.world.seed !== seed || taught < this.world.taught)
-      this.world = { seed, taught };
-    if (this.step === 0 || !begun) return begun && this.step === 0;
+    const { isTaught, seed, presses, angle } = moment;
+    if (this.world === null || this.world.seed !== seed || presses < this.world.presses)
+      this.world = { seed, presses };
+    if (this.step === 0 || !isTaught) return isTaught && this.step === 0;
     const stopped = isThere(moment);
-    if (this.step === 1) return stopped || (taught > 0 && Math.abs(angle) < TURNED_DEG);
+    if (this.step === 1) return stopped || (presses > 0 && Math.abs(angle) < TURNED_DEG);
     if (this.step === 2) return stopped;
     return stopped && !this.same(moment) && (this.step === 3 || this.alone(moment));
   }
 
   private keep(): void {
-    const kept: Kept = { step: this.step, active: this.active, seed: this.seed };
-    this.store.setItem(KEPT, JSON.stringify(kept));
+    const saved: SavedTour = { step: this.step, active: this.active, seed: this.seed };
+    this.store.setItem(KEPT, JSON.stringify(saved));
     this.news.tell();
   }
 }
 
 /** Whether it lasts long enough for the tour to say so. */
-function lasted(since: number | null, time: number): boolean {
+function hasLasted(since: number | null, time: number): boolean {
   return since !== null && time - since >= PATIENCE_S - 1e-6;
 }
 
@@ -135,7 +135,7 @@ export function isThere({ stopped, distance }: Moment): boolean {
 }
 
 /** Which way the robot should go: its arrow, or "done" where it is there; null while A is not seen. */
-export function wish(
+export function chooseDirection(
   { distance, angle }: Moment,
   now: string | null,
 ): "up" | "left" | "right" | "done" | null {
@@ -147,9 +147,9 @@ export function wish(
   return angle > 0 ? "left" : "right";
 }
 
-function read(store: Pick<Storage, "getItem">): Partial<Kept> {
+function read(store: Pick<Storage, "getItem">): Partial<SavedTour> {
   try {
-    const { step, active, seed } = JSON.parse(store.getItem(KEPT) ?? "{}") as Partial<Kept>;
+    const { step, active, seed } = JSON.parse(store.getItem(KEPT) ?? "{}") as Partial<SavedTour>;
     return typeof step === "number" && typeof active === "boolean"
       ? { step, active, seed: seed ?? null }
       : {};

@@ -1,19 +1,19 @@
 /** What to do first, while nothing is trained. */
 
 import { usePanel, useStudio, useTour } from "./context";
-import { drafted } from "./draft";
-import { Discard } from "./pane/cutoff";
-import { counted, plain } from "./words";
+import { makeDraft } from "./draft";
+import { Discard } from "./pane/interrupted";
+import { formatCount, plain } from "./words";
 
 export function Welcome() {
   const studio = useStudio();
   const panel = usePanel();
   const tour = useTour();
-  if (studio.told === null || studio.desk !== null || panel.form !== null) return null;
-  const { trained, cut_off: cutOff } = studio.told.library;
+  if (studio.status === null || studio.session !== null || panel.form !== null) return null;
+  const { trained, interrupted: cutOff } = studio.status.library;
   const [left] = cutOff;
   const empty = trained.length === 0 && left === undefined;
-  const shows = empty && studio.scene !== null && drafted("new", studio, studio.scene).name !== "";
+  const shows = empty && studio.scene !== null && makeDraft("new", studio, studio.scene).name !== "";
   return (
     <div class="welcome">
       <p class="big">Teach a robot by showing it.</p>
@@ -25,10 +25,10 @@ export function Welcome() {
           <button
             type="button"
             class="primary"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => void studio.ask({ do: "open", name: left.name })}
           >
-            Resume {plain(left.name)} ({counted(left.examples, "example")})
+            Resume {plain(left.name)} ({formatCount(left.examples, "example")})
           </button>
           <Discard name={left.name} studio={studio} />
         </span>
@@ -36,7 +36,7 @@ export function Welcome() {
       <button
         type="button"
         class={left === undefined ? "primary" : ""}
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         onClick={() => panel.choose("new")}
       >
         Teach something new
@@ -44,7 +44,7 @@ export function Welcome() {
       {shows && (
         <button
           type="button"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="A tour of five steps: a robot that goes to a place by itself"
           onClick={() => {
             tour.begin(true);

@@ -11,26 +11,26 @@ export function isAngle(feature: Feature): boolean {
 }
 
 /** An angle in whole degrees, left of ahead above 0: -179 to 180. */
-export function degrees(radians: number): number {
+export function toDegrees(radians: number): number {
   const turn = Math.round((radians * 180) / Math.PI);
   return ((((turn + 179) % 360) + 360) % 360) - 179;
 }
 
 /** A value with its unit: 3.42 m, −31°, yes; a dash where it is absent. */
-export function value(feature: Feature, number: number): string {
+export function formatValue(feature: Feature, number: number): string {
   if (Number.isNaN(number)) return ABSENT;
-  if (feature.kind === "categorical") return label(feature, number);
-  if (isAngle(feature)) return minus(`${degrees(number)}°`);
+  if (feature.kind === "categorical") return nameOf(feature, number);
+  if (isAngle(feature)) return useMinusSign(`${toDegrees(number)}°`);
   const digits = DIGITS[feature.unit] ?? (Number.isInteger(number) ? 0 : 2);
-  return minus(number.toFixed(digits) + (feature.unit === "" ? "" : ` ${feature.unit}`));
+  return useMinusSign(number.toFixed(digits) + (feature.unit === "" ? "" : ` ${feature.unit}`));
 }
 
-export function minus(text: string): string {
+export function useMinusSign(text: string): string {
   return text.replace("-", "−");
 }
 
 /** Minutes and seconds: 0:48.3. */
-export function clock(seconds: number | null): string {
+export function formatTime(seconds: number | null): string {
   if (seconds === null) return ABSENT;
   const tenths = Math.round(seconds * 10);
   const whole = Math.floor(tenths / 10) % 60;
@@ -38,14 +38,14 @@ export function clock(seconds: number | null): string {
 }
 
 /** A moment as a date and a time of day: Nov 21, 10:15. */
-export function when(moment: string | null): string {
+export function formatMoment(moment: string | null): string {
   if (moment === null) return "";
   const form = { month: "short", day: "numeric", hour: "2-digit", minute: "2-digit" } as const;
   return new Date(moment).toLocaleString("en", { ...form, hour12: false });
 }
 
 /** 1 example, 2 examples. */
-export function counted(count: number, what: string): string {
+export function formatCount(count: number, what: string): string {
   return `${count} ${what}${count === 1 ? "" : "s"}`;
 }
 
@@ -64,15 +64,15 @@ const SPELLED: Readonly<Record<string, string>> = { rotate: "turn" };
  */
 export function plain(text: string): string {
   return text.replace(IDENTIFIER, (_, name: string | undefined, bound = "", words = "") => {
-    if (name === undefined) return spelled(words as string);
-    const targets = (bound as string).split(",").map((target) => spelled(target.trim()));
-    return / ?to$/.test(spelled(name))
-      ? `${spelled(name)} ${targets.join(", ")}`
-      : `${spelled(name)} (${targets.join(", ")})`;
+    if (name === undefined) return spellName(words as string);
+    const targets = (bound as string).split(",").map((target) => spellName(target.trim()));
+    return / ?to$/.test(spellName(name))
+      ? `${spellName(name)} ${targets.join(", ")}`
+      : `${spellName(name)} (${targets.join(", ")})`;
   });
 }
 
-function spelled(name: string): string {
+function spellName(name: string): string {
   const [first = "", ...rest] = name.split("_").filter((word) => word !== "");
   return [rest.length > 0 ? (SPELLED[first] ?? first) : first, ...rest].join(" ");
 }
@@ -91,7 +91,7 @@ export function className(...names: (string | false | null | undefined)[]): stri
   return names.filter(Boolean).join(" ");
 }
 
-function label(feature: Feature, number: number): string {
+function nameOf(feature: Feature, number: number): string {
   const labels = feature.labels ?? ["no", "yes"];
   return labels[number] ?? String(number);
 }

@@ -1,13 +1,13 @@
 import { expect, test } from "vitest";
 import {
-  askedStates,
-  chosen,
-  chosenStates,
-  offeredFeatures,
-  onceMore,
-  renamedStates,
+  requestStates,
+  chooseState,
+  chooseLessonStates,
+  offerFeatures,
+  duplicateState,
+  listRenamed,
   stateNames,
-  twice,
+  findDuplicate,
 } from "../src/calls";
 import type { Session, SessionNews, Scene, State } from "../src/protocol";
 
@@ -16,13 +16,13 @@ function state(name: string, runs: string | null, flag = false): State {
 }
 
 test("a behavior chosen in one way gives its state its name", () => {
-  const states = ["goto(station)", "load_food"].map(chosen);
-  expect(askedStates(states)).toEqual(["goto(station)", "load_food"]);
+  const states = ["goto(station)", "load_food"].map(chooseState);
+  expect(requestStates(states)).toEqual(["goto(station)", "load_food"]);
   expect(stateNames(states)).toEqual(["goto", "load_food"]);
 });
 
 test("one chosen in two ways gives two states, each called as it runs", () => {
-  expect(askedStates(["goto(station)", "goto(nearest_food)", "load_food"].map(chosen))).toEqual([
+  expect(requestStates(["goto(station)", "goto(nearest_food)", "load_food"].map(chooseState))).toEqual([
     "goto(station)=goto(station)",
     "goto(nearest_food)=goto(nearest_food)",
     "load_food",
@@ -30,16 +30,16 @@ test("one chosen in two ways gives two states, each called as it runs", () => {
 });
 
 test("one taken once more gives two states of different names, which can be changed", () => {
-  const [first, second, third] = onceMore(onceMore([chosen("forward")], 0), 0);
+  const [first, second, third] = duplicateState(duplicateState([chooseState("forward")], 0), 0);
   if (first === undefined || second === undefined || third === undefined) throw new Error("three");
   expect(stateNames([first, second, third])).toEqual(["forward", "forward_3", "forward_2"]);
   const named = [
     { ...first, name: "forward_left" },
     { ...second, name: " forward_right " },
   ];
-  expect(askedStates(named)).toEqual(["forward_left=forward", "forward_right=forward"]);
-  expect(twice(named)).toBeNull();
-  expect(twice([...named, { ...third, name: "forward_left" }])).toBe("forward_left");
+  expect(requestStates(named)).toEqual(["forward_left=forward", "forward_right=forward"]);
+  expect(findDuplicate(named)).toBeNull();
+  expect(findDuplicate([...named, { ...third, name: "forward_left" }])).toBe("forward_left");
 });
 
 test("states that are there keep their names, and with them their examples, unless they get others", () => {
@@ -50,17 +50,17 @@ test("states that are there keep their names, and with them their examples, unle
     state("right", "turn"),
     state("done", null, true),
   ];
-  const there = chosenStates({ states } as unknown as Session);
-  expect(askedStates([...there, chosen("goto(nearest_food)"), chosen("halt")])).toEqual([
+  const there = chooseLessonStates({ states } as unknown as Session);
+  expect(requestStates([...there, chooseState("goto(nearest_food)"), chooseState("halt")])).toEqual([
     "goto(station)",
     "left=turn",
     "right=turn",
     "goto(nearest_food)=goto(nearest_food)",
     "halt",
   ]);
-  expect(renamedStates(there)).toEqual({});
+  expect(listRenamed(there)).toEqual({});
   const other = there.map((each) => (each.name === "left" ? { ...each, name: "port" } : each));
-  expect(renamedStates(other)).toEqual({ left: "port" });
+  expect(listRenamed(other)).toEqual({ left: "port" });
 });
 
 test("flags that trained automata raise are offered beside the kit's features, each once", () => {
@@ -70,6 +70,6 @@ test("flags that trained automata raise are offered beside the kit's features, e
   ];
   const trained = [{ flags: ["done", "crate_seen"] }, { flags: ["crate_seen"] }];
   const told = { library: { trained } } as unknown as SessionNews;
-  const offered = offeredFeatures({ features } as unknown as Scene, told, ["home"]);
+  const offered = offerFeatures({ features } as unknown as Scene, told, ["home"]);
   expect(offered.flatMap(({ ways }) => ways)).toEqual(["distance_to(home)", "done", "crate_seen"]);
 });

@@ -1,10 +1,10 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import { Driving } from "../src/driving/driving";
+import { DriveController } from "../src/driving/driving";
 import type { DriveNews, DriveRequest } from "../src/protocol";
 
 const PAD = { axes: [0, 0], buttons: [] };
 
-let driving: Driving;
+let driving: DriveController;
 let window: EventTarget;
 let pads: unknown[];
 let sent: DriveRequest[];
@@ -22,7 +22,7 @@ beforeEach(() => {
   vi.stubGlobal("navigator", { getGamepads: () => pads });
   vi.stubGlobal("addEventListener", window.addEventListener.bind(window));
   vi.stubGlobal("removeEventListener", window.removeEventListener.bind(window));
-  driving = new Driving();
+  driving = new DriveController();
   driving.send = (request) => void sent.push(request);
   driving.moved.listen(() => (moves += 1));
   end = driving.listen();
@@ -38,7 +38,7 @@ afterEach(() => {
 
 /** The server says whether somebody drives. */
 function hear(drives: boolean): void {
-  driving.told = { driving: drives, automatic: false, held: ["load"] } as unknown as DriveNews;
+  driving.status = { driving: drives, automatic: false, held: ["load"] } as unknown as DriveNews;
   driving.news.tell();
 }
 
@@ -63,7 +63,7 @@ test("while driving the stick is sent all the time, and shown when it moves", ()
 });
 
 // what happens to the stick, and whether anything of it is shown anew
-const STICK: [string, (stick: Driving["stick"]) => void, boolean][] = [
+const STICK: [string, (stick: DriveController["stick"]) => void, boolean][] = [
   ["nothing", () => undefined, false],
   ["it is grasped in the middle", (stick) => (stick.pulled = { right: 0, up: 0 }), true],
   ["it is held there", (stick) => (stick.pulled = { right: 0, up: 0 }), false],

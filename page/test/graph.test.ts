@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { drawing, edgeOf, innerEdge } from "../src/graph";
+import { layoutGraph, edgeOf, innerEdge } from "../src/graph";
 import type { State } from "../src/protocol";
 
 function state(name: string, more: Partial<State> = {}): State {
@@ -15,14 +15,16 @@ const STATES = [
 ];
 
 test("before anything is learned, the start state is above and flags are below", () => {
-  const y = new Map(drawing(STATES, [], ({ name }) => name).nodes.map((node) => [node.state.name, node.y]));
+  const y = new Map(
+    layoutGraph(STATES, [], ({ name }) => name).nodes.map((node) => [node.state.name, node.y]),
+  );
   expect(y.get("start")).toBeLessThan(y.get("forward") ?? 0);
   expect(y.get("forward")).toBeLessThan(y.get("done") ?? 0);
 });
 
 test("many states stand in rows that can be read side by side", () => {
   const many = ["start", "one", "two", "three", "four", "five", "six"].map((name) => state(`state_${name}`));
-  const drawn = drawing([...many, state("done", { flag: true })], [], ({ name }) => name);
+  const drawn = layoutGraph([...many, state("done", { flag: true })], [], ({ name }) => name);
   const rows = [...new Set(drawn.nodes.map(({ y }) => y))];
   expect(drawn.width).toBeLessThan(400);
   expect(rows.length).toBe(4);
@@ -30,7 +32,9 @@ test("many states stand in rows that can be read side by side", () => {
 });
 
 test("turning left is drawn left of turning right", () => {
-  const x = new Map(drawing(STATES, [], ({ name }) => name).nodes.map((node) => [node.state.name, node.x]));
+  const x = new Map(
+    layoutGraph(STATES, [], ({ name }) => name).nodes.map((node) => [node.state.name, node.x]),
+  );
   expect(x.get("left")).toBeLessThan(x.get("right") ?? 0);
 });
 
@@ -42,7 +46,7 @@ test("every transition between known states is drawn, there and back", () => {
     { from: "left", to: "forward", ...edge },
     { from: "left", to: "gone", ...edge },
   ];
-  const arcs = drawing(STATES, edges, ({ name }) => name).arcs;
+  const arcs = layoutGraph(STATES, edges, ({ name }) => name).arcs;
   expect(arcs.map(({ id }) => id)).toEqual(["start forward", "forward left", "left forward"]);
   expect(arcs.every(({ points }) => points.length > 1)).toBe(true);
 });
@@ -51,8 +55,8 @@ test("a state that runs an automaton opens in place: it is as large as what it s
   const states = [state("start"), state("goto", { automaton: "goto" })];
   const nested = { goto: { states: STATES, edges: [{ from: "start", to: "forward", when: ["always"] }] } };
   const name = (each: { name: string }): string => each.name;
-  const closed = drawing(states, [], name, new Set(), nested).nodes[1];
-  const open = drawing(states, [], name, new Set(["/goto"]), nested).nodes[1];
+  const closed = layoutGraph(states, [], name, new Set(), nested).nodes[1];
+  const open = layoutGraph(states, [], name, new Set(["/goto"]), nested).nodes[1];
   expect(closed?.inner).toBeNull();
   expect(open?.inner?.nodes.map(({ path }) => path)).toContain("/goto/forward");
   expect(open?.inner?.arcs.map(({ id }) => id)).toEqual(["/goto\nstart forward"]);
@@ -72,7 +76,7 @@ test("an edge of an automaton in an automaton is told from those outside by wher
     state("harvest", { automaton: "harvest" }),
   ];
   const opened = new Set(["/goto", "/harvest", "/harvest/goto"]);
-  const drawn = drawing(states, [], ({ name }) => name, opened, nested);
+  const drawn = layoutGraph(states, [], ({ name }) => name, opened, nested);
   const near = drawn.nodes[1]?.inner?.arcs[0]?.id ?? "";
   const deep = drawn.nodes[2]?.inner?.nodes[1]?.inner?.arcs[0]?.id ?? "";
   expect(new Set(["start forward", near, deep]).size).toBe(3);

@@ -15,7 +15,7 @@ class Field extends EventTarget {
 }
 
 const asked: Request[] = [];
-let directs = true;
+let hasControl = true;
 let real: string[];
 let news: News;
 let live: Live;
@@ -25,7 +25,7 @@ let page: EventTarget;
 beforeEach(() => {
   vi.useFakeTimers();
   asked.length = 0;
-  directs = true;
+  hasControl = true;
   real = ["rover"];
   news = new News();
   page = new EventTarget();
@@ -35,10 +35,10 @@ beforeEach(() => {
   vi.stubGlobal("removeEventListener", page.removeEventListener.bind(page));
   live = new Live({
     get scene() {
-      return { real };
+      return { real_robots: real };
     },
-    get directs() {
-      return directs;
+    get hasControl() {
+      return hasControl;
     },
     ask: (request: Request) => {
       asked.push(request);
@@ -74,7 +74,7 @@ const LETS_GO: [string, () => void][] = [
   ["the menu of the right button, which takes the keys", () => page.dispatchEvent(new Event("contextmenu"))],
   ["a key beside which some systems tell of no other", () => key("keydown", "Meta", { metaKey: true })],
   ["the emergency stop", () => key("keydown", "Escape")],
-  ["no longer directing", () => ((directs = false), vi.advanceTimersByTime(150))],
+  ["no longer directing", () => ((hasControl = false), vi.advanceTimersByTime(150))],
 ];
 
 test.each(LETS_GO)("%s lets go, and a key that repeats holds it no more", (_, happens) => {
@@ -108,7 +108,7 @@ test("the studio is told nothing, and no timer runs, while all robots are simula
   news.tell();
   vi.advanceTimersByTime(300);
   expect(asked).toEqual([
-    { do: "here", holding: false },
-    { do: "here", holding: false },
+    { do: "heartbeat", holding: false },
+    { do: "heartbeat", holding: false },
   ]);
 });

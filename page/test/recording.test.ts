@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import type { LabelSpan, LearnedDrive, Review } from "../src/protocol";
 import { around, filesIn, turns } from "../src/recording/recording";
 import { color, lines, marks } from "../src/recording/scale";
-import { differences, moved } from "../src/recording/timeline";
+import { differences, moveBoundary } from "../src/recording/timeline";
 
 function span(first: number, end: number, label: number): LabelSpan {
   return { first, end, label, certainty: 1, doubtful: false, by_hand: false };
@@ -42,10 +42,10 @@ function learned(...spans: [number, number, number][]): LearnedDrive {
 }
 
 test("a boundary that is moved gives the ticks between to the span that grows", () => {
-  expect(moved(review(), 10, 7)).toEqual({ do: "label", first: 7, end: 10, label: "back" });
-  expect(moved(review(), 10, 14)).toEqual({ do: "label", first: 10, end: 14, label: "forward" });
-  expect(moved(review(), 20, 15)).toEqual({ do: "label", first: 15, end: 20, label: "unexplained" });
-  expect(moved(review(), 10, 10)).toBeNull();
+  expect(moveBoundary(review(), 10, 7)).toEqual({ do: "label", first: 7, end: 10, label: "back" });
+  expect(moveBoundary(review(), 10, 14)).toEqual({ do: "label", first: 10, end: 14, label: "forward" });
+  expect(moveBoundary(review(), 20, 15)).toEqual({ do: "label", first: 15, end: 20, label: "unexplained" });
+  expect(moveBoundary(review(), 10, 10)).toBeNull();
 });
 
 test("an automaton differs where it is in another state, but not where nothing is known", () => {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { isAskedAnew, soundIsOn } from "../src/sound";
+import { isNewQuestion, soundIsOn } from "../src/sound";
 
 const NOTHING = { question: null, marks: 0 };
 
@@ -13,7 +13,7 @@ describe("the sound of a question", () => {
     ["a moment was marked", { question: null, marks: 2 }, { question: null, marks: 1 }, true],
     ["a mark is gone", { question: null, marks: 1 }, { question: null, marks: 2 }, false],
   ])("%s", (_, now, before, heard) => {
-    expect(isAskedAnew(now, before)).toBe(heard);
+    expect(isNewQuestion(now, before)).toBe(heard);
   });
 
   it("is off until it is switched on", () => {

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Stage } from "../src/world/stage";
-import { Browser, frameAt, makeDesk, makeWorld, SCENE, type MadeWorld } from "./world";
+import { Browser, frameAt, makeSession, makeWorld, SCENE, type MadeWorld } from "./world";
 
 let browser: Browser;
 let world: MadeWorld;
@@ -51,7 +51,7 @@ test("each frame that arrives is drawn once", () => {
 test("frames, news and the pointer within one screen frame are one drawing", () => {
   arrive(0.1, 3);
   arrive(0.2, 4);
-  world.desk = makeDesk({ mode: "testing" });
+  world.session = makeSession({ mode: "testing" });
   world.news.tell();
   stage.marked = { what: "thing", of: 0 };
   stage.draw();
@@ -65,21 +65,21 @@ test("a frame in which only time went on is not drawn", () => {
 });
 
 test("news of what is not visible is not drawn", () => {
-  world.desk = makeDesk({ state: "forward", taught: 12, features: [...makeDesk().features] });
+  world.session = makeSession({ state: "forward", presses: 12, features: [...makeSession().features] });
   world.news.tell();
   world.news.tell();
   expect(drawn()).toBe(0);
 });
 
 const VISIBLE: [string, () => void][] = [
-  ["the mode", () => (world.desk = makeDesk({ mode: "testing" }))],
-  ["the features", () => (world.desk = makeDesk({ features: [{ label: "speed" }] }))],
-  ["what robots are at", () => (world.desk = makeDesk({ doing: ["idle", "attack"] }))],
-  ["a session that ends", () => (world.desk = null)],
+  ["the mode", () => (world.session = makeSession({ mode: "testing" }))],
+  ["the features", () => (world.session = makeSession({ features: [{ label: "speed" }] }))],
+  ["what robots are at", () => (world.session = makeSession({ activities: ["idle", "attack"] }))],
+  ["a session that ends", () => (world.session = null)],
   ["the scene", () => (world.scene = { ...SCENE, discs: [] })],
   ["a coordinator that is trained", () => (world.sort = "platoon")],
   ["a picture", () => (world.image = {} as ImageBitmap)],
-  ["control", () => (world.directs = false)],
+  ["control", () => (world.hasControl = false)],
   ["a world that becomes fixed", () => (world.live = { fixed: true })],
   ["what is drawn on the ground", () => (layer = ["another review"])],
 ];

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { padded, pulled, steered, Stick, within } from "../src/driving/stick";
+import { readGamepad, readPointer, combineArrows, Stick, maskLean } from "../src/driving/stick";
 import type { Arrow } from "../src/protocol";
 
 function pad(pressed: number[], axes: number[] = [0, 0]): Pick<Gamepad, "axes" | "buttons"> {
@@ -20,7 +20,7 @@ const PULLS: [number, number, number, number][] = [
 ];
 
 test.each(PULLS)("a pointer at %d, %d leans %d to the right and %d up", (dx, dy, right, up) => {
-  expect(pulled(dx, dy, 50)).toEqual({ right, up });
+  expect(readPointer(dx, dy, 50)).toEqual({ right, up });
 });
 
 const KEYS: [Arrow[], number, number][] = [
@@ -32,26 +32,26 @@ const KEYS: [Arrow[], number, number][] = [
 ];
 
 test.each(KEYS)("arrows %s", (ways, right, up) => {
-  expect(steered(ways)).toEqual({ right, up });
+  expect(combineArrows(ways)).toEqual({ right, up });
 });
 
 test("two arrows share the way", () => {
-  const { right, up } = steered(["up", "right"]);
+  const { right, up } = combineArrows(["up", "right"]);
   expect(Math.hypot(right, up)).toBeCloseTo(1);
   expect(right).toBeCloseTo(up);
 });
 
 test("a gamepad's stick has a dead zone, and its directional pad comes first", () => {
-  expect(padded(pad([], [0.08, 0.08])).lean).toEqual({ right: 0, up: 0 });
-  expect(padded(pad([], [0.5, -0.25])).lean).toEqual({ right: 0.5, up: 0.25 });
-  expect(padded(pad([12], [0.5, 0])).lean).toEqual({ right: 0, up: 1 });
-  const { right, up } = padded(pad([], [1, 1])).lean;
+  expect(readGamepad(pad([], [0.08, 0.08])).lean).toEqual({ right: 0, up: 0 });
+  expect(readGamepad(pad([], [0.5, -0.25])).lean).toEqual({ right: 0.5, up: 0.25 });
+  expect(readGamepad(pad([12], [0.5, 0])).lean).toEqual({ right: 0, up: 1 });
+  const { right, up } = readGamepad(pad([], [1, 1])).lean;
   expect(Math.hypot(right, up)).toBeCloseTo(1);
 });
 
 test("a gamepad's buttons hold behaviors, and Start pauses", () => {
-  expect(padded(pad([0, 2]))).toMatchObject({ held: [0, 1], start: false });
-  expect(padded(pad([9]))).toMatchObject({ held: [], start: true });
+  expect(readGamepad(pad([0, 2]))).toMatchObject({ held: [0, 1], start: false });
+  expect(readGamepad(pad([9]))).toMatchObject({ held: [], start: true });
 });
 
 test("the pointer comes before the gamepad, and that before the keys", () => {
@@ -59,12 +59,12 @@ test("the pointer comes before the gamepad, and that before the keys", () => {
   expect(stick.press("ArrowUp")).toBe(true);
   expect(stick.press("x")).toBe(false);
   expect(stick.lean).toEqual({ right: 0, up: 1 });
-  stick.pad = padded(pad([], [-0.5, 0]));
+  stick.pad = readGamepad(pad([], [-0.5, 0]));
   expect(stick.lean).toEqual({ right: -0.5, up: 0 });
   stick.pulled = { right: 0.2, up: 0 };
   expect(stick.lean).toEqual({ right: 0.2, up: 0 });
   stick.pulled = null;
-  stick.pad = padded(pad([]));
+  stick.pad = readGamepad(pad([]));
   expect(stick.lean).toEqual({ right: 0, up: 1 });
   stick.lift("ArrowUp");
   expect(stick.lean).toEqual({ right: 0, up: 0 });
@@ -74,18 +74,18 @@ test("what is held comes from keys, buttons on the page and the gamepad, and is 
   const stick = new Stick();
   stick.press("S");
   stick.pushed.add(0);
-  stick.pad = padded(pad([1]));
-  expect(stick.held(3)).toEqual([0, 1, 2]);
-  expect(stick.held(2)).toEqual([0, 1]);
+  stick.pad = readGamepad(pad([1]));
+  expect(stick.listHeld(3)).toEqual([0, 1, 2]);
+  expect(stick.listHeld(2)).toEqual([0, 1]);
   stick.lift("s");
-  expect(stick.held(3)).toEqual([0, 2]);
+  expect(stick.listHeld(3)).toEqual([0, 2]);
   stick.release();
-  expect(stick.held(3)).toEqual([]);
+  expect(stick.listHeld(3)).toEqual([]);
 });
 
 test("a stick does not lean where nothing is commanded", () => {
   const ways: Arrow[] = ["up", "left", "right"];
-  expect(within({ right: -0.5, up: 0.5 }, ways)).toEqual({ right: -0.5, up: 0.5 });
-  expect(within({ right: 0.5, up: -0.5 }, ways)).toEqual({ right: 0.5, up: 0 });
-  expect(within({ right: 0.5, up: -0.5 }, [])).toEqual({ right: 0, up: 0 });
+  expect(maskLean({ right: -0.5, up: 0.5 }, ways)).toEqual({ right: -0.5, up: 0.5 });
+  expect(maskLean({ right: 0.5, up: -0.5 }, ways)).toEqual({ right: 0.5, up: 0 });
+  expect(maskLean({ right: 0.5, up: -0.5 }, [])).toEqual({ right: 0, up: 0 });
 });

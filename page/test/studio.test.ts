@@ -10,9 +10,17 @@ beforeAll(async () => {
 });
 
 function news(change: object): SessionNews {
-  const said = { text: "World 3, restarted", tone: "" };
+  const message = { text: "World 3, restarted", tone: "" };
   const run = { number: 1, from_s: 0 };
-  return { is: "desk", desk: null, said, said_number: 1, run, directs: true, ...change } as SessionNews;
+  return {
+    is: "session",
+    session: null,
+    message,
+    message_number: 1,
+    run,
+    has_control: true,
+    ...change,
+  } as SessionNews;
 }
 
 /** A frame without robots, objects or features. */
@@ -23,20 +31,20 @@ function frame(): ArrayBuffer {
 }
 
 test("an error goes with the next message, also where it says the same as the last", () => {
-  made.heard(news({}));
+  made.receive(news({}));
   made.say({ text: "The seed abc is none", tone: "error" });
-  made.heard(news({}));
+  made.receive(news({}));
   expect(made.notice.tone).toBe("error"); // nothing was said meanwhile
-  made.heard(news({ said_number: 2 }));
+  made.receive(news({ message_number: 2 }));
   expect(made.notice).toEqual({ text: "World 3, restarted", tone: "" });
 });
 
 test("what is known of the world before does not count for the next", () => {
-  made.heard(news({}));
-  made.saw(frame());
+  made.receive(news({}));
+  made.receiveFrame(frame());
   expect(made.current).toBe(true);
-  made.heard(news({ run: { number: 2, from_s: 0 } }));
+  made.receive(news({ run: { number: 2, from_s: 0 } }));
   expect(made.current).toBe(false);
-  made.saw(frame());
+  made.receiveFrame(frame());
   expect(made.current).toBe(true);
 });

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { STEPS, Tour, wish, type Moment } from "../src/tour";
+import { STEPS, Tour, chooseDirection, type Moment } from "../src/tour";
 
 function store(): Pick<Storage, "getItem" | "setItem"> {
   const kept = new Map<string, string>();
@@ -7,10 +7,10 @@ function store(): Pick<Storage, "getItem" | "setItem"> {
 }
 
 const FIRST: Moment = {
-  begun: false,
+  isTaught: false,
   state: "start",
   stopped: false,
-  taught: 0,
+  presses: 0,
   seed: 0,
   distance: 5,
   angle: 60,
@@ -19,21 +19,21 @@ const FIRST: Moment = {
 // what changes, and how many steps are done then
 const WAY: [Partial<Moment>, number][] = [
   [{}, 0],
-  [{ begun: true }, 1],
+  [{ isTaught: true }, 1],
   [{ angle: 3 }, 1], // it looks there by chance: nothing was pressed
-  [{ taught: 1, angle: 40 }, 1],
+  [{ presses: 1, angle: 40 }, 1],
   [{ angle: 19 }, 2],
   [{ stopped: true }, 2], // far away
   [{ distance: 0.3 }, 3],
-  [{ taught: 2 }, 3], // still the same world
+  [{ presses: 2 }, 3], // still the same world
   [{ seed: 1, stopped: false }, 3],
   [{ stopped: true }, 4],
   [{ seed: 2, stopped: false }, 4],
-  [{ taught: 3 }, 4], // a correction
+  [{ presses: 3 }, 4], // a correction
   [{ stopped: true }, 4], // and not by itself
   [{ seed: 3, stopped: false }, 4],
   [{ stopped: true, distance: 3 }, 4], // it stopped too early
-  [{ stopped: false, taught: 2 }, 4], // a press was undone
+  [{ stopped: false, presses: 2 }, 4], // a press was undone
   [{ stopped: true, distance: 0.3 }, 5],
 ];
 
@@ -88,9 +88,9 @@ test("it can be left and taken up again, on a page loaded anew, too", () => {
   const kept = store();
   const tour = new Tour(kept);
   tour.begin(true);
-  tour.see({ ...FIRST, begun: true });
+  tour.see({ ...FIRST, isTaught: true });
   tour.leave();
-  tour.see({ ...FIRST, begun: true, stopped: true });
+  tour.see({ ...FIRST, isTaught: true, stopped: true });
   const again = new Tour(kept);
   expect([again.step, again.active, again.left]).toEqual([1, false, true]);
   again.begin(false);
@@ -108,5 +108,5 @@ test.each([
   [0.2, 60, "up", "done"],
   [NaN, NaN, "up", null],
 ] as const)("%s m, %s degrees, while %s: %s", (distance, angle, now, wished) => {
-  expect(wish({ ...FIRST, distance, angle }, now)).toBe(wished);
+  expect(chooseDirection({ ...FIRST, distance, angle }, now)).toBe(wished);
 });

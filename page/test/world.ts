@@ -62,10 +62,10 @@ export const SCENE = {
 export interface MadeWorld extends WorldSource {
   motion: Motion;
   scene: Scene | null;
-  desk: WorldSource["desk"];
+  session: WorldSource["session"];
   sort: string | null;
   image: ImageBitmap | null;
-  directs: boolean;
+  hasControl: boolean;
   live: { fixed: boolean };
 }
 
@@ -75,19 +75,19 @@ export function makeWorld(): MadeWorld {
     framed: new News(),
     motion: new Motion(),
     scene: SCENE,
-    desk: makeDesk(),
+    session: makeSession(),
     sort: null,
     image: null,
-    directs: true,
+    hasControl: true,
     live: { fixed: false },
   };
 }
 
 /** What the server says of a session, told anew: equal, and not the same. */
-export function makeDesk(change: object = {}): NonNullable<WorldSource["desk"]> {
+export function makeSession(change: object = {}): NonNullable<WorldSource["session"]> {
   const features = ["distance_to(home)", "angle_to(home)", "speed"].map((label) => ({ label }));
-  return { mode: "training", features, doing: ["idle"], ...change } as unknown as NonNullable<
-    WorldSource["desk"]
+  return { mode: "training", features, activities: ["idle"], ...change } as unknown as NonNullable<
+    WorldSource["session"]
   >;
 }
 

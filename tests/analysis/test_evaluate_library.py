@@ -72,7 +72,7 @@ def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
 
 
 @feature(Continuous())
-def stored_twice(robot: object) -> Column:
+def read_range_twice(robot: object) -> Column:
     """A function, so that nothing runs in one go."""
     return np.asarray(2.0 * robot.food_stored)  # type: ignore[attr-defined]
 
@@ -82,7 +82,7 @@ def test_functions_are_judged_the_same() -> None:
     computing = Automaton(
         forage.name,
         forage.states,
-        (*forage.features, BoundFeature(stored_twice)),
+        (*forage.features, BoundFeature(read_range_twice)),
         transitions=forage.transitions,
     )
     library = Library.from_automata(FORAGE_KIT, *AUTOMATA[:-1], computing)

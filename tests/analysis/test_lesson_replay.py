@@ -45,7 +45,7 @@ def lesson(*rows: Row, quarantined: tuple[int, ...] = ()) -> Lesson:
     return Lesson(BARE, tuple(shown))
 
 
-def taught(*rows: Row, quarantined: tuple[int, ...] = ()) -> TrainedAutomaton:
+def teach(*rows: Row, quarantined: tuple[int, ...] = ()) -> TrainedAutomaton:
     made = lesson(*rows, quarantined=quarantined)
     return TrainedAutomaton(learn_automaton(made), made)
 
@@ -91,27 +91,27 @@ CASES = [
 def test_presses(
     now: tuple[Row, ...], former: tuple[Row, ...], different: list[tuple[int, str, str, str]], lost: list[int]
 ) -> None:
-    found = replay_lesson(taught(*now), taught(*former))
+    found = replay_lesson(teach(*now), teach(*former))
     assert [(each.number, each.shown, each.now, each.formerly) for each in found.different] == different
     assert [each.number for each in found.regressions] == lost
 
 
 def test_what_is_in_quarantine_says_nothing() -> None:
-    now = taught(*STOPS, quarantined=(2,))
-    found = replay_lesson(now, taught(*STOPS))
+    now = teach(*STOPS, quarantined=(2,))
+    found = replay_lesson(now, teach(*STOPS))
     assert (found.examples, found.different) == (1, ())
 
 
 def test_what_is_lost_in_words() -> None:
     turned: Row = ("go", 1.0, "turn", "directive")
-    found = replay_lesson(taught(*STOPS, turned, turned), taught(*STOPS))
+    found = replay_lesson(teach(*STOPS, turned, turned), teach(*STOPS))
     assert list(describe_lost_decisions(found)) == [
         "where it went from go to done as shown (example 2), it now goes to turn"
     ]
 
 
 def test_without_a_former_version_or_a_lesson() -> None:
-    found = replay_lesson(taught(*STOPS))
+    found = replay_lesson(teach(*STOPS))
     assert (found.examples, found.different, found.changes) == (2, (), ())
     assert replay_lesson(TrainedAutomaton(learn_automaton(lesson(*STOPS)))).examples == 0
 
@@ -124,7 +124,7 @@ PRESSED = Example(2, "go", (3.0,), "done", KINDS["directive"], moment=3, window=
 KEPT = Example(1, "go", (5.0,), "go", KINDS["default"], moment=1, window=0)
 
 
-def recorded(
+def teach_recorded(
     *more: Example, features: tuple[BoundFeature, ...] = BARE.features, pressed: Example = PRESSED
 ) -> TrainedAutomaton:
     bare = replace(BARE, features=features)
@@ -134,8 +134,8 @@ def recorded(
 
 def test_the_second_before_a_press() -> None:
     """Only since it was in that state: at 5 m and at 4 m, where it had learned to stop at 3."""
-    earlier = recorded(Example(3, "go", (4.5,), "done", KINDS["directive"]))
-    found = replay_lesson(earlier, recorded())
+    earlier = teach_recorded(Example(3, "go", (4.5,), "done", KINDS["directive"]))
+    found = replay_lesson(earlier, teach_recorded())
     assert found.before == 2
     assert found.changes == (DecisionChange("go", "go", "done", 1),)
     assert replay_lesson(earlier).changes == ()
@@ -148,11 +148,11 @@ def test_features_of_a_former_version_are_read_from_the_record() -> None:
     kept = replace(KEPT, values=(0.0,))
     bare = replace(BARE, features=timed)
     former = Lesson(bare, (kept, replace(PRESSED, values=(0.2,))), record=RECORD)
-    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(former), former))
+    found = replay_lesson(teach_recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert found.different == ()
     assert found.changes == ()
     late = Lesson(bare, (kept, replace(PRESSED, values=(0.1,))), record=RECORD)
-    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(late), late))
+    found = replay_lesson(teach_recorded(), TrainedAutomaton(learn_automaton(late), late))
     assert found.changes == (DecisionChange("go", "done", "go", 1),), "it would have stopped 0.1 s earlier"
 
 
@@ -168,7 +168,7 @@ def test_what_was_not_recorded_is_left_out() -> None:
     other = BoundFeature(Feature("battery", Continuous(), reading="battery"))
     bare = replace(BARE, features=(other,))
     former = Lesson(bare, (replace(KEPT, values=(9.0,)), replace(PRESSED, values=(nan,))), record=RECORD)
-    found = replay_lesson(recorded(), TrainedAutomaton(learn_automaton(former), former))
+    found = replay_lesson(teach_recorded(), TrainedAutomaton(learn_automaton(former), former))
     assert (found.different, found.changes) == ((), ())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.falsification.test_lesson_score import FORAGE, teach_distances
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.comparison import compare
 from understudy.analysis.evaluate import evaluate
@@ -97,7 +97,7 @@ def test_the_test_of_a_property_says_where_its_flag_was_raised(tmp_path: Path) -
     text = " ".join(run("test", tmp_path).stdout.split())
     assert "arrives goto in forage: done is raised within 60 s" in text
     assert "shown at 0.01 to 0.03 m; elsewhere in 10 of 10 worlds" in text
-    (row,) = said("test", tmp_path)["properties"]
+    (row,) = run_json("test", tmp_path)["properties"]
     assert (row["verdict"], row["leaves_shown"]) == ("holds", True)
 
 
@@ -156,7 +156,7 @@ def test_eval_prints_it(tmp_path: Path, beside: float, elsewhere: int) -> None:
     for taught in teach_distances(*presses, beside=beside).taught.values():
         save_automaton(tmp_path, taught)
     arguments = ("eval", "-l", tmp_path, "--behavior", "goto", "--bind", "A=station", "--seeds", "5:15")
-    found = said(*arguments)
+    found = run_json(*arguments)
     assert found["raised"]["feature"] == "distance_to(A)"
     assert found["raised"]["elsewhere"] == elsewhere
     text = run(*arguments)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.made import crossing
+from tests.make.run_frames import make_crossing
 
 from understudy.analysis.run_trace import COLUMNS, write_trace
 from understudy.errors import SettingError
@@ -24,7 +24,7 @@ def paths(frame: RunFrame) -> list[tuple[str, ...]]:
 
 
 def record(path: Path, ticks: int) -> list[RunFrame]:
-    frames = crossing(ticks)
+    frames = make_crossing(ticks)
     with write_trace(path, **ABOUT) as trace:
         for frame in frames:
             trace.add(frame.view, paths(frame))
@@ -47,7 +47,7 @@ def test_while_it_runs_what_was_there_stays_and_every_tick_is_on_disk(tmp_path: 
     path = tmp_path / "run.jsonl"
     path.write_text("former")
     with write_trace(path, **ABOUT) as trace:
-        trace.add(crossing(1)[0].view, [("a",)] * 3)
+        trace.add(make_crossing(1)[0].view, [("a",)] * 3)
         assert path.read_text() == "former"
         (unfinished,) = tmp_path.glob(".run.jsonl.*.unfinished")
         assert len(unfinished.read_text().splitlines()) == 4
@@ -58,13 +58,13 @@ def test_while_it_runs_what_was_there_stays_and_every_tick_is_on_disk(tmp_path: 
 def test_an_interrupted_run_leaves_what_it_recorded(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
 
-    def interrupted() -> None:
+    def interrupt() -> None:
         with write_trace(path, **ABOUT) as trace:
-            trace.add(crossing(1)[0].view, [("a",)] * 3)
+            trace.add(make_crossing(1)[0].view, [("a",)] * 3)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        interrupted()
+        interrupt()
     assert [json.loads(line).get("robot") for line in path.read_text().splitlines()] == [None, 0, 1, 2]
 
 
@@ -76,7 +76,7 @@ def test_a_run_without_a_tick_leaves_nothing(tmp_path: Path) -> None:
 
 def test_paths_of_other_robots_are_refused_and_leave_no_part_of_a_tick(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
-    frame = crossing(1)[0]
+    frame = make_crossing(1)[0]
     with write_trace(path, **ABOUT) as trace:
         trace.add(frame.view, paths(frame))
         with pytest.raises(ValueError, match="shorter"):

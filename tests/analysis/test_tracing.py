@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import automaton
+from tests.make.programs import make_automaton
 
 from understudy.analysis.tracing import ActiveAutomaton, TracedRun, TransitionQuery
 from understudy.model.library import Library
@@ -13,7 +13,7 @@ from understudy.runtime.program import link
 
 # The ball is 100 m away at first, and a meter nearer each tick. `go` laps while it is beyond 97 m, and only begins
 # then; `taught` goes, drives forward at 98 m, and goes again at 96 m.
-GO = automaton(
+GO = make_automaton(
     "go",
     ["lap"],
     {"start": lambda d: "lap" if d > 97 else None},
@@ -22,7 +22,7 @@ GO = automaton(
 LIBRARY = Library.from_automata(
     kit,
     GO,
-    automaton(
+    make_automaton(
         "taught",
         ["go", "forward"],
         {

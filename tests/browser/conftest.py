@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 from tests.browser.studio import Studio
+from tests.browser.teacher import Teacher
 from tests.browser.window import SNAPS, find_chromium, launch, open_page
 
 OPENED = ExitStack()
@@ -47,12 +48,12 @@ def snap(tmp_path: Path) -> Callable[[Page, str], None]:
     """Keeps what a page looks like, under a name: in the folder of UNDERSTUDY_SNAPS, if it is set."""
     folder = os.environ.get(SNAPS)
 
-    def kept(page: Page, name: str) -> None:
+    def keep_picture(page: Page, name: str) -> None:
         if folder is not None:
             Path(folder).mkdir(parents=True, exist_ok=True)
             page.screenshot(path=Path(folder, f"{name}.png"))
 
-    return kept
+    return keep_picture
 
 
 @pytest.fixture
@@ -75,9 +76,17 @@ def visit(chromium: Browser, studio: Studio) -> Iterator[Callable[..., Page]]:
     """Open the page of the studio, each time as another person; with the options of `open_page`."""
     with ExitStack() as pages:
 
-        def opened(**options: Any) -> Page:
+        def open_studio_page(**options: Any) -> Page:
             page = pages.enter_context(open_page(chromium, studio.address, **options))
             page.get_by_role("heading", name="Understudy").wait_for()
             return page
 
-        yield opened
+        yield open_studio_page
+
+
+@pytest.fixture
+def teacher(visit: Callable[..., Page]) -> Teacher:
+    """A person who has begun goto."""
+    person = Teacher(visit())
+    person.begin_goto()
+    return person

@@ -43,7 +43,7 @@ def teach_deposit(person: Forager) -> None:
     person.look_again()
     assert person.screen().features["food_stored"] > 2, person.screen()
     person.show(DEPOSIT, until=lambda view: 0 < view.features["food_stored"] < CAPACITY - 1)
-    person.put_aside()
+    person.move_aside()
     person.show(DEPOSIT)
     person.save()
 

@@ -112,16 +112,16 @@ class Forager(Teacher):
             self.press(ARROWS[state])
         else:
             self.actions += 1
-            self.directing(state).click()
-        while self.clock is not None and self.directing(state).get_attribute("aria-pressed") != "true":
+            self.state_button(state).click()
+        while self.clock is not None and self.state_button(state).get_attribute("aria-pressed") != "true":
             self.let_pass(LOOK_S)
-        expect(self.directing(state)).to_have_attribute("aria-pressed", "true")
+        expect(self.state_button(state)).to_have_attribute("aria-pressed", "true")
 
     def begin(self, about: About) -> None:
         """Begin an automaton, chosen in the form; silence is consent."""
         self.fill(about)
         self.begin_as_in_the_paper()
-        self._begun(about.topic.name)
+        self._begin(about.topic.name)
 
     def fill(self, about: About) -> None:
         """Fill in the form for an automaton; for the first one it proposes all but the options."""
@@ -140,7 +140,7 @@ class Forager(Teacher):
         self.actions += 1
         form.get_by_role("checkbox", name="Learn from silence").check()
 
-    def _begun(self, name: str) -> None:
+    def _begin(self, name: str) -> None:
         """It is trained now; what the robot did since the last was saved is saved first, where that is asked."""
         trained = self.page.get_by_role("banner").locator(".what").filter(has_text=name)
         asks = self.page.get_by_role("button", name=re.compile("^Save, then"))
@@ -156,7 +156,7 @@ class Forager(Teacher):
         self.actions += 1
         self.page.get_by_role("tab", name="Library").click()
         self.click(f"Open {name}")
-        self._begun(name)
+        self._begin(name)
 
     def save(self) -> None:
         """Keep it in the library, where it is not there as it is now."""
@@ -204,7 +204,7 @@ class Forager(Teacher):
     def afresh(self) -> None:
         """The automaton from its start state, the robot where it is."""
         self.click("Restart automaton")
-        expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
+        expect(self.state_button("start")).to_have_attribute("aria-pressed", "true")
         self.let_pass(LOOK_S)
 
     def test(self) -> None:
@@ -242,14 +242,14 @@ class Forager(Teacher):
 
         So nothing is recorded that they only did not prevent in time.
         """
-        with self.standing_still():
+        with self.hold_time():
             view = self.screen()
             wished = wish(view)
             wrong = wished is not None and wished != view.state
             if wished is not None and wrong:
-                self.directing(wished).click()
+                self.state_button(wished).click()
                 self.press(".")
-                expect(self.directing(wished)).to_have_attribute("aria-pressed", "true")
+                expect(self.state_button(wished)).to_have_attribute("aria-pressed", "true")
                 self.actions += 1
                 self.test()
         return wrong
@@ -362,7 +362,7 @@ class Forager(Teacher):
         self.open(about.topic.name)
 
     @contextmanager
-    def standing_still(self) -> Iterator[None]:
+    def hold_time(self) -> Iterator[None]:
         """Let time stand still meanwhile."""
         self.press("Space")
         expect(self.page.get_by_role("button", name="Resume")).to_be_visible()
@@ -370,15 +370,15 @@ class Forager(Teacher):
         self.press("Space")
         expect(self.page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
 
-    def put_aside(self) -> None:
+    def move_aside(self) -> None:
         """Put the robot elsewhere."""
-        with self.standing_still():
+        with self.hold_time():
             drag_robot(self.page, ASIDE_PX, 0)
             self.actions += 1
 
     def turn_away(self, side: int) -> None:
         """Turn the robot so that A is on its left (1) or right (-1)."""
-        with self.standing_still():
+        with self.hold_time():
             heading = 0.0
             for _ in range(2):  # the first shows where A is
                 before = self.screen().features["angle_to(A)"]

@@ -41,7 +41,7 @@ def glance(page: Page) -> SessionView:
         state=seen["state"],
         path=tuple(seen["path"].split("/")) if seen["path"] else (seen["state"],),
         flag=seen["state"] if seen["flag"] else None,
-        features={label: written(text) for label, text in seen["features"]},
+        features={label: parse_value(text) for label, text in seen["features"]},
         states=tuple(seen["states"]),
         targets={},
         waiting=seen["waiting"],
@@ -51,7 +51,7 @@ def glance(page: Page) -> SessionView:
     )
 
 
-def written(text: str) -> float:
+def parse_value(text: str) -> float:
     """A value as the page writes it: 3.42 m, −31°, yes; angles in rad, a dash where it is absent."""
     if text in ("yes", "no"):
         return YES if text == "yes" else NO

@@ -190,7 +190,7 @@ class Notebook:
         """The button of a state."""
         return self.widget.locator(f'.states [data-state="{name}"]')
 
-    def reading(self, label: str) -> float:
+    def read_value(self, label: str) -> float:
         """The number that a reading shows."""
         text = self.widget.locator(".readings div", has_text=label).locator("dd").inner_text()
         return float(text.replace("−", "-").rstrip("°m "))

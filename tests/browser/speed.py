@@ -110,13 +110,13 @@ def main() -> None:
         found = find_chromium() or ""
         browser = launch(playwright, found)
         for robots in CROWDS:
-            with served(robots) as (address, process):
+            with serve_studio_with_crowd(robots) as (address, process):
                 page = browser.new_page(viewport=WINDOW)
                 page.add_init_script(WATCH)
                 page.goto(address)
                 page.get_by_role("toolbar", name="Direct the robot").wait_for()
                 page.get_by_role("button", name="Resume").click()
-                _say(str(measured(page, process, robots)))
+                _say(str(measure_page(page, process, robots)))
                 page.close()
         browser.close()
 
@@ -126,7 +126,7 @@ def _say(line: str) -> None:
     sys.stdout.flush()
 
 
-def measured(page: Page, process: int, robots: int) -> Measured:
+def measure_page(page: Page, process: int, robots: int) -> Measured:
     """Watch for a while."""
     page.wait_for_timeout(SETTLING_S * 1e3)
     page.evaluate(
@@ -154,13 +154,13 @@ def cpu_s(process: int) -> float:
 
 
 @contextmanager
-def served(robots: int) -> Iterator[tuple[str, int]]:
+def serve_studio_with_crowd(robots: int) -> Iterator[tuple[str, int]]:
     """A studio with a crowd, in a process of its own: its address and the process's number."""
     command = [sys.executable, "-m", "tests.browser.speed", str(robots)]
     with (
         tempfile.TemporaryDirectory() as folder,
         subprocess.Popen(
-            command, stdout=subprocess.PIPE, text=True, cwd=Path.cwd(), env=_told(folder)
+            command, stdout=subprocess.PIPE, text=True, cwd=Path.cwd(), env=make_environment(folder)
         ) as process,
     ):
         assert process.stdout is not None
@@ -170,7 +170,7 @@ def served(robots: int) -> Iterator[tuple[str, int]]:
         process.terminate()
 
 
-def _told(folder: str) -> dict[str, str]:
+def make_environment(folder: str) -> dict[str, str]:
     return {**os.environ, "PYTHONUNBUFFERED": "1", "LIBRARY": folder}
 
 

@@ -50,7 +50,7 @@ class Teacher:
         """Begin the automaton that the page proposes where nothing was taught: goto, with A for the station."""
         self.click("Teach something new")
         self.begin_as_in_the_paper()
-        expect(self.directing("forward")).to_be_visible()
+        expect(self.state_button("forward")).to_be_visible()
         expect(self.page.get_by_role("complementary")).to_contain_text(DISTANCE)
 
     def begin_as_in_the_paper(self) -> None:
@@ -62,7 +62,7 @@ class Teacher:
         """The button of a mode: Teach or Try."""
         return self.page.get_by_role("group", name="Mode").get_by_role("button", name=name)
 
-    def directing(self, state: str):  # type: ignore[no-untyped-def]  # a Locator
+    def state_button(self, state: str):  # type: ignore[no-untyped-def]  # a Locator
         """The button that directs to a state."""
         return self.page.get_by_role("toolbar", name="Direct the robot").locator(f'[data-state="{state}"]')
 
@@ -73,7 +73,7 @@ class Teacher:
         states: list[str] = pressed.evaluate_all("all => all.map(one => one.dataset.state)")
         return states[0] if states else ""
 
-    def reading(self) -> tuple[float, float]:
+    def read_aim(self) -> tuple[float, float]:
         """Distance (m) and angle (deg) to A, as the page shows them."""
         text = self.page.get_by_role("complementary").inner_text()
         distance, angle = DISTANCE.search(text), ANGLE.search(text)
@@ -121,7 +121,7 @@ class Teacher:
 
     def wait_for_change(self, reading: tuple[float, float]) -> None:
         """Wait until the distance or the angle to A differs from a former reading."""
-        self.wait_until(lambda: self.reading() != reading)
+        self.wait_until(lambda: self.read_aim() != reading)
 
     def press(self, key: str) -> None:
         """Press a key."""

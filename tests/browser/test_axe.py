@@ -176,17 +176,17 @@ def test_goto_is_taught_and_saved_without_a_mouse(visit: Callable[[], Page], stu
     expect(page.get_by_role("complementary")).to_contain_text(DISTANCE)
     tab_to(page, "rotate_left")
     page.keyboard.press("Enter")
-    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
     for key, state in (("ArrowUp", "forward"), ("ArrowRight", "rotate_right"), ("4", "done")):
         page.keyboard.press(key)
-        expect(teacher.directing(state)).to_have_attribute("aria-pressed", "true")
+        expect(teacher.state_button(state)).to_have_attribute("aria-pressed", "true")
     tab_to(page, "New world")
     page.keyboard.press("Enter")
     page.keyboard.press("t")
     expect(page.get_by_role("group", name="Mode").get_by_role("button", name="Try")).to_have_attribute(
         "aria-pressed", "true"
     )
-    expect(teacher.directing("start")).to_have_attribute("aria-pressed", "false")
+    expect(teacher.state_button("start")).to_have_attribute("aria-pressed", "false")
     tab_to(page, "Automaton")
     for _ in ("Lesson", "Coach", "Library"):
         page.keyboard.press("ArrowRight")

@@ -61,7 +61,7 @@ def test_what_changed_is_said_shown_and_undone(
     person = Teacher(page)
     person.click("Open one of the library")
     person.click("Open goto")
-    expect(person.directing("forward")).to_be_visible()
+    expect(person.state_button("forward")).to_be_visible()
     person.press("Space")
     said = "forward no longer raises done"
     line = page.get_by_text("Changed: " + said)

@@ -47,7 +47,7 @@ def show(session: Session, *, slip: bool = False) -> None:
         session.tick()
 
 
-def taught() -> Session:
+def make_goto_with_slip() -> Session:
     """Somebody who has shown goto in some worlds, and slipped in one."""
     lesson = new_lesson(
         Library(FORAGE_KIT),
@@ -88,7 +88,7 @@ class Watcher(Teacher):
         seed.blur()
         time = self.page.get_by_title("Time in the world")
         expect(time).to_have_text("0:00.0")  # until then, it is that of the world before
-        expect(self.directing("start")).to_have_attribute("aria-pressed", "true")
+        expect(self.state_button("start")).to_have_attribute("aria-pressed", "true")
         before = "start"
         for tick in range(most):
             clock = time.inner_text()
@@ -103,7 +103,7 @@ class Watcher(Teacher):
 def test_a_slip_is_pointed_out_held_and_let_go(
     visit: Callable[[], Page], studio: Studio, snap: Callable[[Page, str], None]
 ) -> None:
-    session = taught()
+    session = make_goto_with_slip()
     turned = errs(session)
     assert turned is not None
     session.train()
@@ -114,7 +114,7 @@ def test_a_slip_is_pointed_out_held_and_let_go(
     watcher = Watcher(page)
     watcher.click("Open one of the library")
     watcher.click("Open goto")
-    expect(watcher.directing("forward")).to_be_visible()
+    expect(watcher.state_button("forward")).to_be_visible()
     watcher.press("Space")
     watcher.press("t")
     assert watcher.until_it_turns(turned + 5) == turned

@@ -40,14 +40,14 @@ def test_a_failure_is_opened_corrected_and_ticked_off(tmp_path: Path, chromium: 
 
         part(page).get_by_role("button", name="Open failing world forage-2").click()
         teacher = Teacher(page)
-        expect(teacher.directing("start")).to_have_attribute("aria-pressed", "true")
+        expect(teacher.state_button("start")).to_have_attribute("aria-pressed", "true")
         expect(page.get_by_text("Paused in forage-2")).to_be_visible()
         snap(page, "failures-opened")
         page.keyboard.press("Space")  # it goes wrong again: it stands
         expect(page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
         teacher.let_pass(0.5)
         before = teacher.examples
-        teacher.directing("left").click()
+        teacher.state_button("left").click()
         teacher.wait_until(lambda: teacher.examples > before)
         part(page).get_by_role("button", name="Run again").click()  # by itself only where that is quick
         expect(row(page, "forage-1").get_by_role("img", name="Passes now")).to_be_visible()

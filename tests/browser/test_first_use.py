@@ -6,20 +6,11 @@ import re
 from collections.abc import Callable
 from itertools import product
 
-import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.teacher import Teacher
 
 Visit = Callable[[], Page]
 IDENTIFIER = re.compile(r"[a-z]_[a-z]|[a-z]\([A-Za-z]")
-
-
-@pytest.fixture
-def teacher(visit: Visit) -> Teacher:
-    """Somebody who has begun goto."""
-    made = Teacher(visit())
-    made.begin_goto()
-    return made
 
 
 def error(page: Page):  # type: ignore[no-untyped-def]  # a Locator
@@ -63,7 +54,7 @@ def test_a_reaction_time_that_is_none_is_told(visit: Visit) -> None:
 def test_the_robot_goes_on_after_a_reload(teacher: Teacher) -> None:
     before = teacher.clock_s
     teacher.page.reload()
-    expect(teacher.directing("forward")).to_be_visible()
+    expect(teacher.state_button("forward")).to_be_visible()
     expect(teacher.page.get_by_role("button", name="Pause", exact=True)).to_be_visible()
     teacher.wait_until(lambda: teacher.clock_s > before)
 
@@ -83,7 +74,7 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher) -> None:
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
     teacher.click("Save")
     page.get_by_role("tab", name="Library").click()
-    field = page.locator(".naming input")
+    field = page.locator(".name-form input")
     for way, elsewhere in product(("Rename", "Duplicate"), (False, True)):
         teacher.click(f"{way} goto")
         expect(field).to_be_focused()
@@ -93,7 +84,7 @@ def test_escape_closes_the_field_for_a_name(teacher: Teacher) -> None:
         expect(field).to_have_count(0)
     page.evaluate(
         """() => new MutationObserver((_, watch) => {
-            if (!document.querySelector(".naming input")) return;
+            if (!document.querySelector(".name-form input")) return;
             watch.disconnect();
             dispatchEvent(new KeyboardEvent("keydown", {key: "Escape"}));
             window.pressedEscape = true;
@@ -112,9 +103,9 @@ def test_names_are_written_as_people_read_them(teacher: Teacher) -> None:
     page = teacher.page
     row = page.get_by_role("toolbar", name="Direct the robot")
     expect(row).not_to_contain_text(re.compile("start", re.IGNORECASE))
-    expect(teacher.directing("start")).to_contain_text("stand still")
+    expect(teacher.state_button("start")).to_contain_text("stand still")
     teacher.press("ArrowLeft")
-    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
     teacher.press("ArrowUp")
     expect(page.get_by_text("turn left → forward").first).to_be_visible()
     for tab in ("Automaton", "Lesson", "Coach", "Library"):

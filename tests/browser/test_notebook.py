@@ -91,11 +91,11 @@ def test_a_robot_is_taught_in_a_notebook(
 
     press(notebook, "rotate_left")  # with the mouse
     expect(widget.locator(".status")).to_contain_text("start → rotate_left, distance_to(A) = ")
-    wait_until(page, lambda: abs(notebook.reading("angle_to(A)")) < 6)
+    wait_until(page, lambda: abs(notebook.read_value("angle_to(A)")) < 6)
     before = picture(page)
     page.keyboard.press("1")  # its key, which would make a heading of the cell
     expect(notebook.state("forward")).to_have_attribute("aria-current", "true")
-    wait_until(page, lambda: notebook.reading("distance_to(A)") < 0.45)
+    wait_until(page, lambda: notebook.read_value("distance_to(A)") < 0.45)
     assert picture(page) != before
     press(notebook, "done")
     snap(page, "notebook-taught")

@@ -86,9 +86,9 @@ def test_an_environment_is_drawn_and_taught(
     snap(page, "own_body_welcome")
     page.get_by_label("Speed").select_option(label="0.25×")
     teacher = begin(page, states=["push_left", "push_right"], features=["angle", "spin"])
-    teacher.directing("push_right").click()
+    teacher.state_button("push_right").click()
     page.keyboard.press("Space")  # it begins paused
-    expect(teacher.directing("push_right")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("push_right")).to_have_attribute("aria-pressed", "true")
     before = page.evaluate(PICTURE)
     page.wait_for_function(f"({PICTURE})() !== {before}")
     assert teacher.examples >= 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
@@ -18,14 +17,6 @@ const later = window.setTimeout;
 window.requestAnimationFrame = (draw) => later(() => draw(performance.now()), 800);
 window.setTimeout = (call, ms, ...given) => later(call, (ms ?? 0) + 800, ...given);
 """
-
-
-@pytest.fixture
-def teacher(visit: Visit) -> Teacher:
-    """Somebody who has begun goto."""
-    made = Teacher(visit())
-    made.begin_goto()
-    return made
 
 
 def test_a_correction_and_back(teacher: Teacher) -> None:
@@ -55,9 +46,9 @@ def test_examples_that_contradict_each_other_are_marked(teacher: Teacher, snap: 
     for key in ("ArrowLeft", "ArrowRight"):
         teacher.press(key)
         teacher.press(".")
-        expect(teacher.directing("start")).to_have_attribute("aria-pressed", "false")
+        expect(teacher.state_button("start")).to_have_attribute("aria-pressed", "false")
         teacher.click("Reset")
-        expect(teacher.directing("start")).to_have_attribute("aria-pressed", "true")
+        expect(teacher.state_button("start")).to_have_attribute("aria-pressed", "true")
     teacher.page.get_by_role("tab", name=re.compile("Lesson")).click()
     expect(teacher.page.get_by_text("2 contradict each other")).to_be_visible()
     snap(teacher.page, "contradictions")
@@ -91,13 +82,13 @@ def test_a_page_loaded_anew_shows_the_same(teacher: Teacher) -> None:
     teacher.press("ArrowLeft")
     teacher.wait_until(lambda: teacher.examples == 2)
     teacher.page.reload()
-    expect(teacher.directing("rotate_left")).to_be_visible()
+    expect(teacher.state_button("rotate_left")).to_be_visible()
     assert teacher.examples == 2
-    expect(teacher.directing("forward")).to_be_enabled()
+    expect(teacher.state_button("forward")).to_be_enabled()
     teacher.press_until_shown("ArrowUp")
     teacher.page.add_init_script(PAINTED_LATE)
     teacher.page.reload()
-    expect(teacher.directing("rotate_left")).to_be_visible()
+    expect(teacher.state_button("rotate_left")).to_be_visible()
     expect(teacher.page.get_by_role("banner")).to_contain_text("goto (A)")
     expect(teacher.page.get_by_role("complementary")).to_contain_text("goto")
 
@@ -108,7 +99,7 @@ def test_a_seed_is_typed_while_the_robot_goes_on(teacher: Teacher) -> None:
     seed = teacher.page.get_by_label("seed")
     teacher.press("ArrowLeft")
     seed.fill("4")
-    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
     expect(seed).to_have_value("4")
     seed.press_sequentially("2")
     seed.press("Enter")
@@ -120,16 +111,16 @@ def test_who_looks_on_cannot_direct_until_the_other_is_gone(
     teacher: Teacher, visit: Visit, snap: Snap
 ) -> None:
     other = Teacher(visit())
-    expect(other.directing("forward")).to_be_disabled()
+    expect(other.state_button("forward")).to_be_disabled()
     teacher.press("ArrowUp")
-    expect(other.directing("forward")).to_have_attribute("aria-pressed", "true")
+    expect(other.state_button("forward")).to_have_attribute("aria-pressed", "true")
     snap(other.page, "looking-on")
     teacher.page.close()
     other.page.get_by_role("button", name=re.compile("Take|Direct")).first.click()
-    expect(other.directing("rotate_left")).to_be_enabled()
+    expect(other.state_button("rotate_left")).to_be_enabled()
     other.press("Space")
     other.press("ArrowLeft")
-    expect(other.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(other.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
 
 
 def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio, snap: Snap) -> None:
@@ -141,24 +132,24 @@ def test_a_server_that_is_killed_loses_nothing(teacher: Teacher, studio: Studio,
     snap(teacher.page, "connection-lost")
     studio.start()
     teacher.page.get_by_role("button", name="Resume goto").first.click()
-    expect(teacher.directing("forward")).to_be_visible()
+    expect(teacher.state_button("forward")).to_be_visible()
     teacher.wait_until(lambda: teacher.examples == before)
 
 
 def test_back_on_the_timeline(teacher: Teacher) -> None:
     """The robot is back where it was, the lesson stays, and it goes on from there."""
     teacher.press("ArrowUp")
-    expect(teacher.directing("forward")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("forward")).to_have_attribute("aria-pressed", "true")
     teacher.let_pass(3.0)  # so that it drives at all moments gone back to
     teacher.pause()
-    far, before = teacher.reading(), teacher.examples
+    far, before = teacher.read_aim(), teacher.examples
     line = teacher.page.get_by_role("slider", name="Rewind")
     line.focus()
     for _ in range(3):
         line.press("ArrowLeft")
         expect(teacher.page.get_by_text(re.compile(r"^Back at "))).to_be_visible()
     teacher.wait_for_change(far)
-    near = teacher.reading()
+    near = teacher.read_aim()
     assert teacher.examples == before
     teacher.page.get_by_role("button", name=re.compile("Resume")).click()
     teacher.wait_for_change(near)

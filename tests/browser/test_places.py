@@ -37,7 +37,7 @@ def test_a_world_of_ones_own(teacher: Teacher, snap: Callable[[Page, str], None]
     expect(page.get_by_role("banner")).to_contain_text("goto (A)")
     before = teacher.examples
     teacher.press("ArrowLeft")
-    expect(teacher.directing("rotate_left")).to_have_attribute("aria-pressed", "true")
+    expect(teacher.state_button("rotate_left")).to_have_attribute("aria-pressed", "true")
     assert teacher.examples > before
 
 

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 from tests.browser.studio import Studio
 from tests.browser.teacher import Teacher
-from tests.browser.test_doubt import show, taught
+from tests.browser.test_doubt import make_goto_with_slip, show
 from tests.browser.window import wait_until
 
 from understudy.model.library import Library, TrainedAutomaton
@@ -54,7 +54,7 @@ def fetches(library: Library) -> Session:
     return session
 
 
-def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) -> Teacher:
+def open_goto(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) -> Teacher:
     """Goto, of a library that has these, open in the world where it was shown; time stands still."""
     studio.stop()
     for each in known:
@@ -64,7 +64,7 @@ def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) 
     teacher = Teacher(page)
     teacher.click("Open one of the library")
     teacher.click("Open goto")
-    expect(teacher.directing("forward")).to_be_visible()
+    expect(teacher.state_button("forward")).to_be_visible()
     teacher.press("Space")
     seed = page.get_by_label("seed")
     seed.fill(str(WORLD))
@@ -77,7 +77,7 @@ def opened(studio: Studio, visit: Callable[[], Page], *known: TrainedAutomaton) 
 def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """A library with goto and with fetch, which runs it, and goto open."""
     goto = goes().make_trained_automaton()
-    return opened(
+    return open_goto(
         studio, visit, goto, fetches(Library(FORAGE_KIT).with_automaton(goto)).make_trained_automaton()
     )
 
@@ -159,7 +159,7 @@ def test_what_moved_between_two_versions(teacher: Teacher, snap: Snap) -> None:
 
 
 def test_simpler_is_shown_before_it_is_kept(studio: Studio, visit: Callable[[], Page], snap: Snap) -> None:
-    teacher = opened(studio, visit, taught().make_trained_automaton())
+    teacher = open_goto(studio, visit, make_goto_with_slip().make_trained_automaton())
     page = teacher.page
     rules = page.get_by_role("tabpanel").get_by_role("listitem")
     expect(rules).not_to_have_count(0)

@@ -99,10 +99,10 @@ def test_a_robot_is_armed_taught_and_stopped(
     teacher.begin_as_in_the_paper()
     wait_until(page, partial(is_armed, page))
     before = camera.get_attribute("src") or ""
-    teacher.directing("turn_left").click()
+    teacher.state_button("turn_left").click()
     readings = page.get_by_role("complementary")
     wait_until(page, lambda: is_armed(page) and "px" in readings.inner_text())  # the ball comes into sight
-    teacher.directing("walk_forward").click()
+    teacher.state_button("walk_forward").click()
     expect(page.get_by_role("tab", name="Lesson")).to_contain_text("4")  # each directive has its default
     expect(camera).not_to_have_attribute("src", before)
     snap(page, "robot")

@@ -83,15 +83,15 @@ def test_silent_and_missing_agents_are_marked(
     squad = team.get_by_role("region", name=SQUAD)
     row = squad.get_by_role("listitem", name="pioneer_4")
     expect(team).to_contain_text("5 of 5 agents are heard")
-    os.kill(agents.running["pioneer_4"].pid, signal.SIGSTOP)
+    os.kill(agents.processes["pioneer_4"].pid, signal.SIGSTOP)
     try:
         expect(row).to_contain_text("is silent")
         expect(team).to_contain_text("Not heard: pioneer_4")
     finally:
-        os.kill(agents.running["pioneer_4"].pid, signal.SIGCONT)
+        os.kill(agents.processes["pioneer_4"].pid, signal.SIGCONT)
     expect(team).to_contain_text("5 of 5 agents are heard")
-    agents.running[SQUAD].kill()
-    agents.running[SQUAD].wait()
+    agents.processes[SQUAD].kill()
+    agents.processes[SQUAD].wait()
     expect(squad).to_contain_text("its own agent is not there")
     expect(squad).to_contain_text("led by pioneer_")
     snap(page, "team-without-coordinator")
@@ -114,7 +114,7 @@ def test_a_coordinator_is_trained_and_its_robots_are_left_alone_afterwards(
     for label in ("disperse", "patrol", "all done", "present"):
         form.get_by_role("checkbox", name=label, exact=True).check()
     teacher.begin_as_in_the_paper()
-    teacher.directing("disperse").click()
+    teacher.state_button("disperse").click()
     expect(page.get_by_role("tab", name="Lesson")).to_contain_text("2")
     wait_until(
         lambda: all(status(agents, name).trainer == "laptop" for name in ROBOTS),
@@ -149,7 +149,7 @@ def test_a_robot_is_trained_and_left_alone_when_the_studio_dies(
     for label in ("forwards", "backwards", "sonar front left"):
         form.get_by_role("checkbox", name=label, exact=True).check()
     teacher.begin_as_in_the_paper()
-    teacher.directing("forwards").click()
+    teacher.state_button("forwards").click()
     expect(page.get_by_role("tab", name="Lesson")).to_contain_text("2")
     wait_until(lambda: status(agents, "pioneer_3").trainer == "laptop", "the robot was never driven")
     assert status(agents, "pioneer_2").trainer == ""

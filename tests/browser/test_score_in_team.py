@@ -38,7 +38,7 @@ def begin(page: Page, group: str, reading: str, *, flags: str | None = None) -> 
     if flags is not None:
         form.get_by_label("Flags").fill(flags)
     teacher.click("Begin")
-    teacher.directing("wander").click()
+    teacher.state_button("wander").click()
     return teacher
 
 

@@ -29,7 +29,7 @@ def teacher(visit: Callable[[], Page]) -> Teacher:
 def show(teacher: Teacher, state: str) -> None:
     """One more example, and save."""
     save = teacher.page.get_by_role("button", name="Save", exact=True)
-    teacher.directing(state).click()
+    teacher.state_button(state).click()
     step = teacher.page.get_by_role("button", name="Step")
     if step.is_enabled():  # time stands still
         step.click()
@@ -127,12 +127,12 @@ def test_one_behavior_in_two_ways(teacher: Teacher) -> None:
     for chosen in ("goto station", "goto nearest food", "load food", "food stored"):
         page.get_by_role("checkbox", name=chosen, exact=True).check(force=True)
     page.get_by_role("button", name="Begin", exact=True).click()
-    teacher.directing("goto(nearest_food)").click()
-    expect(teacher.directing("goto(nearest_food)")).to_have_attribute("aria-pressed", "true")
+    teacher.state_button("goto(nearest_food)").click()
+    expect(teacher.state_button("goto(nearest_food)")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="choose features").click()
     page.get_by_role("checkbox", name="food left", exact=True).check(force=True)
     page.get_by_role("button", name="Choose", exact=True).click()
-    expect(teacher.directing("goto(station)")).to_be_visible()
+    expect(teacher.state_button("goto(station)")).to_be_visible()
     assert teacher.examples == 2
 
 
@@ -143,7 +143,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     page = teacher.page
     page.get_by_role("button", name="Duplicate goto").click()
     page.keyboard.press("Enter")
-    teacher.directing("rotate_left").click()
+    teacher.state_button("rotate_left").click()
     teacher.click("Step")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
     studio.stop()
@@ -160,7 +160,7 @@ def test_a_lesson_that_was_cut_off_is_thrown_away(
     teacher.click("Open goto 2")
     expect(page.get_by_role("banner")).to_contain_text("goto 2")
     teacher.press("Space")
-    teacher.directing("forward").click()
+    teacher.state_button("forward").click()
     teacher.click("Step")
     page.get_by_role("tab", name="Library").click()
     teacher.click("Resume goto")

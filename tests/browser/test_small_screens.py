@@ -69,7 +69,7 @@ FINE = {"small": [], "outside": [], "tiny": [], "keys": [], "wide": 0}
 
 
 @pytest.fixture
-def touched(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -> Iterator[Page]:
+def touch_page(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -> Iterator[Page]:
     """The page on a screen that is touched, without a keyboard."""
     width, height = SIZES[request.param]
     screen = {"width": width, "height": height}
@@ -78,10 +78,10 @@ def touched(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -
         yield page
 
 
-@pytest.mark.parametrize("touched", SIZES, indirect=True)
-def test_all_can_be_pressed_and_read(touched: Page, snap: Callable[[Page, str], None]) -> None:
+@pytest.mark.parametrize("touch_page", SIZES, indirect=True)
+def test_all_can_be_pressed_and_read(touch_page: Page, snap: Callable[[Page, str], None]) -> None:
     """From the first look to a lesson that is saved, on every tab."""
-    page = touched
+    page = touch_page
     looks = {"welcome": page.evaluate(LOOK)}
     page.get_by_role("button", name="Teach something new", exact=True).tap()
     expect(page.get_by_role("textbox", name="Name")).to_be_in_viewport()
@@ -113,9 +113,9 @@ def test_all_can_be_pressed_and_read(touched: Page, snap: Callable[[Page, str], 
     assert {place: seen for place, seen in looks.items() if seen != FINE} == {}
 
 
-@pytest.mark.parametrize("touched", SIZES, indirect=True)
-def test_the_tour_tells_of_no_keys(touched: Page) -> None:
-    page = touched
+@pytest.mark.parametrize("touch_page", SIZES, indirect=True)
+def test_the_tour_tells_of_no_keys(touch_page: Page) -> None:
+    page = touch_page
     page.get_by_role("button", name="Show me how").tap()
     begin = page.get_by_role("button", name="Begin", exact=True)
     expect(begin).to_have_attribute("data-pointed", "")

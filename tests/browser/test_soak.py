@@ -49,7 +49,7 @@ def test_hours_of_watching(chromium: Browser, address: str) -> None:
                 teacher.press(key)
                 page.wait_for_timeout(1_000)
                 teacher.press("Control+z")
-        sizes.append(used(session))
+        sizes.append(measure_heap(session))
     page.close()
     stderr.write(f"the page held, bytes after each hour: {sizes}\n")
     assert (sizes[-1] - sizes[HOURS // 2 - 1]) / (HOURS / 2) < MOST_GROWTH, sizes
@@ -62,7 +62,7 @@ def hours(page: Page) -> float:
     return (int(found[1]) * 60 + int(found[2])) / 3600
 
 
-def used(session: CDPSession) -> int:
+def measure_heap(session: CDPSession) -> int:
     """Bytes the page's objects take, without those that nobody needs."""
     session.send("HeapProfiler.collectGarbage")
     metrics = {each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]}

@@ -48,7 +48,7 @@ def test_a_coordinator_is_taught(visit: Callable[[], Page], snap: Callable[[Page
         form.get_by_role("checkbox", name=plain(label), exact=True).check()
     teacher.begin_as_in_the_paper()
     expect(patrol).to_contain_text("4 idles")
-    teacher.directing("wander").click()
+    teacher.state_button("wander").click()
     expect(patrol).not_to_contain_text("idle")
     teacher.let_pass(2.0)
     snap(page, "team")

@@ -35,20 +35,20 @@ def teacher(chromium: Browser, studio: Studio, request: pytest.FixtureRequest) -
         yield Teacher(page)
 
 
-def heading_deg(page: Page) -> float:
+def read_heading_deg(page: Page) -> float:
     """The direction from the robot to its handle, as it is seen: 0 is right, 90 is up."""
     x, y = page.evaluate(HANDLE)
     robot_x, robot_y = find_robot(page)
     return degrees(atan2(robot_y - y, x - robot_x))
 
 
-def turned_deg(teacher: Teacher, before: tuple[float, float]) -> float:
+def read_turn_deg(teacher: Teacher, before: tuple[float, float]) -> float:
     """How far the robot was turned to the left since a reading."""
-    return (before[1] - teacher.reading()[1] + 180) % 360 - 180
+    return (before[1] - teacher.read_aim()[1] + 180) % 360 - 180
 
 
 def is_turned(teacher: Teacher, before: tuple[float, float], wanted: object) -> bool:
-    return turned_deg(teacher, before) == wanted
+    return read_turn_deg(teacher, before) == wanted
 
 
 COVERED = "([x, y]) => document.elementFromPoint(x, y).tagName"
@@ -86,10 +86,10 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
     wait_for_still_picture(page)
     assert page.evaluate(COVERED, find_robot(page)) == "CANVAS"
     snap(page, f"handle-{page.evaluate('innerWidth')}")
-    behind = teacher.reading()
+    behind = teacher.read_aim()
     grip = page.evaluate(HANDLE)
     away = hypot(grip[0] - x, grip[1] - y)
-    now = radians(heading_deg(page))
+    now = radians(read_heading_deg(page))
     for turn_deg in (60, -130):
         start = (x + away * cos(now), y - away * sin(now) + OFF_PX)
         now += radians(turn_deg)
@@ -98,7 +98,7 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
         before = behind
         teacher.wait_until(partial(is_turned, teacher, before, wanted))
         wait_for_still_picture(page)
-        behind = teacher.reading()
+        behind = teacher.read_aim()
         assert behind[0] == before[0]
         assert (before[1] - behind[1] + 180) % 360 - 180 == wanted
     expect(chosen).to_be_visible()
@@ -108,7 +108,7 @@ def test_a_finger_turns_a_robot(teacher: Teacher, snap: Callable[[Page, str], No
 def test_a_finger_beside_a_robot_moves_it(teacher: Teacher) -> None:
     page = teacher.page
     x, y = find_robot(page)
-    before = teacher.reading()
+    before = teacher.read_aim()
     drag_finger(page, (x, y - OFF_PX), (x, y - OFF_PX - 80))
     teacher.wait_for_change(before)
     expect(page.get_by_role("group", name="What was clicked")).to_have_count(0)

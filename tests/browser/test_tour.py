@@ -48,7 +48,7 @@ def test_the_tour_ends_with_a_robot_that_does_it(visit: Callable[..., Page], stu
     page.reload()
     tour.get_by_role("button", name="Close", exact=True).click()  # a message may have one, too
     page.reload()
-    expect(teacher.directing("done")).to_be_visible()
+    expect(teacher.state_button("done")).to_be_visible()
     expect(tour).to_have_count(0)
 
 
@@ -59,7 +59,7 @@ def follow(teacher: Teacher, late: Random, *, limit_s: float = 60.0) -> int:
     while teacher.clock_s < until:
         if says_done(page) or another.count():
             return presses
-        said = pointed_at(page)
+        said = list_pointed(page)
         if said:
             teacher.let_pass(late.uniform(LEAST_S, MOST_S))
             if click_if_pointed_at(page, said[0]):
@@ -67,7 +67,7 @@ def follow(teacher: Teacher, late: Random, *, limit_s: float = 60.0) -> int:
                 teacher.let_pass(0.25)
         teacher.let_pass(0.1)
     advice = page.get_by_role("region", name="Tour").inner_text()
-    seen = f"{teacher.state} at {teacher.reading()}; the tour says {advice!r}"
+    seen = f"{teacher.state} at {teacher.read_aim()}; the tour says {advice!r}"
     raise AssertionError(f"not there within {limit_s} s, after {presses} presses: {seen}")
 
 
@@ -76,7 +76,7 @@ def says_done(page: Page) -> bool:
     return "Done" in page.get_by_role("region", name="Tour").inner_text()
 
 
-def pointed_at(page: Page) -> list[str]:
+def list_pointed(page: Page) -> list[str]:
     """Return the states whose buttons the tour points at now."""
     # At once: by the time that a locator has been counted, the mark may be gone.
     states: list[str] = page.locator(".state[data-pointed]").evaluate_all(

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 from tests.browser.studio import Studio, open_studio
 from tests.browser.teacher import Teacher
-from tests.browser.test_review import goes, opened, tab
+from tests.browser.test_review import goes, open_goto, tab
 
 from understudy.analysis.evaluate import evaluate
 from understudy.model.library import Library
@@ -24,7 +24,7 @@ RESULT = re.compile(r"Succeeded in (\d+) of 100 worlds")
 @pytest.fixture
 def teacher(studio: Studio, visit: Callable[[], Page]) -> Teacher:
     """Goto, shown once, so that it loses its way in some worlds; its lesson is open."""
-    teacher = opened(studio, visit, goes().make_trained_automaton())
+    teacher = open_goto(studio, visit, goes().make_trained_automaton())
     tab(teacher.page, "Lesson")
     return teacher
 
@@ -81,11 +81,11 @@ from understudy.sim.forage import FORAGE_KIT
 
 
 @feature(Continuous())
-def stored_twice(robot):
+def double_stored(robot):
     return np.asarray(2.0 * robot.food_stored)
 
 
-kit = FORAGE_KIT + Kit.from_parts(stored_twice)
+kit = FORAGE_KIT + Kit.from_parts(double_stored)
 """
 """A kit with a function, so that worlds are tried tick by tick, which takes many seconds."""
 
@@ -99,9 +99,9 @@ def test_it_says_how_far_it_is_while_the_world_goes_on_and_is_cancelled(
     with open_studio(chromium, tmp_path / "library", "forage", "--kit", "slow:kit") as page:
         teacher = Teacher(page)
         teacher.click("Teach something new")
-        page.get_by_label("stored twice", exact=True).check()
+        page.get_by_label("double stored", exact=True).check()
         teacher.begin_as_in_the_paper()
-        expect(teacher.directing("forward")).to_be_enabled()
+        expect(teacher.state_button("forward")).to_be_enabled()
         for key in ("ArrowLeft", "ArrowUp", "ArrowLeft"):
             teacher.press_until_shown(key)
         tab(page, "Lesson")

@@ -67,7 +67,7 @@ def test_a_marker_is_placed_aimed_at_and_removed_and_so_is_an_obstacle(teacher: 
     x, y = box["width"] / 2, box["height"] / 2
     world.click(position={"x": x, "y": y})
     expect(readings).to_contain_text(DISTANCE)
-    near = teacher.reading()
+    near = teacher.read_aim()
     world.hover(position={"x": x, "y": y})
     page.mouse.down()
     page.mouse.move(box["x"] + x + 60, box["y"] + y + 40, steps=6)

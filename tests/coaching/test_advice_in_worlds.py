@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import radians
 
 import pytest
-from tests.coaching.lessons import GOTO, Row, goto
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
 
 from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
 from understudy.coaching.give_advice import give_advice
@@ -36,14 +36,14 @@ def learn_by_gain() -> Lesson:
         ("forward", "done", "directive", 0.2, 110),
         ("forward", "forward", "confirmation", 0.5, 200),
     )
-    return replace(goto(rows), options=LearnerOptions(learner=TreeOptions(order="gain first")))
+    return replace(make_goto_session(rows), options=LearnerOptions(learner=TreeOptions(order="gain first")))
 
 
 FIRST = [  # the lesson, the decision that went wrong, the advice that is first, its examples
-    (goto(), ("forward", 3.0, 180), AdviceKind.GAP, ()),  # behind: never shown there
-    (goto(), ("forward", 0.2, 350), AdviceKind.SINGLE, (2,)),  # done, as only example 2 says
+    (make_goto_session(), ("forward", 3.0, 180), AdviceKind.GAP, ()),  # behind: never shown there
+    (make_goto_session(), ("forward", 0.2, 350), AdviceKind.SINGLE, (2,)),  # done, as only example 2 says
     (
-        goto((*GOTO, ("forward", "left", "directive", 0.3, 350))),
+        make_goto_session((*GOTO, ("forward", "left", "directive", 0.3, 350))),
         ("forward", 0.3, 350),
         AdviceKind.CONTRADICTION,
         (2, 7),
@@ -69,11 +69,11 @@ def test_what_went_wrong_in_worlds_comes_first(
 
 def test_more_worlds_come_before_fewer() -> None:
     behind, near = ("forward", 3.0, 180.0), ("forward", 0.2, 350.0)
-    assert [each.kind for each in advise(goto(), behind, near, near)][:2] == [
+    assert [each.kind for each in advise(make_goto_session(), behind, near, near)][:2] == [
         AdviceKind.SINGLE,
         AdviceKind.GAP,
     ]
-    assert [each.kind for each in advise(goto(), behind, behind, near)][:2] == [
+    assert [each.kind for each in advise(make_goto_session(), behind, behind, near)][:2] == [
         AdviceKind.GAP,
         AdviceKind.SINGLE,
     ]
@@ -81,14 +81,16 @@ def test_more_worlds_come_before_fewer() -> None:
 
 def test_a_world_counts_once() -> None:
     met = [MetDecision(7, 0.0, "forward", (3.0, radians(deg))) for deg in (170, 180, 190)]
-    first = give_advice(goto(), learn(goto()), wrong=WrongDecisions(4, {7: ""}, met))[0]
+    first = give_advice(
+        make_goto_session(), learn(make_goto_session()), wrong=WrongDecisions(4, {7: ""}, met)
+    )[0]
     assert first.evidence.startswith("I went wrong there in 1 of 4 new worlds")
 
 
 AS_BEFORE = [  # a lesson, and decisions in worlds that no advice is about
-    (goto(), []),
-    (goto(), [("forward", 6.0, 10.0)]),  # as shown
-    (goto(GOTO[:2]), [("forward", 3.0, 180.0)]),  # hardly anything was shown
+    (make_goto_session(), []),
+    (make_goto_session(), [("forward", 6.0, 10.0)]),  # as shown
+    (make_goto_session(GOTO[:2]), [("forward", 3.0, 180.0)]),  # hardly anything was shown
 ]
 
 
@@ -99,5 +101,5 @@ def test_else_the_order_is_that_of_the_lesson(lesson: Lesson, met: list[tuple[st
 
 def test_a_state_that_is_never_left_is_where_it_stayed() -> None:
     shown = (*GOTO[:3], ("forward", "left", "directive", 3.0, 60), ("left", "left", "default", 3.0, 60))
-    first = advise(goto(shown), ("left", 3.0, 60))[0]
+    first = advise(make_goto_session(shown), ("left", 3.0, 60))[0]
     assert (first.kind, first.state) == (AdviceKind.NEVER_LEFT, "left")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import play, session, ticks
+from tests.make.sessions import make_session, play, ticks
 
 from understudy.coaching.fast_forward import PauseReason, fast_forward
 from understudy.coaching.queries import UncertaintyQueries
@@ -19,7 +19,7 @@ NEVER = 2.0
 def live(*steps: str | int, watched: bool = False) -> Session:
     """A lesson taught live; the ball comes one meter nearer each tick of 0.1 s, from 100 m on."""
     options = LearnerOptions(live=True, watched=watched)
-    return play(session(flags=["done"], options=options, body=Scripted()), *steps)
+    return play(make_session(flags=["done"], options=options, body=Scripted()), *steps)
 
 
 def calm(taught: Session) -> UncertaintyQueries:
@@ -79,7 +79,7 @@ def test_nothing_is_learned_from_silence_on_the_way() -> None:
 
 
 def test_in_training_there_is_nothing_to_skip() -> None:
-    taught = session(flags=["done"])
+    taught = make_session(flags=["done"])
     with pytest.raises(SessionError, match="nothing happens without you"):
         fast_forward(taught)
     assert taught.body.time_s == 0.0

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.learning.lessons import lesson as lesson_of
+from tests.make.lessons import make_lesson as lesson_of
 
 from understudy.coaching.lesson_analysis import (
     MOST_TRIALS,

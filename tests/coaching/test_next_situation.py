@@ -8,8 +8,8 @@ from math import tau
 import pytest
 from msgspec import structs
 from tests.bodies import Scripted
-from tests.training.lessons import play
-from tests.training.lessons import session as scripted_session
+from tests.make.sessions import make_session as scripted_session
+from tests.make.sessions import play
 
 from understudy.coaching.next_situation import NextSituation, find_next_situation, go_to_situation
 from understudy.coaching.queries import UncertaintyQueries
@@ -30,7 +30,7 @@ FRESH = range(100, 120)
 DISTANCE, ANGLE = "distance_to(nearest_food)", "angle_to(nearest_food)"
 
 
-def taught(*presses: str, features: tuple[str, ...] = (DISTANCE, ANGLE)) -> Session:
+def teach_goto(*presses: str, features: tuple[str, ...] = (DISTANCE, ANGLE)) -> Session:
     """A lesson of going to food, taught live with presses half a second apart."""
     library = Library(FORAGE_KIT)
     lesson = new_lesson(
@@ -49,7 +49,7 @@ def taught(*presses: str, features: tuple[str, ...] = (DISTANCE, ANGLE)) -> Sess
     return session
 
 
-def found_in(session: Session, seeds: range = FRESH) -> NextSituation:
+def find_situation(session: Session, seeds: range = FRESH) -> NextSituation:
     found = find_next_situation(session, seeds=seeds)
     assert found is not None
     return found
@@ -58,11 +58,11 @@ def found_in(session: Session, seeds: range = FRESH) -> NextSituation:
 @pytest.mark.parametrize("features", [(DISTANCE, ANGLE), (ANGLE, "time_in_state")])
 @pytest.mark.parametrize("mode", [Mode.LIVE, Mode.TESTING])
 def test_the_robot_is_where_the_question_was_found(features: tuple[str, ...], mode: Mode) -> None:
-    session = taught("rotate_left", "forward", features=features)
+    session = teach_goto("rotate_left", "forward", features=features)
     if mode is Mode.TESTING:
         session.test()
     session.reset(0)  # silence until here was consent
-    found = found_in(session)
+    found = find_situation(session)
     examples = session.examples
     go_to_situation(session, found)
     view = session.view()
@@ -74,19 +74,19 @@ def test_the_robot_is_where_the_question_was_found(features: tuple[str, ...], mo
 
 
 def test_it_is_in_a_fresh_world_and_the_same_every_time() -> None:
-    session = taught("rotate_left", "forward")
+    session = teach_goto("rotate_left", "forward")
     before = session.capture()
-    found = found_in(session)
+    found = find_situation(session)
     assert found.seed in FRESH
-    assert found_in(session) == found
+    assert find_situation(session) == found
     assert session.capture() == before
 
 
 def test_what_was_answered_is_not_asked_again() -> None:
-    session = taught("rotate_left", "forward")
+    session = teach_goto("rotate_left", "forward")
     asked = set()
     for _ in range(8):
-        found = found_in(session)
+        found = find_situation(session)
         question = found.question
         assert 0.0 <= found.change <= 1.0
         assert question.answers[0] == question.next
@@ -103,7 +103,7 @@ def test_what_was_answered_is_not_asked_again() -> None:
 
 
 def test_an_empty_lesson_meets_no_decision() -> None:
-    assert find_next_situation(taught(), seeds=FRESH) is None
+    assert find_next_situation(teach_goto(), seeds=FRESH) is None
 
 
 def test_other_robots_of_the_world_go_on_as_they_are_set_to() -> None:
@@ -115,13 +115,13 @@ def test_other_robots_of_the_world_go_on_as_they_are_set_to() -> None:
     session = Session(World(scenario, [0]), library, lesson, agent=1)
     session.other_agents.set_behavior("forward")
     play(session, "forward", 3, "rotate_left", 3)
-    found = found_in(session)
+    found = find_situation(session)
     go_to_situation(session, found)
     assert tuple(session.view().features.values()) == found.question.values
 
 
 def test_where_there_is_nothing_to_go_to() -> None:
-    training = taught("forward")
+    training = teach_goto("forward")
     training.train()
     with pytest.raises(SessionError, match="nothing happens without you"):
         find_next_situation(training, seeds=FRESH)
@@ -131,9 +131,9 @@ def test_where_there_is_nothing_to_go_to() -> None:
 
 
 def test_a_robot_that_turns_for_ever_is_shown_where_it_was_told_to_leave_the_turn_before() -> None:
-    session = taught("rotate_left")
+    session = teach_goto("rotate_left")
     session.reset(0)
-    found = found_in(session)
+    found = find_situation(session)
     question = found.question
     assert (question.doubt.because, question.state, question.next) == (
         DoubtReason.REPEATING,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from math import degrees
 
-from tests.coaching.lessons import GOTO, goto
+from tests.make.goto_sessions import GOTO, make_goto_session
 
 from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
@@ -20,10 +20,10 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
 
-def looking_away() -> Session:
+def make_session_without_view() -> Session:
     """A robot that looks away from the station, which it was never shown."""
     body = World(find_scenario("forage"), [5])
-    session = Session(body, Library(FORAGE_KIT), goto(GOTO), targets={"A": "station"})
+    session = Session(body, Library(FORAGE_KIT), make_goto_session(GOTO), targets={"A": "station"})
     session.test()
     body.place(0, 5.0, 5.0, 0.0)
     session.note_moved()
@@ -34,7 +34,7 @@ def looking_away() -> Session:
 
 
 def test_it_asks_once_and_goes_on_when_let() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     asking = UncertaintyQueries(session)
     question = asking.find_question()
     assert isinstance(question, Question)
@@ -52,7 +52,7 @@ def test_it_asks_once_and_goes_on_when_let() -> None:
 
 def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
     """Three neighbors cannot be found among two examples: an undo that leaves so few ends the test."""
-    lesson = goto((*GOTO, ("left", "forward", "directive", 1.0, 10)))
+    lesson = make_goto_session((*GOTO, ("left", "forward", "directive", 1.0, 10)))
     learner = SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3})
     body = World(find_scenario("forage"), [5])
     session = Session(
@@ -71,7 +71,7 @@ def test_where_nothing_can_be_learned_any_more_it_asks_nothing() -> None:
 
 
 def test_after_a_question_it_rests() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     asking = UncertaintyQueries(session, QueryPolicy.MARK, unsure=0.0)
     for _ in range(45):
         asking.find_question()
@@ -82,7 +82,7 @@ def test_after_a_question_it_rests() -> None:
 
 
 def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     asking = UncertaintyQueries(session, QueryPolicy.MARK)
     began = session.body.time_s
     for _ in range(20):
@@ -97,7 +97,7 @@ def test_it_marks_and_the_moment_can_be_gone_back_to() -> None:
 
 
 def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     assert UncertaintyQueries(session, QueryPolicy.NEVER).find_question() is None
     session.train()
     assert session.mode is Mode.TRAINING
@@ -105,7 +105,7 @@ def test_it_asks_nothing_in_training_or_unless_wanted() -> None:
 
 
 def test_an_answer_settles_it() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     asking = UncertaintyQueries(session)
     before = asking.find_question()
     assert before is not None
@@ -118,7 +118,7 @@ def test_an_answer_settles_it() -> None:
 
 
 def test_taught_live_it_asks_only_where_it_has_hardly_any_grounds() -> None:
-    session = looking_away()
+    session = make_session_without_view()
     asking = UncertaintyQueries(session)
     assert asking.unsure == 0.5
     session.teach()
@@ -126,7 +126,7 @@ def test_taught_live_it_asks_only_where_it_has_hardly_any_grounds() -> None:
 
 
 def test_the_likely_answers_come_first() -> None:
-    question = UncertaintyQueries(looking_away()).find_question()
+    question = UncertaintyQueries(make_session_without_view()).find_question()
     assert question is not None
     assert question.state == "start"
     assert question.answers[0] == question.next
@@ -136,7 +136,7 @@ def test_the_likely_answers_come_first() -> None:
 
 def test_it_asks_where_the_robot_switches_back_and_forth() -> None:
     """The target is always 2 m away, from where it was shown to drive on, and to turn."""
-    lesson = goto(
+    lesson = make_goto_session(
         (
             ("start", "forward", "directive", 2.0, 0),
             ("forward", "left", "directive", 2.0, 0),
@@ -160,7 +160,7 @@ def test_it_asks_over_a_whole_round_where_the_robot_turns_for_ever() -> None:
     a lesson that changes is asked about again.
     """
     body = World(find_scenario("forage"), [5])
-    session = Session(body, Library(FORAGE_KIT), goto(()), targets={"A": "station"})
+    session = Session(body, Library(FORAGE_KIT), make_goto_session(()), targets={"A": "station"})
     session.teach()
     session.direct("left")
     session.tick()
@@ -189,7 +189,7 @@ def test_it_asks_over_a_whole_round_where_the_robot_turns_for_ever() -> None:
 
 def test_a_mark_that_the_robot_repeats_itself_stays_until_the_lesson_changes() -> None:
     body = World(find_scenario("forage"), [5])
-    session = Session(body, Library(FORAGE_KIT), goto(()), targets={"A": "station"})
+    session = Session(body, Library(FORAGE_KIT), make_goto_session(()), targets={"A": "station"})
     session.teach()
     session.direct("left")
     session.tick()
@@ -207,7 +207,7 @@ def test_a_mark_that_the_robot_repeats_itself_stays_until_the_lesson_changes() -
 
 def test_before_a_flag_it_asks_from_less_doubt_on_than_before_other_switches() -> None:
     """Only one example says done, at 0.3 m ahead; 0.4 m away and well aside, the lesson would say it, too."""
-    lesson, found = goto((*GOTO, ("forward", "forward", "confirmation", 2.0, 0))), {}
+    lesson, found = make_goto_session((*GOTO, ("forward", "forward", "confirmation", 2.0, 0))), {}
     for unsure in (None, 0.7):
         body = World(find_scenario("forage"), [5])
         session = Session(body, Library(FORAGE_KIT), lesson, targets={"A": "station"})

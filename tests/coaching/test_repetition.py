@@ -6,7 +6,7 @@ from math import nan, radians, tau
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import GOTO, goto
+from tests.make.goto_sessions import GOTO, make_goto_session
 
 from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.repetition import RepetitionWatch, choose_moment, find_repetition
@@ -55,14 +55,14 @@ def test_a_robot_that_turns_for_ever_is_asked_about_over_a_whole_round() -> None
     """First in the third round, near 20 degrees, where it was told to leave the turn once; then a quarter farther each
     time. A round takes 5.5 s.
     """
-    watch = RepetitionWatch(goto(GOTO))
+    watch = RepetitionWatch(make_goto_session(GOTO))
     assert turn_left(watch, range(200)) == [(12.0, 42), (19.0, -46), (26.0, -134), (33.0, 138)]
     assert watch.was_asked_about("left")
     assert not watch.was_asked_about("forward")
 
 
 def test_a_question_that_could_not_be_asked_waits_for_the_next_round() -> None:
-    watch = RepetitionWatch(goto(GOTO))
+    watch = RepetitionWatch(make_goto_session(GOTO))
     asked = turn_left(watch, range(60), answers=False)
     assert asked[0] == (12.0, 42)
     assert {round(time_s - 12.0, 1) % 5.5 for time_s, _ in asked} <= {0.0, 0.5}
@@ -77,7 +77,7 @@ STAYS: list[tuple[str, list[tuple[float, str]]]] = [
 
 @pytest.mark.parametrize(("what", "between"), STAYS)
 def test_a_stay_that_was_interrupted_begins_again(what: str, between: list[tuple[float, str]]) -> None:
-    watch = RepetitionWatch(goto(GOTO))
+    watch = RepetitionWatch(make_goto_session(GOTO))
     assert turn_left(watch, range(23)) == []
     for time_s, state in between:
         watch.observe(time_s, state, (5.0, 0.0))
@@ -97,9 +97,9 @@ MOMENTS = [
 @pytest.mark.parametrize(("asked", "moment"), MOMENTS)
 def test_each_question_is_a_quarter_of_the_round_later(asked: int, moment: int) -> None:
     rows = np.array([(5.0, radians(70 - 30 * step) % tau) for step in range(12)])
-    assert choose_moment(goto(GOTO), "left", rows, asked) == moment
+    assert choose_moment(make_goto_session(GOTO), "left", rows, asked) == moment
 
 
 def test_without_an_example_that_leaves_the_state_it_is_asked_where_the_round_begins() -> None:
     rows = np.array([(5.0, radians(70 - 30 * step) % tau) for step in range(12)])
-    assert choose_moment(goto(GOTO[:1]), "left", rows, 0) == 0
+    assert choose_moment(make_goto_session(GOTO[:1]), "left", rows, 0) == 0

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.learning.lessons import robocup, robocup_folder
+from tests.make.lessons import read_robocup, robocup_folder
 
 from understudy.coaching.advice import AdviceKind
 from understudy.coaching.give_advice import give_advice
@@ -26,7 +26,7 @@ SKLEARN = 0.5449
 def lessons() -> Iterator[tuple[Path, Lesson]]:
     """A lesson of one state each: its features are its own."""
     for path in PATHS:
-        for name, kinds, rows, own in robocup(path):
+        for name, kinds, rows, own in read_robocup(path):
             if not rows:
                 continue
             outcomes = sorted({row.outcome for row in rows} | {own})

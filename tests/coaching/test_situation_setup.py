@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD, A, goto
+from tests.make.goto_sessions import ANGLE, DISTANCE, DONE, FOOD, A, make_goto_session
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
@@ -40,7 +40,7 @@ def values(session: Session) -> tuple[float, ...]:
 
 
 def test_the_robot_stands_where_the_advice_points_in_the_state_it_names() -> None:
-    lesson = goto()
+    lesson = make_goto_session()
     taught = session(lesson)
     places = [each for each in give_advice(lesson, learn(lesson)) if each.region is not None]
     assert places
@@ -53,7 +53,7 @@ def test_the_robot_stands_where_the_advice_points_in_the_state_it_names() -> Non
 
 
 def test_nothing_is_recorded_and_the_next_press_is_one_from_there() -> None:
-    lesson = goto()
+    lesson = make_goto_session()
     taught = session(lesson)
     taught.test()
     first = next(each for each in give_advice(lesson, learn(lesson)) if each.state == "left")
@@ -68,7 +68,7 @@ def test_nothing_is_recorded_and_the_next_press_is_one_from_there() -> None:
 
 
 def test_another_draw_is_another_place() -> None:
-    taught = session(goto())
+    taught = session(make_goto_session())
     behind = Advice(AdviceKind.GAP, "", "left", 1.0, (ANYTHING, ValueSet(((3.0, 3.3),), False)))
     found = set()
     for draw in range(4):
@@ -78,7 +78,7 @@ def test_another_draw_is_another_place() -> None:
 
 
 def test_what_cannot_be_set_up_is_named_and_the_robot_is_as_near_as_can_be() -> None:
-    taught = session(goto())
+    taught = session(make_goto_session())
     nowhere = Advice(
         AdviceKind.GAP, "", "forward", 1.0, (ValueSet(((50.0, 60.0),), False), ValueSet(((3.0, 3.3),), False))
     )
@@ -98,11 +98,11 @@ def test_worlds_of_other_seeds_are_tried_where_this_one_has_no_such_place(
     tried: list[int] = []
     reset = taught.reset
 
-    def noted(seed: int) -> None:
+    def note_seed(seed: int) -> None:
         tried.append(seed)
         reset(seed)
 
-    monkeypatch.setattr(taught, "reset", noted)
+    monkeypatch.setattr(taught, "reset", note_seed)
     assert set_up_situation(taught, none_left, seeds=[6, 7], tries=5).missed == ("food_left",)
     assert tried == [6, 7]
     assert taught.body.time_s == 0.0
@@ -115,7 +115,7 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
         DONE,
     )
     automaton = Automaton("errand", (START, State("go", "goto", A)), own, ("A",))
-    library = Library(FORAGE_KIT).with_automaton(_taught_goto())
+    library = Library(FORAGE_KIT).with_automaton(make_goto())
     taught = session(Lesson(automaton), library)
     raised = ValueSet(((1.0, 2.0),), False)
     wanted = Advice(AdviceKind.GAP, "", "go", 1.0, (ValueSet(((3.0, 9.0),), False), SURELY, raised))
@@ -125,8 +125,8 @@ def test_time_in_state_counters_and_a_childs_flag_are_set() -> None:
     assert (3.0 <= seconds < 9.0, 1.0 <= tries < 2.0, flag) == (True, True, 1.0)
 
 
-def _taught_goto() -> TrainedAutomaton:
-    lesson = goto()
+def make_goto() -> TrainedAutomaton:
+    lesson = make_goto_session()
     return TrainedAutomaton(learn_automaton(lesson), lesson)
 
 
@@ -138,7 +138,7 @@ def test_a_flag_that_nothing_raises_there_is_missed() -> None:
 
 
 def test_advice_about_no_place_and_flag_states_are_refused() -> None:
-    taught = session(goto())
+    taught = session(make_goto_session())
     with pytest.raises(SessionError, match="about no place"):
         set_up_situation(taught, Advice(AdviceKind.OUTLOOK, "Enough.", "", 0.1))
     with pytest.raises(SessionError, match="raises a flag and is never left"):

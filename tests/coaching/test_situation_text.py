@@ -7,8 +7,8 @@ from math import nan, radians
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import ANGLE, DISTANCE, DONE, FOOD
-from tests.learning.lessons import tables
+from tests.make.goto_sessions import ANGLE, DISTANCE, DONE, FOOD
+from tests.make.lessons import draw_tables
 
 from understudy.coaching.situation_text import (
     NOT_THERE,
@@ -102,7 +102,7 @@ def test_quarters_of_a_turn_lie_around_ahead_left_behind_and_right(degrees: floa
     assert word.cells_of(np.array([radians(degrees), nan])).tolist() == [quarter, NOT_THERE]
 
 
-@given(tables())
+@given(draw_tables())
 def test_every_value_lies_in_the_region_of_its_cell_and_in_no_other(
     table: tuple[list[tuple[tuple[float, ...], int, int]], list[object]],
 ) -> None:

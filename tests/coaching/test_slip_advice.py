@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from tests.coaching.lessons import GOTO, Row, goto
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
 
 from understudy.coaching.advice import MOST_SLIPS, Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
@@ -24,15 +24,19 @@ def slips_of(lesson: Lesson, meant: dict[int, float] | None = None) -> list[Advi
 
 
 def test_a_press_that_the_others_speak_against_is_asked_about() -> None:
-    (asked,) = slips_of(goto((*FAR, *NEAR, SLIP)))
+    (asked,) = slips_of(make_goto_session((*FAR, *NEAR, SLIP)))
     assert asked.sentence.startswith("Did you mean this in state forward when A is ")
     assert "Example 8 says done, but examples " in asked.sentence
-    assert (asked.state, asked.examples, asked.at) == ("forward", (8,), goto((SLIP,)).examples[0].values)
+    assert (asked.state, asked.examples, asked.at) == (
+        "forward",
+        (8,),
+        make_goto_session((SLIP,)).examples[0].values,
+    )
     assert asked.weight > 0.5
 
 
 def test_what_was_meant_is_not_asked_again_and_hangs_together_by_itself() -> None:
-    lesson = goto((*FAR, *NEAR, SLIP))
+    lesson = make_goto_session((*FAR, *NEAR, SLIP))
     (asked,) = slips_of(lesson)
     assert not slips_of(lesson, {8: asked.doubt})
     everything = give_advice(lesson, learn(lesson))
@@ -45,7 +49,7 @@ def test_what_the_others_would_have_foretold_is_rare_and_no_slip() -> None:
     for seed in range(40):
         draws = np.random.default_rng(seed)
         rows = [row_of(float(draws.uniform(0, 4)), float(draws.uniform(0, 360)), draws) for _ in range(24)]
-        lesson = goto(tuple(rows))
+        lesson = make_goto_session(tuple(rows))
         odd = {suspect.example.number for suspect in find_mislabels(lesson, most=MOST_SLIPS)}
         found = {each.examples[0] for each in slips_of(lesson)}
         for number in odd:
@@ -72,12 +76,12 @@ def row_of(distance: float, angle: float, draws: np.random.Generator) -> Row:
 
 
 def test_a_lesson_that_hangs_together_has_none() -> None:
-    assert not slips_of(goto(GOTO))
-    assert not slips_of(goto((SLIP,)))
+    assert not slips_of(make_goto_session(GOTO))
+    assert not slips_of(make_goto_session((SLIP,)))
 
 
 def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
-    lesson = goto((*FAR, *NEAR, SLIP))
+    lesson = make_goto_session((*FAR, *NEAR, SLIP))
     pooled = replace(lesson, automaton=replace(lesson.automaton, stateless=True))
     (asked,) = slips_of(pooled)
     assert asked.state == ""
@@ -86,7 +90,7 @@ def test_in_a_stateless_lesson_it_is_asked_of_no_state() -> None:
 
 def test_a_press_recorded_in_a_flag_state_may_be_a_slip_too() -> None:
     """No tree leaves that state, so none is asked whether it would have decided so."""
-    lesson = goto((*FAR, *NEAR, ("done", "done", "confirmation", 3.4, 105)))
+    lesson = make_goto_session((*FAR, *NEAR, ("done", "done", "confirmation", 3.4, 105)))
     (asked,) = slips_of(lesson)
     assert (asked.state, asked.examples) == ("done", (8,))
     assert asked.sentence.startswith("Did you mean this in state done when A is ")

@@ -6,9 +6,9 @@ from math import nan, radians
 
 import pytest
 from hypothesis import given
-from tests.coaching.lessons import GOTO, Row, goto
-from tests.learning.lessons import lesson as lesson_of
-from tests.learning.lessons import tables
+from tests.make.goto_sessions import GOTO, Row, make_goto_session
+from tests.make.lessons import draw_tables
+from tests.make.lessons import make_lesson as lesson_of
 
 from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel
 from understudy.learning.fit import learn
@@ -37,42 +37,42 @@ ASKED = [
 def test_doubt_and_its_reason(
     state: str, distance: float, degrees: float, least: float, most: float, because: DoubtReason, said: str
 ) -> None:
-    found = doubts(goto()).estimate(state, (distance, radians(degrees)))
+    found = doubts(make_goto_session()).estimate(state, (distance, radians(degrees)))
     assert least <= found.amount <= most, found
     assert found.because is because, found
     assert said in found.reason
 
 
 def test_where_nothing_was_shown_or_hardly_anything() -> None:
-    without = goto(tuple(row for row in GOTO if row[0] != "left"))
+    without = make_goto_session(tuple(row for row in GOTO if row[0] != "left"))
     found = doubts(without).estimate("left", (1.0, 1.0))
     assert (found.amount, found.because) == (1.0, DoubtReason.UNTAUGHT)
-    tiny = doubts(goto(GOTO[:2])).estimate("forward", (6.0, radians(10)))
+    tiny = doubts(make_goto_session(GOTO[:2])).estimate("forward", (6.0, radians(10)))
     assert (tiny.amount, tiny.because) == (0.6, DoubtReason.SCANT)
 
 
 def test_absence_that_was_never_shown_is_far_from_all() -> None:
-    found = doubts(goto()).estimate("forward", (nan, nan))
+    found = doubts(make_goto_session()).estimate("forward", (nan, nan))
     assert found.amount >= 0.9
     assert "there are no examples like this" in found.reason
 
 
 def test_a_leaf_whose_examples_want_different_things() -> None:
     again: Row = ("forward", "left", "directive", 0.3, 350)
-    found = doubts(goto((*GOTO, again))).estimate("forward", (0.3, radians(350)))
+    found = doubts(make_goto_session((*GOTO, again))).estimate("forward", (0.3, radians(350)))
     assert (found.amount, found.because, found.examples) == (1.0, DoubtReason.DISAGREEING, (2, 7))
 
 
 def test_what_was_shown_nearest_may_say_otherwise() -> None:
     """In the gap between done at 0.3 m and forward at 5 m, which belongs to the default, doubt grows toward done."""
-    knows = doubts(goto())
+    knows = doubts(make_goto_session())
     near, far = (knows.estimate("forward", (distance, radians(352))) for distance in (0.5, 4.0))
     assert (near.because, near.examples) == (DoubtReason.OTHERWISE, (2,))
     assert near.reason == "example 2, which is nearest, says go to done"
     assert near.amount > 0.5 > far.amount
 
 
-@given(tables())
+@given(draw_tables())
 def test_doubt_is_a_share_and_what_was_shown_without_contradiction_is_in_none(
     table: tuple[list[tuple[tuple[float, ...], int, int]], list[Kind]],
 ) -> None:

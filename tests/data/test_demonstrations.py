@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.data.made_episodes import KINDS, make_episode, without_commands
+from tests.make.episodes import KINDS, make_episode, without_commands
 
 from understudy.data.column_statistics import summarize_columns
 from understudy.data.demonstrations import gather_demonstrations

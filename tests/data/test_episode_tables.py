@@ -16,8 +16,8 @@ pytest.importorskip("narwhals", reason="needs the extra frames")
 
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.formats.made import FOLDER
-from tests.training.lessons import play, session
+from tests.make.sessions import make_session, play
+from tests.make.transcripts import FOLDER
 
 from understudy import Categorical, Episode, EpisodePress, make_episode_frames, read_episodes
 from understudy.data.episode_tables import TABLES, DataTable, make_tick_table
@@ -144,7 +144,7 @@ def test_readings_keep_every_digit(backend: str, column: list[float]) -> None:
 @pytest.mark.parametrize("backend", ["pandas", "polars"])
 def test_a_journal_as_frames(backend: str, tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    play(session(journal=path), "forward", 3, "left", 2, "test", 1, "right", 1).close()
+    play(make_session(journal=path), "forward", 3, "left", 2, "test", 1, "right", 1).close()
     frames = make_episode_frames(read_episodes(path), backend)
     ticks, presses = polars.DataFrame(frames.ticks), polars.DataFrame(frames.presses)
     assert ticks["state_1"].to_list()[:5] == ["forward"] * 3 + ["left"] * 2

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.formats.made import FOLDER
-from tests.training.lessons import play, session
+from tests.make.sessions import make_session, play
+from tests.make.transcripts import FOLDER
 
 from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
 from understudy.analysis.run_trace import write_trace
@@ -128,7 +128,7 @@ STATES = ["forward"] * 3 + ["left"] * 4 + ["right"]
 
 def test_a_journal_has_readings_presses_and_states(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    taught = play(session(journal=path), *PLAYED)
+    taught = play(make_session(journal=path), *PLAYED)
     taught.close()
     (episode,) = read_episodes(path)
     assert episode.states == tuple((state,) for state in STATES)
@@ -146,7 +146,7 @@ def test_a_journal_has_readings_presses_and_states(tmp_path: Path) -> None:
 
 def test_corrections_in_a_journal_are_said_to_be_some(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    play(session(journal=path), "forward", 3, "left", 2, "test", 2, "right", 1).close()
+    play(make_session(journal=path), "forward", 3, "left", 2, "test", 2, "right", 1).close()
     presses = [press for episode in read_episodes(path) for press in episode.presses]
     assert [(press.state, press.correction) for press in presses] == [
         ("forward", False),
@@ -157,7 +157,7 @@ def test_corrections_in_a_journal_are_said_to_be_some(tmp_path: Path) -> None:
 
 def test_the_states_of_a_journal_are_those_after_each_tick(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    taught = play(session(journal=path), "forward", 3, "left", 2, "test")
+    taught = play(make_session(journal=path), "forward", 3, "left", 2, "test")
     states = []
     for _ in range(4):
         taught.tick()
@@ -169,7 +169,7 @@ def test_the_states_of_a_journal_are_those_after_each_tick(tmp_path: Path) -> No
 
 def test_a_press_that_was_taken_back_before_it_acted_is_none(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    play(session(journal=path), "forward", 2, "left", "right", 1, "left", "undo", 1).close()
+    play(make_session(journal=path), "forward", 2, "left", "right", 1, "left", "undo", 1).close()
     (episode,) = read_episodes(path)
     assert [(press.tick, press.state) for press in episode.presses] == [(0, "forward"), (2, "right")]
 
@@ -316,7 +316,7 @@ def test_other_files_are_refused_in_one_sentence(
 
 def test_a_journal_without_ticks_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "taught.journal"
-    session(journal=path).close()
+    make_session(journal=path).close()
     with pytest.raises(FileError, match="its session has no tick; name the journal of a session that ran"):
         read_episodes(path)
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.data.made_episodes import draw_episodes, make_episode, without_commands
+from tests.make.episodes import draw_episodes, make_episode, without_commands
 
 from understudy.data.episode import Episode
 from understudy.data.lerobot import Subtasks, write_lerobot

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.data.made_episodes import KINDS, draw_episodes, make_episode, without_commands
+from tests.make.episodes import KINDS, draw_episodes, make_episode, without_commands
 
 from understudy.data.episode import Episode, EpisodePress
 from understudy.data.minari import write_minari

@@ -60,28 +60,28 @@ gathers them; a job that is preempted is queued again.
 def page() -> str:
     """The whole page."""
     results = [found for name in QUESTIONS if (found := load_published(name)) is not None]
-    return "\n".join([HEAD, *(line for result in results for line in told(result))])
+    return "\n".join([HEAD, *(line for result in results for line in write_experiment(result))])
 
 
-def told(result: StudyResult) -> Iterator[str]:
+def write_experiment(result: StudyResult) -> Iterator[str]:
     """One experiment, line by line."""
     findings = result.findings
     yield f"## {result.experiment.capitalize()}\n"
-    yield from wrapped(f"**{result.question}** {findings.headline}")
+    yield from wrap(f"**{result.question}** {findings.headline}")
     yield f"![{result.experiment}](pictures/experiments/{result.experiment}.svg)\n"
     for table in findings.tables:
         yield from as_markdown(table)
     if findings.goals:
         yield from as_markdown(goals(findings))
     for note in findings.notes:
-        yield from wrapped(note)
+        yield from wrap(note)
     where = f"../src/understudy_lab/{FOLDERS.get(result.experiment, result.experiment)}"
     kept = find_published(result.experiment)
     assert kept is not None
     yield f"[How it was done]({where}/README.md),\n[all results]({where}/{kept.name})\n"
 
 
-def wrapped(text: str) -> Iterator[str]:
+def wrap(text: str) -> Iterator[str]:
     """A paragraph in lines of readable length."""
     yield from (*fill(text, 118, break_on_hyphens=False).splitlines(), "")
 
@@ -95,7 +95,7 @@ def goals(findings: StudyFindings) -> ResultTable:
 def as_markdown(table: ResultTable) -> Iterator[str]:
     """A table in Markdown."""
     names = [name.lstrip("#~") for name in table.columns]
-    yield from wrapped(f"{table.title}:" if table.title else "")
+    yield from wrap(f"{table.title}:" if table.title else "")
     yield f"| {' | '.join(names)} |"
     yield f"|{'|'.join('---:' if name.startswith('#') else '---' for name in table.columns)}|"
     yield from (f"| {' | '.join(row)} |" for row in table.rows)

@@ -74,6 +74,6 @@ def commands(page: Path) -> Iterator[str]:
                     yield re.split("[#>]", line)[0].strip()
 
 
-def said(lines: Sequence[str]) -> list[str]:
+def strip_output(lines: Sequence[str]) -> list[str]:
     """Printed lines as documents show them: no empty ones, no rules, no blanks at the end."""
     return [line.rstrip() for line in lines if line.strip() and "─" not in line]

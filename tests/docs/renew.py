@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.docs.experiments import as_markdown, wrapped
+from tests.docs.experiments import as_markdown, wrap
 from tests.docs.pages import ROOT
 
 from understudy_lab.results import load_published
@@ -34,7 +34,7 @@ def between(page: Path, marks: tuple[str, str]) -> str:
     return inside
 
 
-def put_between(page: Path, marks: tuple[str, str], inside: str) -> None:
+def replace_between(page: Path, marks: tuple[str, str], inside: str) -> None:
     """Replace what a page has between two marks."""
     text = page.read_text(encoding="utf-8")
     page.write_text(text.replace(marks[0] + between(page, marks), marks[0] + inside), encoding="utf-8")
@@ -65,7 +65,7 @@ def tables() -> str:
     assert known is not None
     findings = known.findings
     lines = [line for table in findings.tables for line in as_markdown(table)]
-    notes = [line for note in findings.notes for line in wrapped(note)]
+    notes = [line for note in findings.notes for line in wrap(note)]
     return "\n" + "\n".join([*lines, *notes, ""])
 
 
@@ -73,9 +73,9 @@ def main() -> None:
     """Bring the documents up to date."""
     from PIL import Image
 
-    put_between(FORAGING, RESULTS, tables())
+    replace_between(FORAGING, RESULTS, tables())
     with TemporaryDirectory() as folder:
-        put_between(README, DEMO, excerpt(demo(Path(folder))))
+        replace_between(README, DEMO, excerpt(demo(Path(folder))))
         graph = Path(folder, "pictures", "goto.svg")
         (PICTURES / "goto.svg").write_text(graph.read_text(encoding="utf-8"), encoding="utf-8")
         demo(Path(folder), seed=PATH_SEED)

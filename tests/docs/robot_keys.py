@@ -6,7 +6,7 @@ After a key changed, bring the page up to date with: python -m tests.docs.robot_
 from __future__ import annotations
 
 from tests.docs.pages import ROOT
-from tests.docs.renew import put_between
+from tests.docs.renew import replace_between
 from tests.docs.schema_tables import Parts, format_tables
 
 from understudy.robots.camera.color import Color
@@ -231,4 +231,4 @@ def make_tables() -> str:
 
 
 if __name__ == "__main__":
-    put_between(PAGE, KEYS, make_tables())
+    replace_between(PAGE, KEYS, make_tables())

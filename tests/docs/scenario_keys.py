@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import msgspec
 from msgspec.structs import FieldInfo, fields
 from tests.docs.pages import ROOT
-from tests.docs.renew import put_between
+from tests.docs.renew import replace_between
 
 from understudy.sim.scenario.schema import (
     AppearanceSchedule,
@@ -510,4 +510,4 @@ def _default(field: FieldInfo) -> str:
 
 
 if __name__ == "__main__":
-    put_between(PAGE, KEYS, table())
+    replace_between(PAGE, KEYS, table())

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import typer
 from tests.docs import command_line, figures, renew
-from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, read, said
+from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, commands, links, read, strip_output
 from tests.ui.cli.commands import run
 
 from understudy.model.library import Library
@@ -131,7 +131,7 @@ def test_python_runs_and_prints_what_is_shown(page: Path) -> None:
         lines = next(printed).splitlines()
         following = found[index + 1] if index + 1 < len(found) else None
         if following is not None and following.language == "text" and lines:
-            assert said(lines) == said(following.text.splitlines())
+            assert strip_output(lines) == strip_output(following.text.splitlines())
     assert next(printed, None) is None
 
 
@@ -160,7 +160,7 @@ def test_lessons_learn_what_is_shown(
     done = run(*arguments)
     assert done.exit_code == 0, done.output
     timeless = re.sub(r"(depth \d+), \S+ ms", r"\1", done.stdout)
-    assert said(timeless.splitlines()) == said(shown.text.splitlines())
+    assert strip_output(timeless.splitlines()) == strip_output(shown.text.splitlines())
 
 
 def test_five_presses_teach_what_the_readme_says() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.docs.pages import blocks
 from tests.docs.renew import between
-from tests.docs.traffic import LEVELS, PAGE, SIZE, TRAFFIC, sent, table
+from tests.docs.traffic import LEVELS, PAGE, SIZE, TRAFFIC, measure_traffic, table
 
 from understudy.runtime.team.comms import FLAG_BYTES, ORDER_BYTES, READING_BYTES, REPORT_BYTES
 from understudy.sim.scenario.files import read_scenario_text
@@ -27,7 +27,7 @@ def test_the_table_of_what_is_sent() -> None:
 @pytest.mark.parametrize("levels", range(1, LEVELS + 1))
 def test_what_is_sent_has_a_closed_form(levels: int) -> None:
     """Everybody but the topmost is somebody's member: of N robots in squads of s, s(N - 1)/(s - 1)."""
-    found = sent(levels)
+    found = measure_traffic(levels)
     robots = SIZE**levels
     members = SIZE * (robots - 1) // (SIZE - 1)
     assert sum(each.messages for each in found) == 2 * members

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 from tests.docs.pages import ROOT
-from tests.docs.renew import put_between
+from tests.docs.renew import replace_between
 
 from understudy.model.library import Library
 from understudy.runtime.team.comms import Traffic
@@ -46,7 +46,7 @@ def tree(levels: int, size: int = SIZE) -> Scenario:
     return replace(patrol, size=(40, 40), squads=squads, robots=(robots,))
 
 
-def sent(levels: int, size: int = SIZE) -> list[Traffic]:
+def measure_traffic(levels: int, size: int = SIZE) -> list[Traffic]:
     """What each level sends in a tick, from the robots up."""
     scenario = tree(levels, size)
     known = collect_libraries(scenario, Library(make_scenario_kit(scenario)))
@@ -59,16 +59,20 @@ def table() -> str:
     names = (*(f"level {level}" for level in range(1, LEVELS + 1)), "all", "each coordinator", "one for all")
     lines = [f"| robots | {' | '.join(names)} |", f"|---:|{'---:|' * len(names)}"]
     for levels in range(1, LEVELS + 1):
-        found = sent(levels)
+        found = measure_traffic(levels)
         whole = Traffic(sum(each.messages for each in found), sum(each.bytes for each in found))
-        cells = [*map(_told, found), *[""] * (LEVELS - levels), *map(_told, (whole, found[-1], found[0]))]
+        cells = [
+            *map(format_traffic, found),
+            *[""] * (LEVELS - levels),
+            *map(format_traffic, (whole, found[-1], found[0])),
+        ]
         lines.append(f"| {SIZE**levels} | {' | '.join(cells)} |")
     return "\n" + "\n".join(lines) + "\n\n"
 
 
-def _told(traffic: Traffic) -> str:
+def format_traffic(traffic: Traffic) -> str:
     return f"{traffic.messages:,} / {traffic.bytes:,}"
 
 
 if __name__ == "__main__":
-    put_between(PAGE, TRAFFIC, table())
+    replace_between(PAGE, TRAFFIC, table())

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.runtime import random_libraries
-from tests.runtime.random_libraries import Played, random_library
+from tests.runtime.random_libraries import Played, draw_library
 
 from understudy.export.body_interface import BodyInterface
 from understudy.export.export_automaton import TARGETS, prepare_export
@@ -60,7 +60,7 @@ def _draw_job(seed: int, *, levels: int, single: bool, as_documents: bool) -> Ex
     for _ in range(DRAWS):
         kit = WHOLE_KIT if single else KIT
         automata = random.randint(1, levels)
-        library = random_library(random, automata=automata, depth=random.randint(0, 4), kit=kit)
+        library = draw_library(random, automata=automata, depth=random.randint(0, 4), kit=kit)
         if as_documents:
             library = keep_arcs_on_circles(library)
         name = list(library.taught)[-1]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.export.exports import make, read_counts
 from tests.export.recorded_answers import Ask
-from tests.formats.made import FOLDER
+from tests.make.transcripts import FOLDER
 from tests.training.test_squad_session import SQUAD
 
 from understudy.export.export_automaton import TARGETS, export_automaton

@@ -18,7 +18,7 @@ from tests.export.exports import (
     write_job,
 )
 from tests.export.recorded_answers import Ask
-from tests.runtime.random_libraries import kit, random_library
+from tests.runtime.random_libraries import draw_library, kit
 
 from understudy.export.decisions import (
     DEEPEST,
@@ -85,7 +85,7 @@ def draw_value(random: Random, bound: BoundFeature, *, can_be_absent: bool) -> f
 @given(SEEDS, st.integers(0, 4))
 def test_two_way_branches_decide_as_the_tree(seed: int, depth: int) -> None:
     random = Random(seed)
-    automaton = random_library(random, automata=1, depth=depth).automaton("a0")
+    automaton = draw_library(random, automata=1, depth=depth).automaton("a0")
     absent = [not bound.is_own or bound.feature.name in ("watch", "bell") for bound in automaton.features]
     for tree in automaton.transitions.values():
         assert isinstance(tree, Tree)

@@ -47,7 +47,7 @@ from tests.export.ros2.robots import (
     write_script,
 )
 from tests.export.test_translation import WANDERING, WRITTEN
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.errors import FileError, SettingError
 from understudy.export.export_automaton import ExportResult, export_automaton
@@ -502,12 +502,14 @@ def test_a_file_that_is_wrong_is_refused(tmp_path: Path) -> None:
 def test_the_command_takes_a_robot(tmp_path: Path) -> None:
     library = FIXTURE
     path = write_robot(tmp_path, FORAGER.replace("domain = 43", "tick_s = 0.05"))
-    found = said(
+    found = run_json(
         "export", "forage", "--library", library, "--to", "ros2", "--robot", path, "--out", tmp_path / "a"
     )
     assert "src/forage_node.cpp" in found["files"]
     assert len(found["notes"]) == 2
-    said("export", "forage", "--library", library, "--to", "python", "--robot", path, "--out", tmp_path / "b")
+    run_json(
+        "export", "forage", "--library", library, "--to", "python", "--robot", path, "--out", tmp_path / "b"
+    )
     assert '"tick_s": 0.05' in (tmp_path / "b" / "manifest.json").read_text()
     mistakes: list[tuple[list[Any], str]] = [
         (["--to", "ros2"], "robot's file is missing"),

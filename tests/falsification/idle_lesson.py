@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.coaching.lessons import Row, goto
+from tests.make.goto_sessions import Row, make_goto_session
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.learning.fit import learn
@@ -34,7 +34,7 @@ ROWS: tuple[Row, ...] = (  # state, next state, kind, distance in m, bearing in 
 
 def make_idle_goto() -> TrainedAutomaton:
     """Make the goto of this lesson."""
-    lesson = replace(goto(ROWS), options=LearnerOptions(live=True))
+    lesson = replace(make_goto_session(ROWS), options=LearnerOptions(live=True))
     return TrainedAutomaton(replace(lesson.automaton, transitions=dict(learn(lesson))), lesson)
 
 

@@ -21,7 +21,7 @@ from understudy.falsification.failure_list import (
 from understudy.falsification.joint_worlds import Trial
 
 
-def failed(
+def make_failing_world(
     name: str, robustness: float, place: tuple[float, float] | None, state: str, **more: Any
 ) -> FailingWorld:
     facts = FailureFacts(
@@ -55,7 +55,7 @@ ORDERS = [  # robustness, place (m), state, more; the names are a, b, c in this 
 @pytest.mark.parametrize(("rows", "order"), ORDERS)
 def test_the_worst_comes_first_and_then_the_most_different(rows: list[Any], order: str) -> None:
     worlds = [
-        failed(name, robustness, place, state, property=of[0] if of else None)
+        make_failing_world(name, robustness, place, state, property=of[0] if of else None)
         for name, (robustness, place, state, *of) in zip("abcd", rows, strict=False)
     ]
     assert "".join(each.folder.name for each in order_failing_worlds(worlds)) == order
@@ -64,7 +64,7 @@ def test_the_worst_comes_first_and_then_the_most_different(rows: list[Any], orde
 
 def test_the_difference_is_in_diagonals() -> None:
     width, height = FORAGE.size
-    one, other = (failed("a", -1.0, place, "start") for place in ((0.0, 0.0), (width, height)))
+    one, other = (make_failing_world("a", -1.0, place, "start") for place in ((0.0, 0.0), (width, height)))
     assert compare_failures(one, other) == compare_failures(other, one) == pytest.approx(1.0)
     assert compare_failures(one, one) == 0.0
 

@@ -34,7 +34,7 @@ limit_s = 60.0
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def falsification(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """The library, and what the command says: the team is sent home, and so comes near it."""
     folder = tmp_path_factory.mktemp("team")
     library = keep_team(folder, teach_lead())
@@ -60,9 +60,9 @@ def measure_distances(library: Path, kept: FailingWorld, time_s: float) -> list[
     return [float(each) for each in np.hypot(view.robots.x - x, view.robots.y - y)]
 
 
-def test_the_robot_that_made_it_fail_is_explained(found: tuple[Path, dict[str, Any]]) -> None:
+def test_the_robot_that_made_it_fail_is_explained(falsification: tuple[Path, dict[str, Any]]) -> None:
     """A tick before the moment none is near; at the moment only the explained robot is, where the record says."""
-    library, told = found
+    library, told = falsification
     kept = read_failing_world(told["failure"]["folder"])
     assert (kept.facts.behavior, kept.facts.property) == ("lead", "keeps_away")
     tick_s = kept.trial.scenario.tick_s
@@ -73,8 +73,8 @@ def test_the_robot_that_made_it_fail_is_explained(found: tuple[Path, dict[str, A
     assert any("lead" in sentence for sentence in kept.facts.why)
 
 
-def test_it_replays_bit_for_bit(found: tuple[Path, dict[str, Any]]) -> None:
-    library, told = found
+def test_it_replays_bit_for_bit(falsification: tuple[Path, dict[str, Any]]) -> None:
+    library, told = falsification
     kept = read_failing_world(told["failure"]["folder"])
     scenario = kept.trial.scenario
     libraries = open_team_libraries(scenario, "lead", library, World(scenario).kit)
@@ -89,9 +89,9 @@ def test_it_replays_bit_for_bit(found: tuple[Path, dict[str, Any]]) -> None:
     assert again.robustness == pytest.approx(kept.facts.robustness)
 
 
-def test_it_is_made_simpler(found: tuple[Path, dict[str, Any]]) -> None:
+def test_it_is_made_simpler(falsification: tuple[Path, dict[str, Any]]) -> None:
     """Obstacles have no part in it, and all robots stay, since a coordinator counts them."""
-    _, told = found
+    _, told = falsification
     kept = read_failing_world(told["failure"]["folder"])
     assert "all obstacles left out" in told["failure"]["steps"]
     assert not kept.trial.scenario.obstacles

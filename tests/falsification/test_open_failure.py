@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from msgspec.structs import replace as with_changes
-from tests.coaching.lessons import goto as goto_lesson
 from tests.falsification.planted import FORAGE
+from tests.make.goto_sessions import make_goto_session as goto_lesson
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.analysis.evaluate import make_evaluation_task
@@ -40,7 +40,7 @@ def library() -> Library:
 
 
 @pytest.fixture
-def failing(library: Library) -> FailingWorld:
+def failing_world(library: Library) -> FailingWorld:
     """A world in which its forager gets stuck after 5 s or later."""
     measure = GoalMeasure(make_evaluation_task(library, "forage", FORAGE), LIMIT_S)
     trial = Trial(FORAGE, SEED)
@@ -66,8 +66,8 @@ def place(world: World) -> tuple[float, float, float]:
     return float(robots.x[0]), float(robots.y[0]), float(robots.heading[0])
 
 
-def test_it_begins_as_the_run_was_and_goes_on_like_it(library: Library, failing: FailingWorld) -> None:
-    session = open_failure(failing, library, before_s=BEFORE_S)
+def test_it_begins_as_the_run_was_and_goes_on_like_it(library: Library, failing_world: FailingWorld) -> None:
+    session = open_failure(failing_world, library, before_s=BEFORE_S)
     assert (session.automaton.name, session.mode, session.view().targets) == (
         "goto",
         Mode.LIVE,
@@ -87,9 +87,9 @@ def test_it_begins_as_the_run_was_and_goes_on_like_it(library: Library, failing:
 
 
 def test_it_begins_at_the_start_if_the_first_decision_was_wrong(
-    library: Library, failing: FailingWorld
+    library: Library, failing_world: FailingWorld
 ) -> None:
-    early = replace(failing, facts=with_changes(failing.facts, wrong_s=0.1))
+    early = replace(failing_world, facts=with_changes(failing_world.facts, wrong_s=0.1))
     session = open_failure(early, library, before_s=BEFORE_S)
     world = World(FORAGE, [SEED])
     engine = Engine.from_program(world, link(library, "forage", {}))
@@ -102,8 +102,8 @@ def test_it_begins_at_the_start_if_the_first_decision_was_wrong(
         assert session.view().state == engine.path(0)[-1]
 
 
-def test_a_press_corrects_it(library: Library, failing: FailingWorld) -> None:
-    session = open_failure(failing, library, before_s=BEFORE_S)
+def test_a_press_corrects_it(library: Library, failing_world: FailingWorld) -> None:
+    session = open_failure(failing_world, library, before_s=BEFORE_S)
     before = session.view().state
     session.direct("left" if before != "left" else "forward")
     session.tick()
@@ -112,8 +112,8 @@ def test_a_press_corrects_it(library: Library, failing: FailingWorld) -> None:
     assert corrected.taught["goto"].automaton != library.taught["goto"].automaton
 
 
-def test_it_can_begin_on_another_level(library: Library, failing: FailingWorld) -> None:
+def test_it_can_begin_on_another_level(library: Library, failing_world: FailingWorld) -> None:
     with pytest.raises(SessionError, match="'harvest' has no lesson"):
-        open_failure(failing, library, name="harvest")
+        open_failure(failing_world, library, name="harvest")
     with pytest.raises(UnknownName, match="deposit"):
-        open_failure(failing, library, name="deposit")
+        open_failure(failing_world, library, name="deposit")

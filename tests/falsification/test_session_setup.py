@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.training.test_squad_session import LESSON, taught
+from tests.training.test_squad_session import LESSON, teach_patrol
 
 from understudy.falsification import new_worlds
 from understudy.falsification.new_worlds import NewWorlds
@@ -72,7 +72,7 @@ def teach_coordinator(radio: CommsSpec, lesson: Lesson = LESSON) -> Session:
     libraries = collect_libraries(scenario, ROBOTS)
     body = make_coordinator_body(scenario, "patrol", libraries, seed=5)
     session = Session(body, libraries["patrol"], lesson)
-    taught(session, 60.0)
+    teach_patrol(session, 60.0)
     return session
 
 
@@ -86,7 +86,7 @@ def teach_second_coordinator() -> Session:
     body = make_coordinator_body(scenario, "patrol", libraries, seed=5)
     session = Session(body, libraries["patrol"], LESSON, agent=1)
     session.set_other_agents("servo", {"A": "home"})
-    taught(session, 60.0)
+    teach_patrol(session, 60.0)
     return session
 
 
@@ -159,7 +159,7 @@ def test_a_coordinator_is_judged_by_what_it_decided_on() -> None:
         session.reset(seed)
         session.train()
         while session.view().state != "home":
-            taught(session, session.body.time_s + 0.5)
+            teach_patrol(session, session.body.time_s + 0.5)
         while not session.view().features["all_done"]:
             session.tick()
         session.direct("done")

@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace as with_changes
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.training.test_squad_session import LESSON as LEAD
-from tests.training.test_squad_session import coordinator_body, taught
+from tests.training.test_squad_session import coordinator_body, teach_patrol
 
 from understudy.errors import SessionError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, FailureFacts
@@ -34,7 +34,7 @@ def teach_lead() -> TrainedAutomaton:
     """Teach a coordinator as a person does in two minutes."""
     libraries = collect_libraries(SCENARIO, ROBOTS)
     session = Session(coordinator_body(), libraries["patrol"], LEAD)
-    taught(session, 120.0)
+    teach_patrol(session, 120.0)
     return session.make_trained_automaton()
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from tests.formats.made import FOLDER, TAUGHT, play, resumed
+from tests.make.transcripts import FOLDER, TAUGHT, play, resume_copy
 
 from understudy.storage.append_log import read_log
 from understudy.storage.document import encode_document
@@ -27,24 +27,24 @@ LATER = ("reaction_s", "source")
 
 def plain(path: Path) -> list[Any]:
     """The entries of a journal as plain data, unpacked, so that another zlib may have packed them."""
-    return [_unpacked(msgspec.msgpack.decode(payload)) for payload in read_log(path, MAGIC)]
+    return [unpack(msgspec.msgpack.decode(payload)) for payload in read_log(path, MAGIC)]
 
 
-def _unpacked(value: Any) -> Any:
+def unpack(value: Any) -> Any:
     if isinstance(value, bytes):
         with suppress(zlib.error):
             return zlib.decompress(value)
     if isinstance(value, dict):
         kept = {key: each for key, each in value.items() if key not in LATER or each is not None}
-        return {key: _unpacked(each) for key, each in kept.items()}
-    return [_unpacked(each) for each in value] if isinstance(value, list) else value
+        return {key: unpack(each) for key, each in kept.items()}
+    return [unpack(each) for each in value] if isinstance(value, list) else value
 
 
 @pytest.mark.parametrize("name", TAUGHT)
 def test_a_journal_is_resumed_with_its_lesson(name: str, tmp_path: Path) -> None:
     if name == "fetch":
         pytest.importorskip("sklearn", reason="needs the extra sklearn")
-    again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
+    again = resume_copy(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
     assert encode_document(again.make_trained_automaton()) == (JOURNALS / f"{name}.json").read_bytes()
     again.tick()
     again.close()
@@ -55,7 +55,7 @@ def test_a_journal_is_resumed_with_its_lesson(name: str, tmp_path: Path) -> None
 def test_a_killed_session_goes_on_where_it_was(tmp_path: Path) -> None:
     """Its last press waits, unless that was cut off."""
     for name, waiting in (("steps", "right"), ("killed", None)):
-        again = resumed(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
+        again = resume_copy(JOURNALS / f"{name}.journal", tmp_path, library=FOLDER / "library")
         view = again.view()
         assert (view.waiting, view.state, str(view.mode)) == (waiting, "left", "training")
         assert (round(view.time_s, 6), dict(view.targets)) == (1.7, {"A": "goal"})

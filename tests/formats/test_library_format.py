@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 from tests.bodies import kit as scripted_kit
-from tests.formats.made import FOLDER
+from tests.make.transcripts import FOLDER
 from tests.sim.patrollers import ROBOTS
 from tests.training.test_squad_session import SQUAD
-from tests.ui.cli.commands import said
+from tests.ui.cli.commands import run_json
 
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Kit, TrainedAutomaton
@@ -107,8 +107,8 @@ def test_the_commands_read_it(tmp_path: Path) -> None:
     needs("library")
     shutil.copytree(FOLDER / "library", tmp_path / "library")
     before = contents(tmp_path / "library")
-    assert len(said("list", "-l", tmp_path / "library")["automata"]) == 8
-    said("rebuild", "-l", tmp_path / "library")
+    assert len(run_json("list", "-l", tmp_path / "library")["automata"]) == 8
+    run_json("rebuild", "-l", tmp_path / "library")
     assert contents(tmp_path / "library") == before
-    evaluated = said("eval", "-l", tmp_path / "library", "--behavior", "forage", "--seeds", "0:1")
+    evaluated = run_json("eval", "-l", tmp_path / "library", "--behavior", "forage", "--seeds", "0:1")
     assert evaluated["success"] == 1.0

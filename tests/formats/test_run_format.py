@@ -13,9 +13,9 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 pytest.importorskip("sklearn", reason="needs the extra sklearn")
 
 from tests.bodies import kit as scripted_kit
-from tests.formats.made import FOLDER
-from tests.training.lessons import ROBOT
-from tests.ui.cli.commands import run, said
+from tests.make.sessions import ROBOT
+from tests.make.transcripts import FOLDER
+from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.run_trace import COLUMNS
 from understudy.learning.fit import learn
@@ -51,7 +51,7 @@ def former(header: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("name", "arguments"), TRACES)
 def test_the_same_run_leaves_the_same_trace(name: str, arguments: list[object], tmp_path: Path) -> None:
-    said("run", *arguments, "--trace", tmp_path / "again.jsonl")
+    run_json("run", *arguments, "--trace", tmp_path / "again.jsonl")
     again = lines(tmp_path / "again.jsonl", str(FOLDER))
     assert again == lines(RUNS / f"{name}.jsonl", PLACE)
     assert len(again) > 300
@@ -70,7 +70,7 @@ def about(path: Path) -> dict[str, Any]:
 
 
 def test_the_same_run_leaves_the_same_table(tmp_path: Path) -> None:
-    said("run", *TRACES[0][1], "--trace", tmp_path / "again.parquet")
+    run_json("run", *TRACES[0][1], "--trace", tmp_path / "again.parquet")
     assert rows(tmp_path / "again.parquet") == rows(RUNS / "forage.parquet")
     assert about(tmp_path / "again.parquet") == about(RUNS / "forage.parquet")
     header = (RUNS / "forage.jsonl").read_text(encoding="utf-8").splitlines()[0]
@@ -81,15 +81,15 @@ def test_the_same_run_leaves_the_same_table(tmp_path: Path) -> None:
 def test_a_trace_is_explained(ending: str) -> None:
     if ending == "parquet":
         pytest.importorskip("duckdb", reason="needs the extra parquet")
-    told = said("why", RUNS / f"forage.{ending}", "--time", "12", "-l", FOLDER / "library")
+    told = run_json("why", RUNS / f"forage.{ending}", "--time", "12", "-l", FOLDER / "library")
     assert [each["automaton"] for each in told["agents"][0]["levels"]] == ["forage", "harvest"]
 
 
 def test_a_recorded_run_is_decided_again() -> None:
-    told = said("run", "--replay", RUNS / "forage.mcap", "-l", FOLDER / "library")
+    told = run_json("run", "--replay", RUNS / "forage.mcap", "-l", FOLDER / "library")
     assert (told["behavior"], told["ticks"], told["same"]) == ("forage", 200, 200)
     assert (told["whole"], told["changed"], told["differences"]) == (True, [], [])
-    told = said("why", RUNS / "forage.mcap", "--time", "12", "-l", FOLDER / "library")
+    told = run_json("why", RUNS / "forage.mcap", "--time", "12", "-l", FOLDER / "library")
     assert [each["automaton"] for each in told["agents"][0]["levels"]] == ["forage", "harvest"]
 
 

@@ -62,21 +62,22 @@ ERRORS = {  # name, exit code, what it is made of
 }
 """What `--json` says of an error: its name is its `type`, and what it is made of are further fields."""
 MESSAGES = [
-    "add_object", "add_obstacle", "advise", "agent", "arm", "arm_robot", "ask_when", "cancel_evaluation", "changes",
-    "choose", "confirm", "define", "delete", "delete_property", "discard", "drive", "duplicate", "edit", "evaluate",
-    "go_back", "go_back_to_best", "go_to_mark", "goal", "hand_over", "here", "keep_going", "label", "learn",
-    "leave_failure", "let_drive", "mend", "move_object", "move_obstacle", "new", "new_world", "next_situation",
-    "open", "open_failure", "open_library", "open_world", "others", "pause", "pause_drive", "pick_color", "place",
-    "press", "promise", "property_choices", "prune", "quarantine", "recall", "redo", "release", "remove",
-    "remove_object", "remove_obstacle", "rename", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
-    "save_property", "save_world", "score", "set_up", "settle", "simplify", "skip", "speed", "split", "stand_by",
-    "stand_for", "steer", "step", "stop", "stop_robot", "take", "test", "test_properties", "trust", "turn", "undo",
-    "use_reaction", "versions", "visit", "watch", "why", "withdraw",
+    "add_object", "add_obstacle", "add_property", "arm", "arm_robot", "bind_targets", "cancel_evaluation",
+    "change_design", "choose_goal", "confirm", "confirm_press", "correct_slip", "define", "delete", "delete_property",
+    "diff_versions", "discard", "drive", "duplicate", "edit", "evaluate", "go_back", "go_back_to_best", "go_to_mark",
+    "go_to_property", "heartbeat", "keep_going", "label", "learn", "leave_failure", "let_drive", "list_versions",
+    "move_object", "move_obstacle", "move_robot", "new", "new_world", "next_situation", "open", "open_failure",
+    "open_library", "open_world", "pause", "pause_drive", "pick_color", "press", "property_choices", "prune",
+    "quarantine", "recall", "redo", "release", "release_control", "remove", "remove_object", "remove_obstacle",
+    "remove_property", "rename", "request_advice", "rerun_failures", "reset", "restart", "restore", "rewind", "save",
+    "save_property", "save_world", "select_agent", "set_other_agents", "set_query_policy", "set_reaction_time",
+    "set_up", "settle", "simplify", "skip", "speed", "split", "steer", "step", "stop", "stop_robot", "take_control",
+    "test", "test_properties", "toggle_mode", "toggle_score", "toggle_watching", "trust", "undo", "why",
 ]  # fmt: skip
 """What a page may send, in its field `do`."""
 TAGS = {  # the field that says which sort of struct it is: the sorts, where the format is a file's or a page's
     "do": MESSAGES,
-    "is": ["desk", "drive", "hello", "scene", "team"],
+    "is": ["drive", "hello", "scene", "session", "team"],
     "kind": [
         "bumper", "camera", "cargo", "claimed", "holding", "lidar", "locator", "pose", "random", "since",
         "sonar", "stuck",
@@ -157,7 +158,7 @@ COMMANDS = {
 
 
 @pytest.fixture(scope="module", autouse=True)
-def everything_imported() -> None:
+def import_everything() -> None:
     """Import all modules, so that all classes are known; those of other people's packages may be missing."""
     for package in (understudy, understudy_lab):
         for module in walk_packages(package.__path__, f"{package.__name__}."):

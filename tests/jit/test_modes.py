@@ -62,7 +62,7 @@ def in_mode(chosen: str, *arguments: str, parts: str = ALL_PARTS) -> str:
     return done.stdout
 
 
-def found(chosen: str, *left_out: str, parts: str = ALL_PARTS) -> dict[str, Any]:
+def run_cases(chosen: str, *left_out: str, parts: str = ALL_PARTS) -> dict[str, Any]:
     """What comes out of all cases but those left out in a mode, with these parts of the kernels."""
     read: dict[str, Any] = json.loads(in_mode(chosen, "-m", "tests.kernel_modes", *left_out, parts=parts))
     return read
@@ -81,7 +81,7 @@ class PlainRun(NamedTuple):
 def plain(tmp_path_factory: pytest.TempPathFactory) -> PlainRun:
     """All cases as plain Python, under coverage if it is installed."""
     if find_spec("coverage") is None:
-        read = found(PYTHON)
+        read = run_cases(PYTHON)
         return PlainRun(read["cases"], read["numba"], None)
     data, report = (str(tmp_path_factory.mktemp("coverage") / name) for name in ("data", "report.json"))
     kept = f"--data-file={data}"
@@ -110,10 +110,10 @@ def test_modes_agree(plain: PlainRun) -> None:
 
     Plain Python checks bounds in these, too, and more strictly.
     """
-    compiled, checked = found(COMPILED), found(CHECKED, LED)
+    compiled, checked = run_cases(COMPILED), run_cases(CHECKED, LED)
     assert checked["cases"] == {name: result for name, result in compiled["cases"].items() if name != LED}
     assert plain.cases == compiled["cases"]
-    assert found(PYTHON, parts=OWN_PARTS)["cases"] == compiled["cases"]
+    assert run_cases(PYTHON, parts=OWN_PARTS)["cases"] == compiled["cases"]
     assert compiled["numba"]
     assert not plain.numba
 
@@ -126,7 +126,7 @@ def test_modes_are_compared_in_every_branch_of_kernels(plain: PlainRun) -> None:
 
 
 @pytest.fixture(scope="module")
-def refused() -> dict[str, list[int]]:
+def refusals() -> dict[str, list[int]]:
     """The indices of BEYOND that are refused in each mode."""
     code = (
         "import json, numpy as np\n"
@@ -142,9 +142,9 @@ def refused() -> dict[str, list[int]]:
 
 
 @pytest.mark.parametrize(("index", "checked", "python"), BEYOND)
-def test_index_out_of_bounds(refused: dict[str, list[int]], index: int, checked: bool, python: bool) -> None:
-    assert (index in refused[CHECKED]) == checked
-    assert (index in refused[PYTHON]) == python
+def test_index_out_of_bounds(refusals: dict[str, list[int]], index: int, checked: bool, python: bool) -> None:
+    assert (index in refusals[CHECKED]) == checked
+    assert (index in refusals[PYTHON]) == python
 
 
 def test_parts_of_kernels_are_those_of_the_world_unless_all_are_asked_for(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.sim.golden import each_in_turn
-from tests.sim.random_scenarios import random_commands, random_world
+from tests.sim.random_scenarios import draw_commands, draw_world
 
 from understudy.jit.dispatchers import make_dispatcher
 from understudy.runtime.body import list_reading_keys
@@ -40,14 +40,14 @@ def read_state(world: World) -> bytes:
 def play(number: int, switch_at: int, monkeypatch: pytest.MonkeyPatch) -> bytes:
     """A random world whose robots do something else every few ticks; compiled from the tick `switch_at` on."""
     use(monkeypatch, compiled=switch_at == 0)
-    world: Any = random_world(number, worlds=2)
+    world: Any = draw_world(number, worlds=2)
     draw = np.random.default_rng(number)
-    commands = random_commands(draw, world)
+    commands = draw_commands(draw, world)
     for turn in range(TICKS):
         if turn == switch_at:
             use(monkeypatch, compiled=True)
         if turn % 4 == 0:
-            commands = random_commands(draw, world)
+            commands = draw_commands(draw, world)
         world.act(commands)
     return read_state(world)
 

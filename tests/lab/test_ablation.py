@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.learning.lessons import lesson
+from tests.make.lessons import make_lesson
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.features import Percept, ReadingsView
@@ -49,7 +49,7 @@ def test_every_variant_is_set_against_a_base() -> None:
 
 
 def test_leaves_draw_by_their_votes() -> None:
-    shown = lesson(
+    shown = make_lesson(
         [
             ("go", [9], "go", "default"),
             ("go", [2], "load", "directive"),
@@ -71,7 +71,7 @@ def test_leaves_draw_by_their_votes() -> None:
 
 
 def test_corrected_votes_leave_a_chance_to_every_state() -> None:
-    shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
+    shown = make_lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
     automaton = make_stochastic_automaton(TrainedAutomaton(learn_automaton(shown), shown), corrected=True)
     decide = automaton.transitions["go"].decide
     start, go, load = range(3)
@@ -79,7 +79,7 @@ def test_corrected_votes_leave_a_chance_to_every_state() -> None:
 
 
 def test_absence_never_shown_stays_whatever_is_drawn() -> None:
-    shown = lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
+    shown = make_lesson([("go", [9], "go", "default"), ("go", [2], "load", "directive")])
     decide = (
         make_stochastic_automaton(TrainedAutomaton(learn_automaton(shown), shown), corrected=False)
         .transitions["go"]

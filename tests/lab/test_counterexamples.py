@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import goto
+from tests.make.goto_sessions import make_goto_session
 
 from understudy.falsification.joint_worlds import Trial
 from understudy.learning.fit import learn_automaton
@@ -50,7 +50,7 @@ FAILING = [  # rows of the lesson, when the robot went wrong
 @pytest.mark.parametrize(("rows", "wrong_s"), FAILING)
 def test_a_robot_fails_by_its_distance_where_it_went_wrong(rows: Any, wrong_s: float) -> None:
     distance_m = World(SCENARIO, SEEDS).sense([RANGE])[RANGE]
-    found = ArrivalMeasure(learn(goto(rows)))([Trial(SCENARIO, seed) for seed in SEEDS])
+    found = ArrivalMeasure(learn(make_goto_session(rows)))([Trial(SCENARIO, seed) for seed in SEEDS])
     far = distance_m >= 0.6
     assert found.failed[far].all()
     assert found.robustness[far] == pytest.approx(-distance_m[far] / hypot(8.0, 8.0))

@@ -26,14 +26,14 @@ def method(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def judged(method: str) -> JudgedTeaching:
+def judge(method: str) -> JudgedTeaching:
     return teach_and_judge(study.TEACHINGS[0], method=method)
 
 
 @pytest.mark.retrains
-def test_the_first_teaching_is_as_published(judged: JudgedTeaching, method: str) -> None:
-    before = next(row for row in ROWS if row["task"] == {"method": method, "seed": judged.seed})
-    found = summary(judged)
+def test_the_first_teaching_is_as_published(judge: JudgedTeaching, method: str) -> None:
+    before = next(row for row in ROWS if row["task"] == {"method": method, "seed": judge.seed})
+    found = summary(judge)
     for exact in ("seed", "examples", "presses", "lessons", "worlds", "success", "corner_cases"):
         assert found[exact] == before[exact]
     for close in ("teaching_seconds", "relative_to_expert"):
@@ -41,31 +41,31 @@ def test_the_first_teaching_is_as_published(judged: JudgedTeaching, method: str)
 
 
 @pytest.mark.retrains
-def test_it_was_taught_well(judged: JudgedTeaching) -> None:
-    assert judged.evaluation.success >= 0.95
-    assert judged.evaluation.relative_to_expert >= 0.88
-    assert judged.teaching.examples <= 90
-    assert judged.teaching.seconds <= 600
+def test_it_was_taught_well(judge: JudgedTeaching) -> None:
+    assert judge.evaluation.success >= 0.95
+    assert judge.evaluation.relative_to_expert >= 0.88
+    assert judge.teaching.examples <= 90
+    assert judge.teaching.seconds <= 600
 
 
 @pytest.mark.retrains
 @pytest.mark.parametrize("case", make_corner_cases())
-def test_corner_case(judged: JudgedTeaching, case: str) -> None:
-    assert judged.corners[case] >= 0.95  # all of its twenty worlds but one, at least
+def test_corner_case(judge: JudgedTeaching, case: str) -> None:
+    assert judge.corners[case] >= 0.95  # all of its twenty worlds but one, at least
 
 
 @pytest.mark.retrains
-def test_the_same_seed_gives_the_same_library(judged: JudgedTeaching, method: str) -> None:
-    again = teach(judged.seed, method=method).library
-    for name, taught in judged.teaching.library.taught.items():
+def test_the_same_seed_gives_the_same_library(judge: JudgedTeaching, method: str) -> None:
+    again = teach(judge.seed, method=method).library
+    for name, taught in judge.teaching.library.taught.items():
         assert encode_document(again.taught[name]) == encode_document(taught)
 
 
 @pytest.mark.retrains
-def test_it_presses_like_a_person(judged: JudgedTeaching) -> None:
+def test_it_presses_like_a_person(judge: JudgedTeaching) -> None:
     """Far fewer presses than ticks: a policy copied by pressing every tick would be ten a second."""
-    accounts = judged.teaching.accounts.values()
-    assert sum(account.presses for account in accounts) < 0.2 * judged.teaching.seconds
+    accounts = judge.teaching.accounts.values()
+    assert sum(account.presses for account in accounts) < 0.2 * judge.teaching.seconds
 
 
 def test_no_robot_is_judged_where_it_was_taught() -> None:

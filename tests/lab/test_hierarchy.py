@@ -77,12 +77,17 @@ def test_who_is_told_that_it_does_not_hold_goes_on_with_tries() -> None:
     answers = iter([False, True])
     told: list[float] = []
 
-    def held(name: str) -> bool:
+    def next_answer(name: str) -> bool:
         told.append(teacher.accounts[name].seconds)
         return next(answers)
 
     teacher = PartwiseTeacher(
-        Library(soccer_kit), lambda _, world: Soccer([world]), 1, held=held, options={}, patience=Patience(99)
+        Library(soccer_kit),
+        lambda _, world: Soccer([world]),
+        1,
+        held=next_answer,
+        options={},
+        patience=Patience(99),
     )
     teacher.teach(*topics("left")["one automaton"])
     assert len(told) == 2

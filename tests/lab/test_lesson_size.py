@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.learning.lessons import lesson, robocup_folder
+from tests.make.lessons import make_lesson, robocup_folder
 
 from understudy.errors import FileError
 from understudy.learning.fit import learn_automaton
@@ -80,7 +80,7 @@ def test_the_robocup_lessons_left_out_are_as_published(flags_first: bool, right:
 
 
 def test_what_is_counted_of_a_lesson() -> None:
-    shown = lesson(
+    shown = make_lesson(
         [
             ("start", [9], "go", "directive"),
             ("go", [9], "go", "default"),

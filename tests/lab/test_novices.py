@@ -7,8 +7,8 @@ from math import nan
 from typing import Any
 
 import pytest
-from tests.lab.test_servoing import seen
-from tests.learning.lessons import lesson
+from tests.lab.test_servoing import make_view
+from tests.make.lessons import make_lesson
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import TrainedAutomaton
@@ -97,12 +97,12 @@ PRESSED = [  # what they misunderstood, the screens they see, what they would ha
 @pytest.mark.parametrize(("mistake", "screens", "wished"), PRESSED)
 def test_what_a_novice_wants(mistake: str, screens: list[tuple[str, float]], wished: str) -> None:
     novice = Novice(replace(PLAIN, mistake=mistake), 0)
-    assert [novice.wish(seen(*screen)) for screen in screens][-1] == wished
+    assert [novice.wish(make_view(*screen)) for screen in screens][-1] == wished
 
 
 def test_who_misjudges_thinks_it_is_there_too_early() -> None:
     good, bad = Novice(PLAIN, 0), Novice(replace(PLAIN, misjudged=0.5), 0)
-    view = seen("forwardL", 80.0, 2500.0)
+    view = make_view("forwardL", 80.0, 2500.0)
     assert (good.there(view), bad.there(view)) == (False, True)
 
 
@@ -113,7 +113,7 @@ def test_five_minutes_and_no_more() -> None:
     assert novice.presses > 10
 
 
-def made(left: int, hidden: int, right: int) -> dict[str, Any]:
+def make_row(left: int, hidden: int, right: int) -> dict[str, Any]:
     """A row in which so many of ten trials from each position reach the ball."""
     times = {
         name: [12.0] * n + [None] * (10 - n) for name, n in zip(POSITIONS, (left, hidden, right), strict=True)
@@ -131,7 +131,7 @@ SUCCESSES = [
 
 @pytest.mark.parametrize(("reached", "half", "each"), SUCCESSES)
 def test_success(reached: tuple[int, int, int], half: bool, each: bool) -> None:
-    assert (has_succeeded(made(*reached)), succeeds_everywhere(made(*reached))) == (half, each)
+    assert (has_succeeded(make_row(*reached)), succeeds_everywhere(make_row(*reached))) == (half, each)
 
 
 PRESSED_BACK = [  # examples with nothing seen, what it then goes through, turns pressed back
@@ -153,7 +153,7 @@ PRESSED_BACK = [  # examples with nothing seen, what it then goes through, turns
 def test_what_a_robot_does_while_it_sees_nothing(
     shown: list[tuple[str, str, str]], states: list[str], back: tuple[int, int]
 ) -> None:
-    made = lesson([(before, [nan], after, kind) for before, after, kind in shown])
+    made = make_lesson([(before, [nan], after, kind) for before, after, kind in shown])
     taught = TrainedAutomaton(learn_automaton(made), made)
     assert list_blind_states(taught) == states
     assert count_turn_backs(taught) == {"left": back[0], "right": back[1]}

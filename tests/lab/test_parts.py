@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from tests.lab.test_study import PLAN, made
+from tests.lab.test_study import PLAN, make_study
 from tests.processes import end_with_tests
 from tests.ui.cli.commands import run as run_command
 
@@ -45,7 +45,7 @@ def test_every_task_is_in_one_part() -> None:
 
 
 def test_gathered_rows_are_those_of_one_run(tmp_path: Path) -> None:
-    experiment = made([])
+    experiment = make_study([])
     run(experiment, PLAN, RowCache("forage", tmp_path / "whole"))
     for number in (2, 1, 3):
         part = Part(number, 3)
@@ -55,7 +55,7 @@ def test_gathered_rows_are_those_of_one_run(tmp_path: Path) -> None:
 
 
 def test_gathering_names_the_parts_that_have_not_ended(tmp_path: Path) -> None:
-    experiment = made([])
+    experiment = make_study([])
     with pytest.raises(PartsUnfinished, match="has no part"):
         gather(experiment, PLAN, tmp_path)
     for number in (1, 3):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.runtime.automata import automaton
+from tests.make.programs import make_automaton
 
 from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
@@ -143,8 +143,12 @@ def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
 def test_how_large_a_patrol_would_be_in_one_piece() -> None:
     """Two states that each run one of two are four; four robots who act side by side are in any of four times four."""
     nothing = Library(make_scenario_kit(practices()["alone"]))
-    robots = Library.from_automata(nothing.kit, automaton("wander", ["forwards", "left"], library=nothing))
+    robots = Library.from_automata(
+        nothing.kit, make_automaton("wander", ["forwards", "left"], library=nothing)
+    )
     squads = squads_library(robots)
-    coordinators = Library.from_automata(squads.kit, automaton("both", ["wander", "stop"], library=squads))
+    coordinators = Library.from_automata(
+        squads.kit, make_automaton("both", ["wander", "stop"], library=squads)
+    )
     assert states_of(robots, "wander") == 2
     assert count_flat_states(robots, coordinators, "both") == (2 + 1, 2**4 + 1)

@@ -22,7 +22,7 @@ from understudy_lab.tasks.servo_teacher import (
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 
-def seen(state: str, x: float, size: float = 500.0) -> SessionView:
+def make_view(state: str, x: float, size: float = 500.0) -> SessionView:
     """The screen of a robot in a state that sees the ball there; NaN: that does not see it."""
     features = {"blob_x(ball)": x, "blob_size(ball)": size if x == x else nan}
     return SessionView(0.0, Mode.TRAINING, state, (state,), None, features, (), {}, None, 0, None, None)
@@ -55,7 +55,7 @@ FOUR = [  # state, ball's x, what the teacher of four states would have; None: c
 
 @pytest.mark.parametrize(("state", "x", "wished"), FOUR)
 def test_the_teacher_of_four_states(state: str, x: float, wished: str | None) -> None:
-    found = StatefulServoTeacher("left")(seen(state, x))
+    found = StatefulServoTeacher("left")(make_view(state, x))
     assert found == wished or (wished is None and found == state)
 
 
@@ -73,20 +73,20 @@ POLICY = [  # state, x, without and with turning at the edge, for a teacher who 
 @pytest.mark.parametrize(("state", "x", "plain", "edges"), POLICY)
 def test_the_teachers_of_policies(state: str, x: float, plain: str | None, edges: str | None) -> None:
     if plain is not None:
-        assert StatelessServoTeacher("right")(seen(state, x)) == plain
-    assert StatelessServoTeacher("right", 30.0)(seen(state, x)) == edges
+        assert StatelessServoTeacher("right")(make_view(state, x)) == plain
+    assert StatelessServoTeacher("right", 30.0)(make_view(state, x)) == edges
 
 
 def test_stopping_in_one_automaton_and_in_two() -> None:
-    near, far = seen("forwardL", 70.0, 5000.0), seen("forwardL", 70.0, 900.0)
+    near, far = make_view("forwardL", 70.0, 5000.0), make_view("forwardL", 70.0, 900.0)
     assert there(near)
     assert not there(far)
     stops = ApproachAndStopTeacher(StatefulServoTeacher("left"))
-    assert [stops(near), stops(far), stops(seen("done", 70.0, 5000.0))] == ["done", None, None]
-    assert stops(seen("done", 90.0, 900.0)) == "forwardR"
-    assert show_approach_then_stop(seen("approach", 70.0, 5000.0)) == "done"
-    assert show_approach_then_stop(seen("start", 70.0, 900.0)) == "approach"
-    assert show_approach_then_stop(seen("done", 70.0, 900.0)) == "approach"
+    assert [stops(near), stops(far), stops(make_view("done", 70.0, 5000.0))] == ["done", None, None]
+    assert stops(make_view("done", 90.0, 900.0)) == "forwardR"
+    assert show_approach_then_stop(make_view("approach", 70.0, 5000.0)) == "done"
+    assert show_approach_then_stop(make_view("start", 70.0, 900.0)) == "approach"
+    assert show_approach_then_stop(make_view("done", 70.0, 900.0)) == "approach"
 
 
 def test_the_trials_of_a_seed() -> None:
@@ -97,7 +97,7 @@ def test_the_trials_of_a_seed() -> None:
     assert max(body.seeds) < FIRST_SEED
 
 
-def made(method: str, *, search: str, left: float, right: float | None) -> dict[str, Any]:
+def make_row(method: str, *, search: str, left: float, right: float | None) -> dict[str, Any]:
     """A row with these times from two positions, and others in which nothing depends on the side."""
     times = {
         "ball left": [left] * 10,
@@ -112,7 +112,7 @@ def made(method: str, *, search: str, left: float, right: float | None) -> dict[
 def test_what_is_summed_up() -> None:
     assert [search_side(seed) for seed in (4, 5)] == ["left", "right"]
     assert opposite("left") == ("ball right", "pushed left")  # pushed left, the ball is lost on the right
-    row = made(study.FOUR, search="left", left=10.0, right=None)
+    row = make_row(study.FOUR, search="left", left=10.0, right=None)
     assert study.times(row, study.FACED) == [120.0] * 10  # failures count as the limit
     assert study.times(row, study.AWAY) == [15.0] * 10
     assert study.times(row, study.TOWARD) == [25.0] * 10
@@ -121,8 +121,8 @@ def test_what_is_summed_up() -> None:
 
 
 def test_a_comparison() -> None:
-    rows = [made(study.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
-    rows += [made(study.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
+    rows = [make_row(study.FOUR, search="left", left=10.0, right=10.0 + k / 10) for k in range(20)]
+    rows += [make_row(study.LOST, search="left", left=10.0, right=20.0 + k / 5) for k in range(20)]
     found = study.compare_methods(rows, study.FACED)
     assert [found[what] for what in ("ratio", "low", "high")] == pytest.approx([2.0] * 3)
     assert found["p"] < 1e-3

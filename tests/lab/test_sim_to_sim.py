@@ -44,7 +44,7 @@ def trial(behavior: str, flat: list[float | None], physics: list[float | None]) 
     return {"task": {"behavior": behavior, "seed": 1}, "examples": 30, **both}
 
 
-def patrolled(complete: int, cycles: int) -> dict[str, Any]:
+def make_patrol_row(complete: int, cycles: int) -> dict[str, Any]:
     """A row of CollectivePatrol, whose 2-D cycles are all complete."""
     worlds = {
         world: {"complete": done, "cycles": of, "values": [5.0] * done, "success": done / of}
@@ -69,7 +69,7 @@ def test_what_is_left(flat: list[float | None], physics: list[float | None], lef
 
 @pytest.mark.parametrize(("complete", "cycles", "held"), [(8, 10, True), (7, 10, False)])
 def test_cycles_are_counted_over_all(complete: int, cycles: int, held: bool) -> None:
-    found = study.conclude([patrolled(complete, cycles), patrolled(complete, cycles)])
+    found = study.conclude([make_patrol_row(complete, cycles), make_patrol_row(complete, cycles)])
     assert found.goals[0].held is held
     assert found.numbers[PATROL][PHYSICS]["of"] == 2 * cycles
 

@@ -30,7 +30,7 @@ def own(path: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def sources_copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of all sources."""
     folder = tmp_path_factory.mktemp("src")
     for package in PACKAGES:
@@ -62,21 +62,21 @@ EDITS = [  # a file, text in place of its last line, whether rows of the study `
 
 @pytest.mark.parametrize(("name", "text", "matters"), EDITS)
 def test_an_edit_changes_the_hash_where_rows_depend_on_it(
-    copied: Path, name: str, text: str, matters: bool
+    sources_copy: Path, name: str, text: str, matters: bool
 ) -> None:
-    packages = [copied / package.name for package in PACKAGES]
-    root, path = copied / "understudy_lab" / "forage" / "study.py", copied / name
+    packages = [sources_copy / package.name for package in PACKAGES]
+    root, path = sources_copy / "understudy_lab" / "forage" / "study.py", sources_copy / name
 
-    def hashed() -> str:
+    def hash_packages() -> str:
         return hash_sources(find_sources([root], packages))
 
-    before, content = hashed(), path.read_text(encoding="utf-8")
+    before, content = hash_packages(), path.read_text(encoding="utf-8")
     try:
         path.write_text(f"{content}\n{text}\n", encoding="utf-8")
-        assert (hashed() != before) == matters
+        assert (hash_packages() != before) == matters
     finally:
         path.write_text(content, encoding="utf-8")
-    assert hashed() == before
+    assert hash_packages() == before
 
 
 FILES = {

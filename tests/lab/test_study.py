@@ -64,7 +64,7 @@ def test_an_unknown_one_is_named() -> None:
 # One of our own, to run and to cut off
 
 
-def made(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Study:
+def make_study(worked: list[Task], *, until: int = 99, value: float = 0.5) -> Study:
     """Squares of numbers, until it is cut off."""
 
     def work(task: Task) -> Row:
@@ -90,7 +90,7 @@ PLAN = StudyPlan(range(4))
 def test_tasks_in_real_time_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr("understudy_lab.runner.open_process_pool")
     worked: list[Task] = []
-    timed = replace(made(worked), in_real_time=True)
+    timed = replace(make_study(worked), in_real_time=True)
     assert len(run(timed, PLAN, RowCache("forage", tmp_path), jobs=4)) == 4
     with pytest.raises(NameError):
         run(replace(timed, in_real_time=False), PLAN, RowCache("forage", tmp_path / "other"), jobs=4)
@@ -99,13 +99,13 @@ def test_tasks_in_real_time_run_one_after_the_other(tmp_path: Path, monkeypatch:
 def test_a_run_that_is_cut_off_goes_on(tmp_path: Path) -> None:
     worked: list[Task] = []
     with pytest.raises(KeyboardInterrupt):
-        run(made(worked, until=2), PLAN, RowCache("forage", tmp_path))
+        run(make_study(worked, until=2), PLAN, RowCache("forage", tmp_path))
     with (tmp_path / NAME).open("ab") as file:
         file.write(b'{"task": {"seed": 2}, "squa')  # killed in the middle of a line
-    rows = run(made(worked), PLAN, RowCache("forage", tmp_path))
+    rows = run(make_study(worked), PLAN, RowCache("forage", tmp_path))
     assert [task["seed"] for task in worked] == [0, 1, 2, 3]
     assert [row["square"] for row in rows] == [0, 1, 4, 9]
-    assert rows == run(made([], until=0), PLAN, RowCache("forage", tmp_path))
+    assert rows == run(make_study([], until=0), PLAN, RowCache("forage", tmp_path))
     assert rows[0]["absent"] is None
 
 
@@ -120,14 +120,16 @@ def test_rows_of_another_version_are_put_aside(tmp_path: Path) -> None:
 
 
 def test_what_differs_from_the_published_is_said() -> None:
-    experiment = made([])
+    experiment = make_study([])
     rows = run(experiment, PLAN, RowCache("forage"))
     known = load_published("forage")
     assert known is not None
     known = replace(known, rows=rows)
     assert differences(rows, known, experiment) == []
-    assert differences(run(made([], value=0.5 + 1e-9), PLAN, RowCache("forage")), known, experiment) == []
-    other = run(made([], value=0.6), PLAN, RowCache("forage"))
+    assert (
+        differences(run(make_study([], value=0.5 + 1e-9), PLAN, RowCache("forage")), known, experiment) == []
+    )
+    other = run(make_study([], value=0.6), PLAN, RowCache("forage"))
     assert differences(other, known, experiment)[0] == "0: share is 0.6, published was 0.5"
 
 
@@ -135,9 +137,9 @@ def test_what_varies_is_compared_by_its_medians() -> None:
     known = load_published("forage")
     assert known is not None
     plan, new = StudyPlan(range(10)), StudyPlan(range(12))
-    varying = replace(made([]), varies=("share",))
+    varying = replace(make_study([]), varies=("share",))
     known = replace(known, rows=run(varying, plan, RowCache("forage")))
-    near, far = (run(made([], value=value), new, RowCache("forage")) for value in (0.65, 0.75))
+    near, far = (run(make_study([], value=value), new, RowCache("forage")) for value in (0.65, 0.75))
     assert differences(near, known, varying) == []
     assert differences(far, known, varying) == ["all: median of share is 75%, published was 50%"]
     assert list_uncompared(far, known, varying) == ["2 pieces were not published, and not compared."]

@@ -119,11 +119,11 @@ def test_whom_a_correction_does_not_convince_is_not_corrected_again() -> None:
 def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[Example] = []
 
-    def noted(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
+    def diagnose_and_note(lesson: Lesson, correction: Example) -> CorrectionDiagnosis:
         judged.append(correction)
         return diagnose_correction(lesson, correction)
 
-    monkeypatch.setattr(correct, "diagnose_correction", noted)
+    monkeypatch.setattr(correct, "diagnose_correction", diagnose_and_note)
     teach_and_correct(MISLED, LEARNERS["trees"], unlearn=True)
     assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 
@@ -174,7 +174,7 @@ def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.Monkey
     ]
 
 
-def concluded(*rows: list[float]) -> StudyFindings:
+def conclude_from(*rows: list[float]) -> StudyFindings:
     """What is concluded where the first settings come out so, and all others like the first."""
     outcomes = [*rows, *[rows[0]] * (len(SETTINGS) - len(rows))]
     return study.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
@@ -184,7 +184,7 @@ BETTER, SAME, WORSE = ([0.5, after, 20, 12, 10, 7, 50, 4] for after in (0.6, 0.5
 
 
 def test_what_is_concluded() -> None:
-    found = concluded(BETTER, WORSE, SAME)
+    found = conclude_from(BETTER, WORSE, SAME)
     assert [(goal.measured, goal.held) for goal in found.goals] == [
         ("97%", True),
         ("-2.00 points", False),
@@ -209,9 +209,9 @@ def test_what_is_concluded() -> None:
 
 
 def test_what_is_not_held() -> None:
-    found = concluded(SAME)
+    found = conclude_from(SAME)
     assert [goal.held for goal in found.goals] == [False, True, True, True]
     assert found.notes[1] == "Not better in 72 settings."
-    lost = concluded([0.5, 0.6, 20, 12, 10, 5, 50, 6])
+    lost = conclude_from([0.5, 0.6, 20, 12, 10, 5, 50, 6])
     assert [goal.held for goal in lost.goals] == [True, True, False, False]
     assert lost.notes[1] == "Not better in 0 settings."

@@ -128,7 +128,7 @@ class Learner:
                     quiet = all(row.group == WATCHED and row.outcome == self.current for row in part)
                     if quiet and len(part) >= 4:
                         parts = {side: part, 1 - side: sides[1 - side] + absent}
-                        test = (TestKind.BELOW, feature, self.cut(feature, low, high, present))
+                        test = (TestKind.BELOW, feature, self.find_cut(feature, low, high, present))
                         pressed = any(row.group != WATCHED for row in absent)
                         key = (len(part), -feature, -side)
                         yield Split(key, test, parts, 1 - side if pressed else STAY)
@@ -170,7 +170,7 @@ class Learner:
                         0: [row for row in present if row.values[feature] <= low],
                         1: [row for row in present if row.values[feature] >= high],
                     }
-                    test = (TestKind.BELOW, feature, self.cut(feature, low, high, present))
+                    test = (TestKind.BELOW, feature, self.find_cut(feature, low, high, present))
                     gap = (high - low) / self.ranges[feature]
                     yield from self.with_absent(parts, absent, feature, test, gap, (0, -index), 0)
 
@@ -254,13 +254,13 @@ class Learner:
         )
         return int(high) - int(low)
 
-    def cut(self, feature: int, low: float, high: float, rows: list[Row]) -> float:
+    def find_cut(self, feature: int, low: float, high: float, rows: list[Row]) -> float:
         sort = 0 if self.midpoints else self.sort(feature, (low, high), rows)
         middle = (low + high) / 2
         return nextafter(low, inf) if sort > 0 else high if sort < 0 or middle <= low else middle
 
 
-def nested(tree: Tree, index: int = 0) -> Any:
+def nest_tree(tree: Tree, index: int = 0) -> Any:
     """A tree in the reference's terms: an outcome, None (nothing was shown), or a test and its children."""
     if index == STAY:
         return None
@@ -278,5 +278,5 @@ def nested(tree: Tree, index: int = 0) -> Any:
         node.feature,
         *cuts,
         away,
-        {side: nested(tree, at) for side, at in children.items()},
+        {side: nest_tree(tree, at) for side, at in children.items()},
     )

@@ -29,7 +29,7 @@ Shown = dict[int, tuple[float, str]]
 """By number: a value, and the next state; "go" is an automatic default, "keep" a confirmation of it."""
 
 
-def taught(
+def teach(
     shown: Shown, *, quarantined: tuple[int, ...] = (), feature: BoundFeature = FAR
 ) -> TrainedAutomaton:
     bare = Automaton(
@@ -111,16 +111,16 @@ CASES: list[tuple[Shown, Shown, list[tuple[str, str, list[tuple[int, str, str]]]
 def test_one_feature(
     before: Shown, after: Shown, expected: list[tuple[str, str, list[tuple[int, str, str]]]]
 ) -> None:
-    found = attribute_condition_changes(taught(before), taught(after))
+    found = attribute_condition_changes(teach(before), teach(after))
     assert [
         (each.next, each.what, [(who.number, who.happened, who.how) for who in each.examples])
         for each in found
     ] == expected
 
 
-def recorded(shown: Shown, *, began_s: float) -> TrainedAutomaton:
-    """As `taught`, by presses of which there is a record, one each second."""
-    bare = taught(shown)
+def teach_recorded(shown: Shown, *, began_s: float) -> TrainedAutomaton:
+    """As `teach`, by presses of which there is a record, one each second."""
+    bare = teach(shown)
     assert bare.lesson is not None
     pairs = enumerate(bare.lesson.examples)
     examples = tuple(replace(example, moment=row) for row, example in pairs)
@@ -132,19 +132,19 @@ def recorded(shown: Shown, *, began_s: float) -> TrainedAutomaton:
 def test_examples_of_a_lesson_begun_anew_are_others() -> None:
     """They have the numbers of former ones, and nobody edited those."""
     anew = {1: (8.0, "go"), 2: (5.0, "turn"), 3: (4.0, "done")}
-    first, second = recorded(BASE, began_s=0.0), recorded(anew, began_s=70.0)
+    first, second = teach_recorded(BASE, began_s=0.0), teach_recorded(anew, began_s=70.0)
     for before, after in ((first, second), (second, first)):
         found = attribute_condition_changes(before, after)
         assert {who.happened for each in found for who in each.examples} == {"shown anew"}
-    corrected = recorded({**BASE, 3: (2.0, "turn")}, began_s=0.0)
+    corrected = teach_recorded({**BASE, 3: (2.0, "turn")}, began_s=0.0)
     found = attribute_condition_changes(first, corrected)
     assert {who.happened for each in found for who in each.examples} == {"edited"}
 
 
 def test_into_quarantine_and_out_again() -> None:
     all_teach, not_all = (
-        taught({**BASE, 4: (3.0, "done")}),
-        taught({**BASE, 4: (3.0, "done")}, quarantined=(4,)),
+        teach({**BASE, 4: (3.0, "done")}),
+        teach({**BASE, 4: (3.0, "done")}, quarantined=(4,)),
     )
     (there,), (back,) = (
         attribute_condition_changes(all_teach, not_all),
@@ -159,17 +159,15 @@ def test_into_quarantine_and_out_again() -> None:
 
 def test_an_arc_is_bounded_across_the_seam() -> None:
     """Turn at 10; go on at 300 and at 60. Then go on at 320, too: the end of the arc across the seam moves."""
-    before = taught({1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep")}, feature=AIM)
-    after = taught(
-        {1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep"), 4: (320.0, "keep")}, feature=AIM
-    )
+    before = teach({1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep")}, feature=AIM)
+    after = teach({1: (300.0, "keep"), 2: (10.0, "turn"), 3: (60.0, "keep"), 4: (320.0, "keep")}, feature=AIM)
     (turn,) = attribute_condition_changes(before, after)
     assert [(who.number, who.how) for who in turn.examples] == [(4, "bounds it")]
 
 
 def test_labels_and_absence() -> None:
-    before = taught({1: (0.0, "go"), 2: (1.0, "done")}, feature=FULL)
-    after = taught({1: (0.0, "go"), 2: (1.0, "done"), 3: (nan, "turn")}, feature=FULL)
+    before = teach({1: (0.0, "go"), 2: (1.0, "done")}, feature=FULL)
+    after = teach({1: (0.0, "go"), 2: (1.0, "done"), 3: (nan, "turn")}, feature=FULL)
     (turn,) = (each for each in attribute_condition_changes(before, after) if each.next == "turn")
     assert (turn.what, [(who.number, who.how) for who in turn.examples]) == ("appeared", [(3, "shows it")])
 
@@ -177,14 +175,14 @@ def test_labels_and_absence() -> None:
 def test_a_change_that_came_about_elsewhere() -> None:
     """It was done where it is not full, by distance first; a fourth example, full and far, makes that the only question
     asked. It has nothing to do with being done, nor has the fifth, which says again what the second does."""
-    bare = Automaton("walk", (START, *taught(BASE).automaton.states[1:]), (FAR, FULL))
+    bare = Automaton("walk", (START, *teach(BASE).automaton.states[1:]), (FAR, FULL))
     rows = {
         1: ((4.0, 1.0), "turn", ExampleKind.DIRECTIVE),
         2: ((2.0, 1.0), "go", ExampleKind.CONFIRMATION),
         3: ((2.0, 0.0), "done", ExampleKind.DIRECTIVE),
     }
 
-    def made(more: Mapping[int, tuple[tuple[float, ...], str, ExampleKind]]) -> TrainedAutomaton:
+    def teach_more(more: Mapping[int, tuple[tuple[float, ...], str, ExampleKind]]) -> TrainedAutomaton:
         examples = [
             Example(number, "go", values, following, kind)
             for number, (values, following, kind) in {**rows, **more}.items()
@@ -194,7 +192,11 @@ def test_a_change_that_came_about_elsewhere() -> None:
 
     far, again = ((6.0, 1.0), "go", ExampleKind.CONFIRMATION), rows[2]
     for more in ({4: far}, {4: far, 5: again}):
-        (done,) = (each for each in attribute_condition_changes(made({}), made(more)) if each.next == "done")
+        (done,) = (
+            each
+            for each in attribute_condition_changes(teach_more({}), teach_more(more))
+            if each.next == "done"
+        )
         assert (done.gone, done.new) == (("far is below 3 and full is no",), ("full is no",))
         assert [(who.number, who.how) for who in done.examples] == [
             (4, "elsewhere, without it this would not be")
@@ -202,7 +204,7 @@ def test_a_change_that_came_about_elsewhere() -> None:
 
 
 def test_another_feature_is_behind_it_where_no_example_is() -> None:
-    before = taught(BASE)
+    before = teach(BASE)
     assert before.lesson is not None
     bare = replace(before.lesson.automaton, features=(FULL,))
     examples = tuple(
@@ -214,7 +216,7 @@ def test_another_feature_is_behind_it_where_no_example_is() -> None:
 
 
 def test_by_hand_and_by_classifier_nobody_is() -> None:
-    before = taught(BASE)
+    before = teach(BASE)
     assert attribute_condition_changes(before, TrainedAutomaton(before.automaton)) == ()
     assert before.lesson is not None
     lesson = replace(
@@ -253,7 +255,7 @@ def test_without_features_it_is_who_has_the_majority() -> None:
 
 def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of many that changed none is tried as it was; of two that each would do, neither alone."""
-    bare = Automaton("walk", (START, *taught(BASE).automaton.states[1:]), (FAR, FULL))
+    bare = Automaton("walk", (START, *teach(BASE).automaton.states[1:]), (FAR, FULL))
     rows = [
         ((4.0, 1.0), "turn", ExampleKind.DIRECTIVE),
         ((2.0, 1.0), "go", ExampleKind.CONFIRMATION),
@@ -261,7 +263,7 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
         ((6.0, 1.0), "go", ExampleKind.CONFIRMATION),
     ]
 
-    def made(more: int) -> TrainedAutomaton:
+    def teach_longer(more: int) -> TrainedAutomaton:
         examples = tuple(
             Example(number, "go", *row) for number, row in enumerate([*rows[:3], *rows[3:] * more], 1)
         )
@@ -269,7 +271,11 @@ def test_where_no_single_example_is_it_is_all_together(monkeypatch: pytest.Monke
         return TrainedAutomaton(learn_automaton(lesson), lesson)
 
     def who(more: int) -> list[tuple[int, str]]:
-        (done,) = (each for each in attribute_condition_changes(made(0), made(more)) if each.next == "done")
+        (done,) = (
+            each
+            for each in attribute_condition_changes(teach_longer(0), teach_longer(more))
+            if each.next == "done"
+        )
         return [(each.number, each.how) for each in done.examples]
 
     assert who(1) == [(4, "elsewhere, without it this would not be")]

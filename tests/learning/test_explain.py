@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
-from tests.model.lessons import goto
+from tests.make.automata import make_goto
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.learning.explain import explain, find_rows_by_node
@@ -19,13 +19,13 @@ from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
 
 
-@given(tables(watched=True), tables())
+@given(draw_tables(watched=True), draw_tables())
 def test_as_each_goes_down_by_itself(
     drawn: tuple[list[Row], list[Kind]], others: tuple[list[Row], list[Kind]]
 ) -> None:
     """Those of the lesson, and those of another one where that has the same features."""
     rows, kinds = drawn
-    tree = tree_of(rows, kinds)
+    tree = learn_tree(rows, kinds)
     vectors = [row.values for row in rows]
     vectors += [row.values for row in others[0]] if others[1] == kinds else []
     passing: list[list[int]] = [[] for _ in tree.nodes]
@@ -38,11 +38,11 @@ def test_as_each_goes_down_by_itself(
 
 
 def test_nobody_comes_by_any() -> None:
-    tree = tree_of([Row((), 0, 1), Row((), 1, 1)], [])
+    tree = learn_tree([Row((), 0, 1), Row((), 1, 1)], [])
     assert [here.tolist() for here in find_rows_by_node(tree, np.zeros((0, 0)))] == [[]]
 
 
-GOTO = goto()
+GOTO = make_goto()
 LESSON = GOTO.lesson
 LABELS = [str(bound) for bound in GOTO.automaton.features]
 

@@ -8,8 +8,8 @@ from math import nan
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import lesson
-from tests.model.lessons import taught
+from tests.make.automata import draw_automaton
+from tests.make.lessons import make_lesson
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.explain import explain
@@ -23,7 +23,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
 
-APPROACH = lesson(
+APPROACH = make_lesson(
     [
         ("start", [9], "forward", "directive"),
         ("forward", [9], "forward", "default"),
@@ -34,13 +34,13 @@ APPROACH = lesson(
 
 
 def test_states_without_press_made_examples_have_no_transition_function() -> None:
-    watched = lesson([("forward", [1], "load", "watched"), ("start", [1], "forward", "directive")])
+    watched = make_lesson([("forward", [1], "load", "watched"), ("start", [1], "forward", "directive")])
     assert set(learn(watched)) == {"start"}
     assert set(learn(APPROACH)) == {"start", "forward", "load"}
 
 
 def test_flag_states_learn_nothing() -> None:
-    shown = lesson([("forward", [1], "done", "directive"), ("done", [1], "forward", "directive")])
+    shown = make_lesson([("forward", [1], "done", "directive"), ("done", [1], "forward", "directive")])
     start, forward, _ = shown.automaton.states
     flagged = replace(
         shown, automaton=replace(shown.automaton, states=(start, forward, State("done", flag="done")))
@@ -49,13 +49,13 @@ def test_flag_states_learn_nothing() -> None:
 
 
 def test_boundaries_follow_the_options() -> None:
-    def cut(options: LearnerOptions) -> float:
+    def find_cut(options: LearnerOptions) -> float:
         function = learn(replace(APPROACH, options=options))["forward"]
         return function.nodes[0].high if isinstance(function, Tree) else nan
 
-    assert cut(LearnerOptions()) == pytest.approx(2, abs=1e-9)
-    assert cut(LearnerOptions(learner=TreeOptions(boundary="midpoint"))) == 5.5
-    assert cut(LearnerOptions(watched=True)) == 5.5
+    assert find_cut(LearnerOptions()) == pytest.approx(2, abs=1e-9)
+    assert find_cut(LearnerOptions(learner=TreeOptions(boundary="midpoint"))) == 5.5
+    assert find_cut(LearnerOptions(watched=True)) == 5.5
 
 
 def test_a_lesson_may_leave_automatic_defaults_out() -> None:
@@ -73,7 +73,7 @@ def test_a_lesson_may_leave_automatic_defaults_out() -> None:
 
 
 def test_watched_examples_of_any_state_make_midpoints_everywhere() -> None:
-    mixed = lesson(
+    mixed = make_lesson(
         [
             ("forward", [9], "forward", "default"),
             ("forward", [2], "load", "directive"),
@@ -85,7 +85,7 @@ def test_watched_examples_of_any_state_make_midpoints_everywhere() -> None:
     assert function.nodes[0].high == 5.5
 
 
-STATELESS = lesson(
+STATELESS = make_lesson(
     [
         ("start", [9], "forward", "directive"),
         ("forward", [9], "forward", "default"),
@@ -105,7 +105,7 @@ def test_stateless_lessons_share_one_function_of_what_was_said() -> None:
     tree = functions["start"]
     assert isinstance(tree, Tree)
     assert tree.nodes[0].high == 5.5  # between 3 and 8, both said
-    assert learn(lesson([("forward", [1], "forward", "default")], stateless=True)) == {}
+    assert learn(make_lesson([("forward", [1], "forward", "default")], stateless=True)) == {}
 
 
 def test_order_of_examples_makes_no_difference_to_a_lesson() -> None:
@@ -114,11 +114,11 @@ def test_order_of_examples_makes_no_difference_to_a_lesson() -> None:
 
 
 BAD = [
-    (lesson([("start", [1, 2], "go", "directive")], [Continuous()]), "it has 2 values"),
-    (lesson([("start", [float("inf")], "go", "directive")], [Continuous()]), "f0 is inf"),
-    (lesson([("start", [7.0], "go", "directive")], [Toroidal(6.0)]), "from 0 up to 6.0"),
-    (lesson([("start", [2], "go", "directive")], [BOOLEAN]), "the index of one of its labels no, yes"),
-    (lesson([("start", [0.5], "go", "directive")], [BOOLEAN]), "example 0 of lesson 'lesson'"),
+    (make_lesson([("start", [1, 2], "go", "directive")], [Continuous()]), "it has 2 values"),
+    (make_lesson([("start", [float("inf")], "go", "directive")], [Continuous()]), "f0 is inf"),
+    (make_lesson([("start", [7.0], "go", "directive")], [Toroidal(6.0)]), "from 0 up to 6.0"),
+    (make_lesson([("start", [2], "go", "directive")], [BOOLEAN]), "the index of one of its labels no, yes"),
+    (make_lesson([("start", [0.5], "go", "directive")], [BOOLEAN]), "example 0 of lesson 'lesson'"),
 ]
 
 
@@ -136,7 +136,7 @@ def test_unknown_states_are_refused() -> None:
 
 
 def test_report_in_numbers() -> None:
-    shown = lesson(
+    shown = make_lesson(
         [
             ("forward", [2], "load", "directive"),
             ("forward", [2], "forward", "default"),
@@ -158,7 +158,7 @@ def test_report_in_numbers() -> None:
 
 
 def test_absent_readings_are_alike_when_they_contradict() -> None:
-    shown = lesson([("start", [nan], "a", "directive"), ("start", [nan], "b", "directive")])
+    shown = make_lesson([("start", [nan], "a", "directive"), ("start", [nan], "b", "directive")])
     assert learn_and_report(shown).states["start"].contradictions == 1
 
 
@@ -178,14 +178,14 @@ def test_explanations() -> None:
 
 def test_explanations_count_watched_examples_of_the_leaf() -> None:
     kinds: list[Kind] = [Continuous()]
-    shown = lesson(
+    shown = make_lesson(
         [("a", [1], "b", "directive"), ("a", [9], "a", "default"), ("a", [2], "b", "watched")], kinds
     )
     explained = explain(shown, "a", (0.0,), learn(shown)["a"])
     assert [example.number for example in explained.examples] == [0, 2]
 
 
-@given(taught(), st.booleans())
+@given(draw_automaton(), st.booleans())
 @settings(max_examples=100)
 def test_a_lesson_knows_whether_it_teaches(original: TrainedAutomaton, defaults: bool) -> None:
     assert original.lesson is not None

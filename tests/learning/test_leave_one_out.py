@@ -6,7 +6,7 @@ from math import nan
 
 import numpy as np
 import pytest
-from tests.learning.lessons import lesson
+from tests.make.lessons import make_lesson
 
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out
@@ -51,7 +51,7 @@ def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
     shown = [
         ("a", row, "abc"[k], "directive") for row, k in zip(values.tolist(), outcomes.tolist(), strict=True)
     ]
-    made = lesson(shown, [Continuous()] * 2)
+    made = make_lesson(shown, [Continuous()] * 2)
     seen = fit_leave_one_out(made, made.examples)
     own = np.eye(3)[outcomes]
     for left_out in ([4], [4, 9]):
@@ -65,7 +65,7 @@ def test_hindsight_predicts_as_if_each_had_been_left_out() -> None:
 
 
 def test_where_all_have_one_outcome_nothing_is_contradicted() -> None:
-    made = lesson([("a", [k], "b", "directive") for k in range(4)])
+    made = make_lesson([("a", [k], "b", "directive") for k in range(4)])
     seen = fit_leave_one_out(made, made.examples[::-1])
     assert [example.number for example in seen.examples] == [0, 1, 2, 3]
     assert seen.exclude(2).score_mislabels() == {0: 0.0, 1: 0.0, 3: 0.0}

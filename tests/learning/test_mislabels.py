@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import lesson, tables
+from tests.make.lessons import draw_tables, make_lesson
 
 from understudy.learning.mislabels import find_mislabels, list_press_examples
 from understudy.model.lesson import Lesson
@@ -36,37 +36,37 @@ CASES: list[tuple[list[Any], list[int]]] = [  # examples; the numbers of those t
 
 @pytest.mark.parametrize(("shown", "found"), CASES)
 def test_what_looks_like_a_slip(shown: list[Any], found: list[int]) -> None:
-    assert [suspect.example.number for suspect in find_mislabels(lesson(shown))] == found
+    assert [suspect.example.number for suspect in find_mislabels(make_lesson(shown))] == found
 
 
 def test_reasons_name_those_who_speak_against_it() -> None:
-    (suspect,) = find_mislabels(lesson([*FAR, *NEAR, SLIP]))
+    (suspect,) = find_mislabels(make_lesson([*FAR, *NEAR, SLIP]))
     assert suspect.reason.startswith("Example 8 says rest, but examples ")
     assert suspect.reason.endswith(", which are most like it, say turn.")
 
 
 def test_what_a_demonstrator_stands_by_is_not_asked_again() -> None:
     shown = [*FAR, *NEAR, SLIP, ("go", [67], "rest", "directive")]
-    assert [suspect.example.number for suspect in find_mislabels(lesson(shown))] == [9, 8]
-    doubts = {suspect.example.number: suspect.doubt for suspect in find_mislabels(lesson(shown))}
-    assert not find_mislabels(lesson(shown), meant=doubts)
-    assert find_mislabels(lesson(shown), meant={9: doubts[9] - 0.3})[0].example.number == 9
+    assert [suspect.example.number for suspect in find_mislabels(make_lesson(shown))] == [9, 8]
+    doubts = {suspect.example.number: suspect.doubt for suspect in find_mislabels(make_lesson(shown))}
+    assert not find_mislabels(make_lesson(shown), meant=doubts)
+    assert find_mislabels(make_lesson(shown), meant={9: doubts[9] - 0.3})[0].example.number == 9
 
 
 def test_a_slip_in_quarantine_teaches_nothing_and_is_no_slip_any_more() -> None:
-    slipped = lesson([*FAR, *NEAR, SLIP])
+    slipped = make_lesson([*FAR, *NEAR, SLIP])
     held = tuple(replace(each, quarantined="slip" if each.number == 8 else "") for each in slipped.examples)
     assert not find_mislabels(replace(slipped, examples=held))
 
 
 def test_corrections_may_be_slips_too() -> None:
-    slipped = lesson([*FAR, *NEAR, SLIP])
+    slipped = make_lesson([*FAR, *NEAR, SLIP])
     made = tuple(replace(each, correction=each.number == 8) for each in slipped.examples)
     assert [suspect.example.number for suspect in find_mislabels(replace(slipped, examples=made))] == [8]
 
 
 def test_a_press_is_known_with_its_default() -> None:
-    made = lesson([*NEAR, ("go", [65], "rest", "directive"), ("rest", [65], "rest", "default")])
+    made = make_lesson([*NEAR, ("go", [65], "rest", "directive"), ("rest", [65], "rest", "default")])
     pressed = tuple(replace(each, moment=3 if each.number > 3 else None) for each in made.examples)
     assert list_press_examples(replace(made, examples=pressed), 4) == (4, 5)
     assert list_press_examples(made, 0) == (0,)
@@ -74,18 +74,18 @@ def test_a_press_is_known_with_its_default() -> None:
 
 def test_stateless_lessons_are_looked_at_as_one() -> None:
     shown = [*FAR[:2], *(("turn", [value], "turn", "confirmation") for value in (62, 66)), *NEAR, SLIP]
-    assert [suspect.example.number for suspect in find_mislabels(lesson(shown, stateless=True))] == [8]
+    assert [suspect.example.number for suspect in find_mislabels(make_lesson(shown, stateless=True))] == [8]
 
 
 @settings(max_examples=60)
-@given(tables(), st.booleans(), st.randoms(use_true_random=False))
+@given(draw_tables(), st.booleans(), st.randoms(use_true_random=False))
 def test_suspects_are_presses_each_once_in_any_order(table: Any, stateless: bool, random: Any) -> None:
     rows, kinds = table
     names = ("go", "turn", "rest")
     shown = [
         ("go", list(row.values), names[row.outcome], "directive" if row.group else "default") for row in rows
     ]
-    made = lesson(shown * 2, kinds, stateless=stateless)
+    made = make_lesson(shown * 2, kinds, stateless=stateless)
     found = find_mislabels(made, least=0.1)
     numbers = [suspect.example.number for suspect in found]
     assert len(set(numbers)) == len(numbers)
@@ -96,5 +96,5 @@ def test_suspects_are_presses_each_once_in_any_order(table: Any, stateless: bool
 
 
 def test_a_lesson_without_examples_has_no_slips() -> None:
-    empty: Lesson = replace(lesson([*NEAR]), examples=())
+    empty: Lesson = replace(make_lesson([*NEAR]), examples=())
     assert find_mislabels(empty) == ()

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from tests.learning.lessons import lesson, tables, tree_of
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree, make_lesson
 
 from understudy.errors import DefinitionError
 from understudy.learning import pruning_suggestions
@@ -26,10 +26,10 @@ from understudy.model.tree import TestKind, Tree
 def go(*rows: tuple[float, str]) -> Lesson:
     """Confirmed to go, or told to turn or stop, at distances."""
     kinds = {"go": "confirmation", "turn": "directive", "stop": "directive"}
-    return lesson([("go", (value,), following, kinds[following]) for value, following in rows])
+    return make_lesson([("go", (value,), following, kinds[following]) for value, following in rows])
 
 
-def decided(made: Lesson, pruning: float, values: list[float]) -> list[str]:
+def decide_each(made: Lesson, pruning: float, values: list[float]) -> list[str]:
     function = learn(replace_pruning(made, pruning))["go"]
     names = made.automaton.state_names
     return [names[function.decide([value])] for value in values]
@@ -55,7 +55,7 @@ THREE = go(
     ],
 )
 def test_the_weakest_question_goes_first(pruning: float, expected: list[str]) -> None:
-    assert decided(THREE, pruning, [2.0, 7.0, 20.0]) == expected
+    assert decide_each(THREE, pruning, [2.0, 7.0, 20.0]) == expected
 
 
 def test_watched_examples_count_a_tenth() -> None:
@@ -65,16 +65,16 @@ def test_watched_examples_count_a_tenth() -> None:
         ("go", (1.0,), "stop", "directive"),
     ]
     watched = [("go", (value,), "stop", "watched") for value in (1.5, 1.7, 1.9)]
-    made = lesson([*rows, *watched])
-    assert decided(made, 1.2, [1.0]) == ["stop"]
-    assert decided(made, 1.3, [1.0]) == ["go"]
+    made = make_lesson([*rows, *watched])
+    assert decide_each(made, 1.2, [1.0]) == ["stop"]
+    assert decide_each(made, 1.3, [1.0]) == ["go"]
 
 
 def test_what_counts_is_how_much_for_each_leaf() -> None:
     """To turn between two places where it goes on takes two questions: half an example for each."""
     made = go((1.0, "go"), (2.0, "go"), (5.0, "turn"), (8.0, "go"), (9.0, "go"))
-    assert decided(made, 0.4, [5.0]) == ["turn"]
-    assert decided(made, 0.5, [5.0]) == ["go"]
+    assert decide_each(made, 0.4, [5.0]) == ["turn"]
+    assert decide_each(made, 0.5, [5.0]) == ["go"]
 
 
 def test_of_equally_weak_questions_the_topmost_goes_first() -> None:
@@ -86,14 +86,14 @@ def test_of_equally_weak_questions_the_topmost_goes_first() -> None:
 
 def test_a_tie_stays() -> None:
     made = go((9.0, "go"), (1.0, "stop"))
-    assert decided(made, 1.0, [1.0, 9.0]) == ["go", "go"]
+    assert decide_each(made, 1.0, [1.0, 9.0]) == ["go", "go"]
     first = ("stop", (5.0,), "go", "directive")  # so that stop is declared before go
     rows: list[tuple[Any, ...]] = [
         first,
         ("go", (9.0,), "go", "confirmation"),
         ("go", (1.0,), "stop", "directive"),
     ]
-    assert decided(lesson(rows), 1.0, [1.0, 9.0]) == ["go", "go"]
+    assert decide_each(make_lesson(rows), 1.0, [1.0, 9.0]) == ["go", "go"]
 
 
 def test_what_makes_no_sense_is_refused() -> None:
@@ -108,7 +108,7 @@ def tree_in(made: Lesson) -> Tree:
     return tree
 
 
-def shown_of(rows: list[Row], kinds: list[Kind]) -> TrainingSet:
+def collect_training_set(rows: list[Row], kinds: list[Kind]) -> TrainingSet:
     return TrainingSet(
         (),
         np.array([row.values for row in rows], np.float64).reshape(len(rows), len(kinds)),
@@ -128,13 +128,13 @@ def wrong(tree: Tree, rows: list[Row]) -> float:
     )
 
 
-@given(tables(watched=True))
+@given(draw_tables(watched=True))
 def test_step_by_step_it_gets_simpler_down_to_one_answer(drawn: tuple[list[Row], list[Kind]]) -> None:
     """Each step is worth what it says in examples for each answer that went, and never less than the one before."""
     rows, kinds = drawn
-    tree = tree_of(rows, kinds, current=0, midpoints=True)
+    tree = learn_tree(rows, kinds, current=0, midpoints=True)
     worth = 0.0
-    for step, simpler in list_pruning_steps(tree, shown_of(rows, kinds)):
+    for step, simpler in list_pruning_steps(tree, collect_training_set(rows, kinds)):
         assert step >= worth
         assert len(simpler.nodes) < len(tree.nodes)
         gone = answers(tree) - answers(simpler)
@@ -143,11 +143,11 @@ def test_step_by_step_it_gets_simpler_down_to_one_answer(drawn: tuple[list[Row],
     assert answers(tree) == 1
 
 
-@given(tables())
+@given(draw_tables())
 def test_pruned_by_nothing_only_idle_questions_go(drawn: tuple[list[Row], list[Kind]]) -> None:
     rows, kinds = drawn
-    tree = tree_of(rows, kinds, current=0)
-    simpler = prune_tree(tree, shown_of(rows, kinds), 0.0)
+    tree = learn_tree(rows, kinds, current=0)
+    simpler = prune_tree(tree, collect_training_set(rows, kinds), 0.0)
     assert wrong(simpler, rows) <= wrong(tree, rows)
 
 
@@ -163,7 +163,7 @@ def test_a_suggestion_takes_what_costs_nothing() -> None:
     assert found is not None
     assert found.left_out == 40
     assert (found.wrong, found.wrong_pruned) == (5, 3), "the two themselves, and one at the boundary"
-    assert decided(noisy(), found.pruning, [1.5, 8.25, 1.0, 9.0]) == ["stop", "go", "stop", "go"]
+    assert decide_each(noisy(), found.pruning, [1.5, 8.25, 1.0, 9.0]) == ["stop", "go", "stop", "go"]
 
 
 def test_watched_examples_are_not_left_out() -> None:
@@ -201,7 +201,7 @@ def test_nothing_is_suggested_where_all_is_needed() -> None:
     rows = [(float(number), "stop" if number < 20 else "go") for number in range(40)]
     found = suggest_pruning(go(*rows))
     assert found is not None
-    assert decided(go(*rows), found.pruning, [3.0, 30.0]) == ["stop", "go"]
+    assert decide_each(go(*rows), found.pruning, [3.0, 30.0]) == ["stop", "go"]
 
 
 def test_too_few_examples_and_classifiers_get_no_advice() -> None:
@@ -233,6 +233,8 @@ def test_in_a_stateless_lesson_what_was_never_shown_is_told_by_each_state() -> N
     rows: list[tuple[Any, ...]] = [("go", (0,), "stop", "directive"), ("stop", (1,), "go", "directive")] * 15
     kinds: list[Kind] = [Categorical(("a", "b", "c"))]
     for state, wrong in (("go", 1), ("stop", 0)):
-        found = suggest_pruning(lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True))
+        found = suggest_pruning(
+            make_lesson([*rows, (state, (2,), "stop", "directive")], kinds, stateless=True)
+        )
         assert found is not None
         assert (found.left_out, found.wrong) == (31, wrong)

@@ -6,8 +6,8 @@ from math import inf, nextafter
 from typing import Any
 
 import pytest
-from tests.learning.lessons import ABSENT, KINDS, tree_of
 from tests.learning.reference import Row
+from tests.make.lessons import ABSENT, KINDS, learn_tree
 
 from understudy.learning.fit import learn
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
@@ -25,7 +25,7 @@ def above(value: float) -> float:
 def tree(*shown: tuple[Any, ...], kinds: list[Kind] | None = None, midpoints: bool = False) -> Tree:
     """Examples (kind, outcome, values…) of state 0."""
     rows = [Row(tuple(map(float, values)), outcome, KINDS[kind]) for kind, outcome, *values in shown]
-    return tree_of(rows, kinds or [Continuous()] * len(rows[0].values), current=STAYS, midpoints=midpoints)
+    return learn_tree(rows, kinds or [Continuous()] * len(rows[0].values), current=STAYS, midpoints=midpoints)
 
 
 THRESHOLDS = [  # (kind, outcome, value)…, where the cut goes
@@ -109,7 +109,7 @@ VOTES = [  # (outcome, kind)…, current state, answer
 @pytest.mark.parametrize(("what", "votes", "current", "answer"), VOTES, ids=[row[0] for row in VOTES])
 def test_votes_at_one_vector(what: str, votes: list[tuple[int, str]], current: int, answer: int) -> None:
     assert vote([(outcome, KINDS[kind]) for outcome, kind in votes], current=current) == answer
-    grown = tree_of(
+    grown = learn_tree(
         [Row((1.0,), outcome, KINDS[kind]) for outcome, kind in votes], [Continuous()], current=current
     )
     assert grown.decide((1.0,)) == answer

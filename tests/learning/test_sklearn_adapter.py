@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.learning.lessons import lesson
+from tests.make.lessons import make_lesson
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.learning.explain import explain
@@ -29,9 +29,9 @@ SHOWN: list[tuple[Any, ...]] = [
 ]
 
 
-def taught(classifier: str, **parameters: float | int | str | bool | None) -> Lesson:
+def make_classifier_lesson(classifier: str, **parameters: float | int | str | bool | None) -> Lesson:
     return replace(
-        lesson(SHOWN, KINDS), options=LearnerOptions(learner=SklearnOptions(classifier, parameters))
+        make_lesson(SHOWN, KINDS), options=LearnerOptions(learner=SklearnOptions(classifier, parameters))
     )
 
 
@@ -45,7 +45,7 @@ def test_encoding() -> None:
 def test_every_allowed_classifier_learns_and_repeats(classifier: str) -> None:
     parameters: dict[str, int] = {"n_neighbors": 3} if classifier == "KNeighborsClassifier" else {}
     parameters |= {"n_estimators": 5} if classifier == "RandomForestClassifier" else {}
-    shown = taught(classifier, **parameters)
+    shown = make_classifier_lesson(classifier, **parameters)
     turned = replace(shown, examples=tuple(reversed(shown.examples)))
     functions, again = learn(shown), learn(turned)
     vectors = [example.values for example in shown.examples if example.state == "start"]
@@ -58,7 +58,7 @@ def test_every_allowed_classifier_learns_and_repeats(classifier: str) -> None:
 
 @pytest.mark.parametrize("classifier", sorted(ALLOWED))
 def test_deciding_together_is_deciding_alone(classifier: str) -> None:
-    function = learn(taught(classifier))["start"]
+    function = learn(make_classifier_lesson(classifier))["start"]
     assert isinstance(function, ClassifierTransition)
     rows = np.array(
         [[near, angle, label] for near in (0, 3, 4.5, nan) for angle in (0, 2) for label in (0, 1)]
@@ -69,7 +69,7 @@ def test_deciding_together_is_deciding_alone(classifier: str) -> None:
 
 
 def test_report_and_explanation() -> None:
-    shown = taught("GaussianNB")
+    shown = make_classifier_lesson("GaussianNB")
     start = learn_and_report(shown).states["start"]
     assert (start.nodes, start.depth, start.disagreements) == (0, 0, 0)
     assert start.conditions == ("decided by GaussianNB of scikit-learn",)
@@ -80,21 +80,23 @@ def test_what_is_not_allowed_is_refused() -> None:
     with pytest.raises(
         DefinitionError, match=r"'os\.system' is not allowed; choose one of DecisionTreeClassifier"
     ):
-        learn(taught("os.system"))
+        learn(make_classifier_lesson("os.system"))
     with pytest.raises(DefinitionError, match="parameter 'random_state' is not allowed"):
-        learn(taught("SVC", random_state=3))
+        learn(make_classifier_lesson("SVC", random_state=3))
     with pytest.raises(DefinitionError, match="scikit-learn cannot fit it"):
-        learn(taught("SVC", C=-1.0))
+        learn(make_classifier_lesson("SVC", C=-1.0))
 
 
 def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sklearn.svm", None)
     with pytest.raises(UnderstudyError, match=r"understudy-robots\[sklearn\]"):
-        learn(taught("SVC"))
+        learn(make_classifier_lesson("SVC"))
 
 
 def test_stateless_and_without_features() -> None:
-    bare = replace(lesson([("start", [], "a", "directive"), ("a", [], "b", "directive")], stateless=True))
+    bare = replace(
+        make_lesson([("start", [], "a", "directive"), ("a", [], "b", "directive")], stateless=True)
+    )
     bare = replace(
         bare,
         automaton=replace(bare.automaton, features=()),
@@ -108,7 +110,7 @@ def test_a_classifier_that_draws_lots_does_not_depend_on_the_order_of_examples()
         ("start", [index], "go" if index * 7 % 5 < 2 else "start", "directive") for index in range(30)
     ]
     options = LearnerOptions(learner=SklearnOptions("RandomForestClassifier", {"n_estimators": 3}))
-    shown = replace(lesson(noisy), options=options)
+    shown = replace(make_lesson(noisy), options=options)
     turned = replace(shown, examples=tuple(reversed(shown.examples)))
     function, again = learn(shown)["start"], learn(turned)["start"]
     grid = [(index / 2,) for index in range(60)]

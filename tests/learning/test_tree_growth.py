@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import ABSENT, ROBOCUP_FOLDER, robocup, robocup_folder, tables, tree_of
-from tests.learning.reference import Learner, Row, nested
+from tests.learning.reference import Learner, Row, nest_tree
+from tests.make.lessons import (
+    ABSENT,
+    ROBOCUP_FOLDER,
+    draw_tables,
+    learn_tree,
+    read_robocup,
+    robocup_folder,
+)
 
 from understudy.errors import DefinitionError
 from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree
@@ -22,33 +29,33 @@ FLAGS = st.lists(st.integers(0, 2), max_size=2, unique=True)
 
 
 @MANY
-@given(tables(), st.integers(-1, 2), st.booleans(), FLAGS)
+@given(draw_tables(), st.integers(-1, 2), st.booleans(), FLAGS)
 def test_equals_brute_force(
     table: tuple[list[Row], list[Kind]], current: int, midpoints: bool, flags: list[int]
 ) -> None:
     rows, kinds = table
-    tree = tree_of(rows, kinds, current=current, midpoints=midpoints, flags=flags)
-    assert nested(tree) == Learner(rows, kinds, current, midpoints, flags).tree
+    tree = learn_tree(rows, kinds, current=current, midpoints=midpoints, flags=flags)
+    assert nest_tree(tree) == Learner(rows, kinds, current, midpoints, flags).tree
 
 
 @MANY
-@given(tables(watched=True), st.integers(-1, 2), FLAGS)
+@given(draw_tables(watched=True), st.integers(-1, 2), FLAGS)
 def test_equals_brute_force_with_watched_examples(
     table: tuple[list[Row], list[Kind]], current: int, flags: list[int]
 ) -> None:
     rows, kinds = table
-    tree = tree_of(rows, kinds, current=current, flags=flags)
-    assert nested(tree) == Learner(rows, kinds, current, flags=flags).tree
+    tree = learn_tree(rows, kinds, current=current, flags=flags)
+    assert nest_tree(tree) == Learner(rows, kinds, current, flags=flags).tree
 
 
 @MANY
-@given(tables(watched=True, stays=12), FLAGS)
+@given(draw_tables(watched=True, stays=12), FLAGS)
 def test_equals_brute_force_where_silence_limits_decisions(
     table: tuple[list[Row], list[Kind]], flags: list[int]
 ) -> None:
     rows, kinds = table
-    tree = tree_of(rows, kinds, current=0, flags=flags, silence=True)
-    assert nested(tree) == Learner(rows, kinds, 0, flags=flags, silence=True).tree
+    tree = learn_tree(rows, kinds, current=0, flags=flags, silence=True)
+    assert nest_tree(tree) == Learner(rows, kinds, 0, flags=flags, silence=True).tree
 
 
 STAYS = [1.3, 1.6, 2.0, 2.4]
@@ -68,7 +75,7 @@ def test_watched_stays_beyond_all_presses_limit_a_decision(
     """It was told to leave at 0.97 and 1.0 m, and not at 0 m; then it was watched, and not told so, further away."""
     rows = [Row((0.0,), 0, 0), Row((0.97,), 1, 1), Row((1.0,), 1, 1)]
     rows += [Row((value,), 0, 2) for value in stays]
-    tree = tree_of(rows, [Continuous()], current=0, silence=True)
+    tree = learn_tree(rows, [Continuous()], current=0, silence=True)
     first = next(value for value in np.arange(0.0, 3.0, 0.005) if tree.decide([value]) == 1)
     last = max(value for value in np.arange(0.0, 3.0, 0.005) if tree.decide([value]) == 1)
     assert first == pytest.approx(leaves[0], abs=0.03)
@@ -86,27 +93,27 @@ def test_what_silence_limits_was_shown() -> None:
 def test_silence_brings_no_other_feature_in() -> None:
     """It stays by the first feature only; watched stays differ in the second one, too, and limit nothing there."""
     rows = [Row((0.0, 5.0), 0, 1), Row((2.0, 5.0), 1, 1), *(Row((2.0, 9.0 + k), 0, 2) for k in range(6))]
-    tree = tree_of(rows, [Continuous(), Continuous()], current=0, silence=True)
+    tree = learn_tree(rows, [Continuous(), Continuous()], current=0, silence=True)
     assert tree.decide([2.0, 12.0]) == 1
     assert {node.feature for node in tree.nodes if node.test != TestKind.LEAF} == {0}
 
 
 @MANY
-@given(tables(watched=True), st.randoms())
+@given(draw_tables(watched=True), st.randoms())
 def test_order_of_examples_makes_no_difference(table: tuple[list[Row], list[Kind]], random: object) -> None:
     rows, kinds = table
     shuffled = list(rows)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
-    assert repr(tree_of(shuffled, kinds)) == repr(tree_of(rows, kinds))
+    assert repr(learn_tree(shuffled, kinds)) == repr(learn_tree(rows, kinds))
 
 
 @MANY
-@given(tables(watched=True), st.integers(-1, 2))
+@given(draw_tables(watched=True), st.integers(-1, 2))
 def test_what_contradicts_nothing_is_decided_as_shown(
     table: tuple[list[Row], list[Kind]], current: int
 ) -> None:
     rows, kinds = table
-    assert misses(tree_of(rows, kinds, current=current), rows) == []
+    assert misses(learn_tree(rows, kinds, current=current), rows) == []
 
 
 def misses(tree: Tree, rows: list[Row]) -> list[Row]:
@@ -141,7 +148,7 @@ def test_robocup_lessons() -> None:
     folder = robocup_folder()
     if folder is None:
         pytest.skip(f"{ROBOCUP_FOLDER} names no folder: the lessons are other people's and stay outside")
-    states = [state for path in sorted(folder.glob("*.json")) for state in robocup(path)]
+    states = [state for path in sorted(folder.glob("*.json")) for state in read_robocup(path)]
     taught = [(kinds, rows, current) for _, kinds, rows, current in states if rows]
     assert sum(len(rows) for _, rows, _ in taught) == 385
     wrong, nodes = [], 0
@@ -156,7 +163,7 @@ def test_robocup_lessons() -> None:
         )
         nodes += len(tree.nodes)
         wrong += misses(tree, rows)
-        assert nested(tree) == Learner(rows, kinds, current).tree
+        assert nest_tree(tree) == Learner(rows, kinds, current).tree
     assert wrong == []
     assert nodes <= 366  # the original's trees have 364
 
@@ -189,19 +196,19 @@ def test_inputs_are_left_alone() -> None:
 
 @pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e300, 1.7e308])
 def test_extreme_values(scale: float) -> None:
-    tree = tree_of([Row((-scale,), 0, 1), (Row((scale,), 1, 1))], [Continuous()])
+    tree = learn_tree([Row((-scale,), 0, 1), (Row((scale,), 1, 1))], [Continuous()])
     assert (tree.decide((-scale,)), tree.decide((scale,))) == (0, 1)
 
 
 def test_no_features_is_one_leaf() -> None:
-    tree = tree_of([Row((), 1, 1), Row((), 2, 1), Row((), 2, 1)], [])
-    assert nested(tree) == 2
+    tree = learn_tree([Row((), 1, 1), Row((), 2, 1), Row((), 2, 1)], [])
+    assert nest_tree(tree) == 2
 
 
 def test_many_labels_branch_in_order() -> None:
     labels = tuple(f"l{index}" for index in range(40))
     rows = [Row((float(index),), index % 3, 1) for index in range(0, 40, 2)]
-    tree = tree_of(rows, [Categorical(labels)])
+    tree = learn_tree(rows, [Categorical(labels)])
     assert tree.nodes[0].test == TestKind.LABEL
     assert [tree.decide((float(index),)) for index in range(4)] == [0, -1, 2, -1]
 

@@ -9,8 +9,8 @@ from math import inf, nan, radians
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -35,7 +35,7 @@ def example(far: float, aim: float, following: str, kind: str = "directive", num
     return Example(number, "forward", (far, radians(aim) % TAU), following, ExampleKind(kind))
 
 
-def taught(*nodes: Node, states: tuple[State, ...] = STATES) -> TrainedAutomaton:
+def make_goto(*nodes: Node, states: tuple[State, ...] = STATES) -> TrainedAutomaton:
     """An automaton that decides in forward with a tree."""
     bare = Automaton("goto", states, (FAR, AIM), ("A",))
     shown = tuple(example(*row, number=number) for number, row in enumerate(SEEN))
@@ -51,10 +51,10 @@ def ahead(low: float, high: float, yes: int, no: int) -> Node:
     return Node(TestKind.ARC, 1, low=radians(low), high=radians(high), yes=yes, no=no)
 
 
-STAYS = taught(AHEAD)
-STOPS = taught(near(0.4, 1, 2), DONE, AHEAD)
-STOPS_AND_TURNS = taught(near(0.4, 1, 2), DONE, ahead(30, 180, 3, 4), TURN, AHEAD)
-TURNS_FIRST = taught(ahead(30, 180, 1, 2), TURN, near(0.4, 3, 4), DONE, AHEAD)
+STAYS = make_goto(AHEAD)
+STOPS = make_goto(near(0.4, 1, 2), DONE, AHEAD)
+STOPS_AND_TURNS = make_goto(near(0.4, 1, 2), DONE, ahead(30, 180, 3, 4), TURN, AHEAD)
+TURNS_FIRST = make_goto(ahead(30, 180, 1, 2), TURN, near(0.4, 3, 4), DONE, AHEAD)
 PRESSED_DONE, PRESSED_TURN = example(0.37, 26, "done"), example(2.0, 35, "turn")
 PRESSED_STAY = example(2.0, 35, "forward", "confirmation")
 
@@ -64,15 +64,15 @@ ROWS: list[tuple[str, TrainedAutomaton, TrainedAutomaton, list[Example], str | N
     ("another one, beside it", STOPS, STOPS_AND_TURNS, [PRESSED_TURN], None),
     (
         "what the pressed switch takes from another",
-        taught(ahead(30, 180, 1, 2), TURN, AHEAD),
+        make_goto(ahead(30, 180, 1, 2), TURN, AHEAD),
         STOPS_AND_TURNS,
         [PRESSED_DONE],
         None,
     ),
     (
         "a narrow part, though there was a press",
-        taught(near(0.29, 1, 2), DONE, AHEAD),
-        taught(near(0.31, 1, 2), DONE, AHEAD),
+        make_goto(near(0.29, 1, 2), DONE, AHEAD),
+        make_goto(near(0.31, 1, 2), DONE, AHEAD),
         [],
         None,
     ),
@@ -80,83 +80,83 @@ ROWS: list[tuple[str, TrainedAutomaton, TrainedAutomaton, list[Example], str | N
     ("a flag", STAYS, STOPS, [PRESSED_STAY], "forward now also raises done"),
     ("a decision that is gone", STOPS_AND_TURNS, STOPS, [], "forward no longer goes to turn"),
     ("a flag that is gone", STOPS, STAYS, [], "forward no longer raises done"),
-    ("a state that nothing decides in", STOPS, taught(), [], "forward no longer raises done"),
-    ("a state in which nothing was decided", taught(), STOPS, [], None),
+    ("a state that nothing decides in", STOPS, make_goto(), [], "forward no longer raises done"),
+    ("a state in which nothing was decided", make_goto(), STOPS, [], None),
     (
         "staying is gone",
         STOPS,
-        taught(near(0.4, 1, 2), DONE, TURN),
+        make_goto(near(0.4, 1, 2), DONE, TURN),
         [PRESSED_TURN],
         "forward is now always left",
     ),
-    ("a little moved", STOPS, taught(near(0.5, 1, 2), DONE, AHEAD), [], None),
+    ("a little moved", STOPS, make_goto(near(0.5, 1, 2), DONE, AHEAD), [], None),
     (
         "much moved",
         STOPS,
-        taught(near(2.4, 1, 2), DONE, AHEAD),
+        make_goto(near(2.4, 1, 2), DONE, AHEAD),
         [],
         "forward now also raises done where distance_to(A) is between 0.4 m and 2.4 m",
     ),
     (
         "much moved, where it was pressed",
         STOPS,
-        taught(near(2.4, 1, 2), DONE, AHEAD),
+        make_goto(near(2.4, 1, 2), DONE, AHEAD),
         [example(2.3, 0, "done")],
         None,
     ),
     (
         "less than before",
         STOPS_AND_TURNS,
-        taught(near(0.4, 1, 2), DONE, ahead(90, 180, 3, 4), TURN, AHEAD),
+        make_goto(near(0.4, 1, 2), DONE, ahead(90, 180, 3, 4), TURN, AHEAD),
         [],
         "forward no longer goes to turn where angle_to(A) is between 30° and 90°",
     ),
     (  # a switch from turning to done is said once, of the flag
         "more and less than before",
-        taught(near(1, 1, 2), ahead(350, 60, 3, 2), AHEAD, DONE),
-        taught(near(3.5, 1, 2), ahead(0, 30, 3, 2), AHEAD, DONE),
+        make_goto(near(1, 1, 2), ahead(350, 60, 3, 2), AHEAD, DONE),
+        make_goto(near(3.5, 1, 2), ahead(0, 30, 3, 2), AHEAD, DONE),
         [],
         "forward now also raises done where distance_to(A) is between 1 m and 3.5 m, "
         "but no longer where angle_to(A) is between 30° and 60° or between −10° and 0°",
     ),
     (
         "what was another decision",
-        taught(near(0.4, 1, 2), DONE, TURN),
-        taught(near(2.4, 1, 2), DONE, TURN),
+        make_goto(near(0.4, 1, 2), DONE, TURN),
+        make_goto(near(2.4, 1, 2), DONE, TURN),
         [],
         "forward now also raises done where distance_to(A) is between 0.4 m and 2.4 m",
     ),
     (
         "half of a narrow part",
-        taught(ahead(36, 42, 1, 2), TURN, AHEAD),
-        taught(ahead(36, 39, 1, 2), TURN, AHEAD),
+        make_goto(ahead(36, 42, 1, 2), TURN, AHEAD),
+        make_goto(ahead(36, 39, 1, 2), TURN, AHEAD),
         [],
         "forward no longer goes to turn where angle_to(A) is between 39° and 42°",
     ),
     (
         "at other places only",
-        taught(ahead(30, 90, 1, 2), TURN, AHEAD),
-        taught(ahead(100, 180, 1, 2), TURN, AHEAD),
+        make_goto(ahead(30, 90, 1, 2), TURN, AHEAD),
+        make_goto(ahead(100, 180, 1, 2), TURN, AHEAD),
         [],
         "forward now goes to turn elsewhere than before",
     ),
     (  # spoils: done far away, wherever it is to the left
         "another feature beside",
         STOPS,
-        taught(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
+        make_goto(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
         [PRESSED_DONE],
         "in forward, done now also looks at angle_to(A)",
     ),
     (
         "another feature instead",
         STOPS,
-        taught(ahead(23, 186, 1, 2), DONE, AHEAD),
+        make_goto(ahead(23, 186, 1, 2), DONE, AHEAD),
         [],
         "in forward, done now looks at angle_to(A), no longer at distance_to(A)",
     ),
     (
         "a feature less",
-        taught(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
+        make_goto(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
         STOPS,
         [],
         "in forward, done no longer looks at angle_to(A)",
@@ -199,7 +199,7 @@ ROWS: list[tuple[str, TrainedAutomaton, TrainedAutomaton, list[Example], str | N
     (
         "two changes",
         STOPS_AND_TURNS,
-        taught(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
+        make_goto(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD),
         [PRESSED_DONE],
         "forward no longer goes to turn; in forward, done now also looks at angle_to(A)",
     ),
@@ -217,7 +217,7 @@ def test_one_line(
 
 
 def test_the_conditions_of_a_change() -> None:
-    found = summarize_change(STOPS, taught(ahead(23, 186, 1, 2), DONE, AHEAD))
+    found = summarize_change(STOPS, make_goto(ahead(23, 186, 1, 2), DONE, AHEAD))
     assert found is not None
     (change,) = found.changes
     assert (change.state, change.next, change.how) == ("forward", "done", "features")
@@ -233,15 +233,15 @@ def test_a_line_names_two_changes_and_counts_the_others() -> None:
 
 
 def test_the_most_important_comes_first() -> None:
-    before = taught(near(0.4, 1, 2), DONE, ahead(30, 180, 3, 4), TURN, AHEAD)
-    after = taught(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD)
+    before = make_goto(near(0.4, 1, 2), DONE, ahead(30, 180, 3, 4), TURN, AHEAD)
+    after = make_goto(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD)
     found = summarize_change(before, after, [example(4.0, 0, "done")])
     assert found is not None
     assert [change.how for change in found.changes] == ["overruled", "gone"]
 
 
 def test_of_large_trees_only_what_is_gone_or_new_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    spoiled = taught(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD)
+    spoiled = make_goto(ahead(23, 186, 1, 2), DONE, near(0.4, 3, 4), DONE, AHEAD)
     monkeypatch.setattr("understudy.model.change_summary.MOST_CELLS", 1)
     found = summarize_change(STOPS_AND_TURNS, spoiled)
     assert str(found) == "forward no longer goes to turn"
@@ -279,7 +279,7 @@ def test_other_features_cannot_be_compared() -> None:
 
 def test_a_stateless_automaton_has_one_decision() -> None:
     def stateless(*nodes: Node) -> TrainedAutomaton:
-        one = taught(*nodes)
+        one = make_goto(*nodes)
         trees = {"start": Tree(nodes), "forward": Tree(nodes)}
         return TrainedAutomaton(replace(one.automaton, stateless=True, transitions=trees), one.lesson)
 
@@ -330,7 +330,7 @@ def cells_of(old: Tree, new: Tree, kinds: list[Kind]) -> list[OverlayCell]:
 @st.composite
 def pairs(draw: st.DrawFn) -> tuple[list[Row], list[Row], list[Kind]]:
     """The rows of two lessons with the same features, most of them in both."""
-    rows, kinds = draw(tables())
+    rows, kinds = draw(draw_tables())
     kept = draw(st.lists(st.sampled_from(rows), min_size=1, unique_by=id))
     return rows, kept, kinds
 
@@ -341,7 +341,7 @@ def test_every_vector_is_in_one_cell_which_knows_both_decisions(
     case: tuple[list[Row], list[Row], list[Kind]],
 ) -> None:
     rows, kept, kinds = case
-    old, new = tree_of(kept, kinds), tree_of(rows, kinds)
+    old, new = learn_tree(kept, kinds), learn_tree(rows, kinds)
     cells = cells_of(old, new, kinds)
     for vector in product(*vectors_of(rows, [old, new], kinds)):
         inside = [
@@ -357,11 +357,11 @@ def test_every_vector_is_in_one_cell_which_knows_both_decisions(
         assert len(inside) == len(known) == 1
 
 
-@given(tables())
+@given(draw_tables())
 @settings(max_examples=100, deadline=None)
 def test_a_feature_decides_if_it_alone_can_change_the_decision(case: tuple[list[Row], list[Kind]]) -> None:
     rows, kinds = case
-    tree = tree_of(rows, kinds)
+    tree = learn_tree(rows, kinds)
     values = vectors_of(rows, [tree], kinds)
     leaves = list_leaf_boxes(tree, kinds)
     for outcome in {outcome for outcome, _ in leaves}:
@@ -378,7 +378,7 @@ def test_a_feature_decides_if_it_alone_can_change_the_decision(case: tuple[list[
         }
 
 
-def learned(rows: list[Row], kinds: list[Kind]) -> TrainedAutomaton:
+def learn_rows(rows: list[Row], kinds: list[Kind]) -> TrainedAutomaton:
     """An automaton whose second state decides with the tree of the rows."""
     features = tuple(BoundFeature(Feature(f"f{at}", kind, reading="f")) for at, kind in enumerate(kinds))
     names = (START, State("one", "one"), State("two", "two"))
@@ -387,7 +387,7 @@ def learned(rows: list[Row], kinds: list[Kind]) -> TrainedAutomaton:
         Example(number, "one", row.values, names[row.outcome].name, ExampleKind.DIRECTIVE)
         for number, row in enumerate(rows)
     ]
-    automaton = replace(bare, transitions={"one": tree_of(rows, kinds, current=1)})
+    automaton = replace(bare, transitions={"one": learn_tree(rows, kinds, current=1)})
     return TrainedAutomaton(automaton, Lesson(bare, tuple(shown)))
 
 
@@ -398,7 +398,7 @@ def test_what_is_said_is_new_or_gone_or_more_than_a_little(
 ) -> None:
     """Without a press, next states that are new or gone are named, and others only if more than a little changed."""
     rows, kept, kinds = case
-    before, after = learned(kept, kinds), learned(rows, kinds)
+    before, after = learn_rows(kept, kinds), learn_rows(rows, kinds)
     old, new = (each.automaton.transitions["one"] for each in (before, after))
     assert isinstance(old, Tree)
     assert isinstance(new, Tree)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.model.lessons import goto, kit_of
+from tests.make.automata import make_goto, make_kit
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
 from understudy.errors import DefinitionError
@@ -55,9 +55,9 @@ class Holder:
         return np.asarray(target.range * 2)
 
 
-TAUGHT = goto()
+TAUGHT = make_goto()
 OWN = Kit.from_parts(nearer, approach, Holder.farther)
-LIBRARY = Library(kit_of(TAUGHT.automaton) + OWN).with_automaton(TAUGHT)
+LIBRARY = Library(make_kit(TAUGHT.automaton) + OWN).with_automaton(TAUGHT)
 PERCEPT: Percept = {("range", "ball"): np.array([1.0, nan])}
 
 VALUES: dict[str, Any] = {

@@ -7,8 +7,8 @@ from math import degrees, inf, nan, nextafter, radians
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.learning.lessons import tables, tree_of
 from tests.learning.reference import Row
+from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature
@@ -37,24 +37,24 @@ def below(feature: int, cut: float, yes: int, no: int, absent: int = STAY) -> No
     return Node(TestKind.BELOW, feature, high=cut, yes=yes, no=no, absent=absent)
 
 
-def said(*nodes: Node) -> dict[int, tuple[str, ...]]:
+def describe(*nodes: Node) -> dict[int, tuple[str, ...]]:
     return dict(describe_tree_outcomes(Tree(nodes), FEATURES))
 
 
 def test_a_single_leaf() -> None:
-    assert said(make_leaf(1)) == {1: ("always",)}
+    assert describe(make_leaf(1)) == {1: ("always",)}
 
 
 def test_thresholds() -> None:
-    assert said(below(0, 0.3784, 1, 2), make_leaf(1), make_leaf(0)) == {
+    assert describe(below(0, 0.3784, 1, 2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is at least 0.38 m",),
         1: ("distance_to(A) is below 0.38 m",),
     }
-    assert said(below(0, nextafter(3.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
+    assert describe(below(0, nextafter(3.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is above 3 m",),
         1: ("distance_to(A) is at most 3 m",),
     }
-    assert said(below(0, nextafter(0.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
+    assert describe(below(0, nextafter(0.0, inf), 1, 2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is above 0 m",),
         1: ("distance_to(A) is at most 0 m",),
     }
@@ -62,9 +62,9 @@ def test_thresholds() -> None:
 
 def test_tests_of_one_feature_become_one_statement() -> None:
     nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), make_leaf(0), make_leaf(1), make_leaf(2))
-    assert said(*nodes)[1] == ("distance_to(A) is between 2 m and 5 m",)
+    assert describe(*nodes)[1] == ("distance_to(A) is between 2 m and 5 m",)
     nodes = (below(0, 5.0, 1, 4), below(0, 2.0, 2, 3), make_leaf(0), make_leaf(1), make_leaf(0))
-    assert said(*nodes)[0] == ("distance_to(A) is below 2 m or at least 5 m",)
+    assert describe(*nodes)[0] == ("distance_to(A) is below 2 m or at least 5 m",)
 
 
 ARCS = [  # where the arc begins and ends going left, °; the angles of the arc in words, and those of the rest
@@ -84,7 +84,7 @@ ARCS = [  # where the arc begins and ends going left, °; the angles of the arc 
 @pytest.mark.parametrize(("low", "high", "inside", "outside"), ARCS)
 def test_arcs_in_degrees(low: float, high: float, inside: str, outside: str) -> None:
     node = Node(TestKind.ARC, 1, low=radians(low), high=radians(high), yes=1, no=2)
-    assert said(node, make_leaf(1), make_leaf(0)) == {
+    assert describe(node, make_leaf(1), make_leaf(0)) == {
         0: (f"angle_to(A) is {outside}",),
         1: (f"angle_to(A) is {inside}",),
     }
@@ -100,11 +100,11 @@ def test_arcs_of_other_circles_run_from_0() -> None:
 
 
 def test_absence_is_said_only_where_it_matters() -> None:
-    assert said(Node(TestKind.ABSENT, 0, yes=1, no=2), make_leaf(1), make_leaf(0)) == {
+    assert describe(Node(TestKind.ABSENT, 0, yes=1, no=2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is not absent",),
         1: ("distance_to(A) is absent",),
     }
-    assert said(below(0, 2.0, 1, 2, absent=2), make_leaf(1), make_leaf(0)) == {
+    assert describe(below(0, 2.0, 1, 2, absent=2), make_leaf(1), make_leaf(0)) == {
         0: ("distance_to(A) is at least 2 m or absent",),
         1: ("distance_to(A) is below 2 m",),
     }
@@ -112,14 +112,16 @@ def test_absence_is_said_only_where_it_matters() -> None:
 
 def test_labels() -> None:
     flag = Node(TestKind.LABEL, 2, branches=(1, 2))
-    assert said(flag, make_leaf(0), make_leaf(1)) == {0: ("done is no",), 1: ("done is yes",)}
+    assert describe(flag, make_leaf(0), make_leaf(1)) == {0: ("done is no",), 1: ("done is yes",)}
     status = Node(TestKind.LABEL, 3, branches=(1, 2, 3, STAY))
-    assert said(status, make_leaf(0), make_leaf(1), make_leaf(1)) == {
+    assert describe(status, make_leaf(0), make_leaf(1), make_leaf(1)) == {
         0: ("status is idle",),
         1: ("status is busy or lost",),
     }
     every = Node(TestKind.LABEL, 3, branches=(1, 2, 3, 4))
-    assert said(every, make_leaf(0), make_leaf(1), make_leaf(1), make_leaf(1))[1] == ("status is not idle",)
+    assert describe(every, make_leaf(0), make_leaf(1), make_leaf(1), make_leaf(1))[1] == (
+        "status is not idle",
+    )
 
 
 def test_what_makes_no_difference_is_left_out() -> None:
@@ -131,7 +133,7 @@ def test_what_makes_no_difference_is_left_out() -> None:
         make_leaf(0),
         make_leaf(1),
     )
-    assert said(*nodes) == {
+    assert describe(*nodes) == {
         0: ("distance_to(A) is at least 2 m and done is no",),
         1: ("distance_to(A) is below 2 m", "done is yes"),
     }
@@ -216,11 +218,11 @@ def test_the_path_of_one_decision() -> None:
 
 
 @settings(max_examples=300)
-@given(tables(), st.data())
+@given(draw_tables(), st.data())
 def test_what_is_said_is_what_is_decided(table: tuple[list[Row], list[Kind]], data: st.DataObject) -> None:
     """Each vector is in a box of exactly the outcome decided for it, or in none where nothing was shown."""
     rows, kinds = table
-    tree = tree_of(rows, kinds)
+    tree = learn_tree(rows, kinds)
     features = [BoundFeature(Feature(f"f{index}", kind, reading="f")) for index, kind in enumerate(kinds)]
     found = simplify_outcome_boxes(tree, features)
     cuts = [cut for node in tree.nodes for cut in (node.low, node.high) if cut == cut]

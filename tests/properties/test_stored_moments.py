@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.coaching.lessons import goto as goto_lesson
+from tests.make.goto_sessions import make_goto_session as goto_lesson
+from tests.make.sessions import make_session as scripted
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.training.lessons import session as scripted
 from tests.ui.cli.forage_parts import goto
 
 from understudy.errors import DefinitionError, SessionError
@@ -52,7 +52,7 @@ def session(journal: Path | None = None) -> Session:
     return Session(Forage([9]), LIBRARY, lesson, journal=journal)
 
 
-def taught() -> Session:
+def make_taught_session() -> Session:
     """Start, go to the station, done when there."""
     made = session()
     made.direct("goto")
@@ -70,7 +70,7 @@ def at(subject: Property, **changes: Any) -> Property:
 
 
 def test_it_comes_or_it_does_not() -> None:
-    made = taught()
+    made = make_taught_session()
     fetch = made.make_trained_automaton()
     library = LIBRARY.with_automaton(fetch)
     promised = make_moment_property(made, flag="done", within_s=60.0)
@@ -87,7 +87,7 @@ def test_it_comes_or_it_does_not() -> None:
 
 def test_another_flag_is_not_what_was_promised() -> None:
     """It gives up at once instead."""
-    promised = make_moment_property(taught(), flag="done", within_s=5.0)
+    promised = make_moment_property(make_taught_session(), flag="done", within_s=5.0)
     states = (START, State("done", flag="done"), State("failed", flag="failed"))
     for index, came in ((1, True), (2, False)):
         fetch = Automaton("fetch", states, transitions={"start": Tree((make_leaf(index),))})
@@ -98,7 +98,7 @@ def test_another_flag_is_not_what_was_promised() -> None:
 
 
 def test_what_cannot_be_tried_says_why() -> None:
-    made = taught()
+    made = make_taught_session()
     promised = make_moment_property(made, flag="done", within_s=5.0)
     assert "has no behavior 'fetch'" in run_moment_property(promised, "fetch", LIBRARY).problem
     library = LIBRARY.with_automaton(made.make_trained_automaton())
@@ -116,16 +116,16 @@ def test_what_breaks_on_the_way_says_why() -> None:
     """A feature of somebody's own that works at first: the outcome does not come, and others can still be tried."""
     calls: list[ReadingsView] = []
 
-    def worn(robot: ReadingsView) -> Column:
+    def read_worn_sensor(robot: ReadingsView) -> Column:
         calls.append(robot)
         return np.full(1, np.inf if len(calls) > 5 else 1.0)
 
-    feature = BoundFeature(Feature("worn", Continuous(), function=worn))
+    feature = BoundFeature(Feature("worn", Continuous(), function=read_worn_sensor))
     cut = Tree((Node(TestKind.BELOW, 0, high=9.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (START, State("forward", "forward"), State("done", flag="done"))
     fetch = Automaton("fetch", states, (feature,), transitions={"start": cut, "forward": cut})
     found = run_moment_property(
-        make_moment_property(taught(), flag="done", within_s=5.0),
+        make_moment_property(make_taught_session(), flag="done", within_s=5.0),
         "fetch",
         LIBRARY.with_automaton(TrainedAutomaton(fetch)),
     )
@@ -168,7 +168,7 @@ def test_what_cannot_be_promised() -> None:
 
 def test_a_change_below_is_found_from_above() -> None:
     """GoTo changes so that it never arrives: what fetches with it no longer does, and its former version is named."""
-    made = taught()
+    made = make_taught_session()
     add_moment_property(made, flag="done", within_s=60.0)
     library = LIBRARY.with_automaton(made.make_trained_automaton())
     seen = run_lesson_test(library, "fetch", {})

@@ -50,22 +50,22 @@ class AgentProcesses:
         self, file: Path, team: LoadedTeam, visitor: ZenohNetwork, *, record: Path | None = None
     ) -> None:
         self.file, self.team, self.visitor, self._record = file, team, visitor, record
-        self.running: dict[str, subprocess.Popen[bytes]] = {}
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str) -> None:
         """Start an agent."""
         command = [*COMMAND, "agent", str(self.file), "--name", name]
         if self._record is not None:
             command += ["--record", str(self._record / f"{name}.mcap")]
-        self.running[name] = subprocess.Popen(end_with_tests(command), stderr=subprocess.DEVNULL)
+        self.processes[name] = subprocess.Popen(end_with_tests(command), stderr=subprocess.DEVNULL)
 
     def end(self) -> None:
         """End all agents."""
-        for process in self.running.values():
+        for process in self.processes.values():
             with suppress(ProcessLookupError):
                 process.send_signal(signal.SIGCONT)
             process.terminate()
-        for process in self.running.values():
+        for process in self.processes.values():
             process.wait(BOUND_S)
 
     def ask(self, do: str) -> Mapping[str, AgentAnswer]:

@@ -59,7 +59,7 @@ def freeze(agents: AgentsApart, name: str) -> Iterator[None]:
     agents.signal(name, signal.SIGCONT)
 
 
-def cut(agents: AgentsApart, name: str) -> Iterator[None]:
+def break_link(agents: AgentsApart, name: str) -> Iterator[None]:
     """Cut an agent's link; heal it after the trouble."""
     agents.links.cut(name)
     yield
@@ -69,7 +69,7 @@ def cut(agents: AgentsApart, name: str) -> Iterator[None]:
 KINDS: Mapping[str, Callable[[AgentsApart, str], Iterator[None]]] = {
     "killed": kill,
     "frozen": freeze,
-    "cut off": cut,
+    "cut off": break_link,
 }
 
 

@@ -75,23 +75,25 @@ LENGTHS = (0xFFFFFFFF, 0x7FFFFFFF, 0x80000000, 0x01000000, 0x00010000)
 
 def message(type: str, random: Random) -> bytes:
     """A message of a type whose numbers are anything."""
-    return encode_message(type, _made(type, random))
+    return encode_message(type, make_message(type, random))
 
 
-def mutated(data: bytes, random: Random) -> bytes:
+def mutate(data: bytes, random: Random) -> bytes:
     """A message after one to three accidents."""
     for _ in range(random.randint(1, 3)):
-        data = random.choice((_cut, _flipped, _lengthened, _wrapped, _padded, _lied, _noise))(data, random)
+        data = random.choice(
+            (truncate, flip_bits, enlarge_length, change_encapsulation, pad, insert_nan, _noise)
+        )(data, random)
     return data
 
 
 def anything(type: str, random: Random) -> bytes:
     """A message, mostly broken."""
     data = message(type, random)
-    return data if random.random() < 0.25 else mutated(data, random)
+    return data if random.random() < 0.25 else mutate(data, random)
 
 
-def _made(type: str, random: Random) -> Any:
+def make_message(type: str, random: Random) -> Any:
     if type == "sensor_msgs/msg/Image" and random.random() < 0.5:
         return _image(random)
     return load_typestore().types[type](
@@ -103,7 +105,7 @@ def _image(random: Random) -> Any:
     """One that nearly fits."""
     made = load_typestore().types["sensor_msgs/msg/Image"]
     width, height = random.randint(1, 4), random.randint(1, 4)
-    header = _made("std_msgs/msg/Header", random)
+    header = make_message("std_msgs/msg/Header", random)
     data = np.frombuffer(random.randbytes(width * height * 3), np.uint8)
     lies = random.choice(((height, width), (height, width), (2**31, 2**31), (2**32 - 1, 1), (0, 0)))
     encoding = random.choice(("rgb8", "rgb8", "bgr8", "yuv422", "mono8", "32FC1", ""))
@@ -112,7 +114,7 @@ def _image(random: Random) -> Any:
 
 def _value(sort: int, of: Any, random: Random) -> Any:
     if sort == NAMED:
-        return _made(of, random)
+        return make_message(of, random)
     if sort == BASE:
         return _number(of[0], random)
     inner, length = of
@@ -136,11 +138,11 @@ def _number(name: str, random: Random) -> Any:
     return random.choice((int(kind.min), int(kind.max), 0, 1))
 
 
-def _cut(data: bytes, random: Random) -> bytes:
+def truncate(data: bytes, random: Random) -> bytes:
     return data[: random.randint(0, len(data))]
 
 
-def _flipped(data: bytes, random: Random) -> bytes:
+def flip_bits(data: bytes, random: Random) -> bytes:
     changed = bytearray(data)
     for _ in range(random.randint(1, 8)):
         if changed:
@@ -148,7 +150,7 @@ def _flipped(data: bytes, random: Random) -> bytes:
     return bytes(changed)
 
 
-def _lengthened(data: bytes, random: Random) -> bytes:
+def enlarge_length(data: bytes, random: Random) -> bytes:
     """Some number that may be a length is huge."""
     if len(data) < 8:
         return data
@@ -156,16 +158,16 @@ def _lengthened(data: bytes, random: Random) -> bytes:
     return data[:at] + struct.pack("<I", random.choice(LENGTHS)) + data[at + 4 :]
 
 
-def _wrapped(data: bytes, random: Random) -> bytes:
+def change_encapsulation(data: bytes, random: Random) -> bytes:
     """In another encapsulation: big-endian, parameter lists, those of XCDR 2, and none that there is."""
     return bytes((0, random.choice((0, 2, 3, 6, 7, 9, 255)), 0, random.choice((0, 3)))) + data[4:]
 
 
-def _padded(data: bytes, random: Random) -> bytes:
+def pad(data: bytes, random: Random) -> bytes:
     return data + random.randbytes(random.choice((1, 3, 4, 64, 5000)))
 
 
-def _lied(data: bytes, random: Random) -> bytes:
+def insert_nan(data: bytes, random: Random) -> bytes:
     """Some number in it is none."""
     if len(data) < 12:
         return data

@@ -146,7 +146,7 @@ class MemoryTeam:
         return Fleet([Robot(file, wire, path=path, clock=self.clock)], name=file.name)
 
     @contextmanager
-    def running(self) -> Iterator[None]:
+    def run_agents(self) -> Iterator[None]:
         """Let all agents tick, each in a thread."""
         self._ends.clear()
         threads = [

@@ -7,7 +7,7 @@ from time import monotonic
 
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import automaton
+from tests.make.programs import make_automaton
 
 from understudy.model.library import Library
 from understudy.model.squad import Role, Squad, Statistic
@@ -86,12 +86,12 @@ def make_plan(agents: int) -> TeamPlan:
     squads = -(-(agents - 1) // (SPAN + 1))
     robots = agents - 1 - squads
     to = lambda distance: "done" if distance < NEAR_M else "forward"  # noqa: E731
-    go = automaton(
+    go = make_automaton(
         "go_to_ball", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
     )
     crews = Library.from_automata(scripted_kit, go)
     low = Library(make_squad_kit(SQUAD, Scripted.readings, {"robot": crews}))
-    lead = automaton(
+    lead = make_automaton(
         "fetch_and_return",
         ["go_to_ball", "left"],
         {
@@ -104,7 +104,7 @@ def make_plan(agents: int) -> TeamPlan:
     )
     low = Library.from_automata(low.kit, *map(low.automaton, low.taught), lead)
     high = Library(make_squad_kit(COMPANY, list_squad_readings(SQUAD, Scripted.readings), {"squad": low}))
-    direct = automaton(
+    direct = make_automaton(
         "direct",
         ["fetch_and_return", "right"],
         {

@@ -23,7 +23,7 @@ FINE = 4
 """Rays per pixel, each way."""
 
 
-def rendered(
+def render(
     *discs: Disc,
     ground: tuple[int, int, int] = GRAY,
     shade: float = 0.0,

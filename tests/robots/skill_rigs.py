@@ -54,7 +54,7 @@ TICK_S, CHECKS = 0.1, 5
 PATIENCE_S = 60.0
 
 
-def skilled(tables: str = TABLES) -> str:
+def write_skill_robot(tables: str = TABLES) -> str:
     """The robot file of a rover with skills."""
     return ROVER.replace("\n[limits]", f"{SKILLS}\n[limits]", 1) + tables
 
@@ -193,7 +193,7 @@ class SkillRig:
         transport: Transport = self.wire
         if recorder is not None:
             transport = RecordingTransport(transport, recorder)
-        self.robot = Robot(parse_robot(text or skilled()), transport, path=path, clock=self.clock)
+        self.robot = Robot(parse_robot(text or write_skill_robot()), transport, path=path, clock=self.clock)
         self.issued, self.target, self.decided_s = 0.0, "dock", -inf
 
     @property

@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
 from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.rerun import Rerun
 from understudy.robots.clock_offset import PROMPT_S
@@ -133,8 +133,8 @@ def run_recorded(folder: Path) -> str:
         with watch_team(agents.file) as (_, twin):
             train_both(agents, twin, folder / "library")
         wait_ordered(agents, lambda leading: leading == [SQUAD])
-        agents.running[SQUAD].kill()
-        agents.running[SQUAD].wait()
+        agents.processes[SQUAD].kill()
+        agents.processes[SQUAD].wait()
         return wait_ordered(agents, lambda leading: leading != [SQUAD])
 
 
@@ -207,7 +207,7 @@ def explain(merged: Path, library: Path, deputy: str) -> None:
     follower = next(each for each in ROBOTS if each != deputy)
     for name in (follower, deputy):
         last_ns = find_ordered(team, name, deputy)
-        why = said("why", merged, "--agent", name, "--time", team.count_seconds(last_ns), "-l", library)
+        why = run_json("why", merged, "--agent", name, "--time", team.count_seconds(last_ns), "-l", library)
         robot, coordinator = why["agents"]
         assert (robot["agent"], robot["host"], coordinator["agent"]) == (name, name, SQUAD)
         assert robot["order"]["squad"] == SQUAD

@@ -90,7 +90,7 @@ def make_tls(folder: Path, name: str) -> dict[str, Any]:
 
 
 @contextmanager
-def joined(listening: Mapping[str, Any], *others: Mapping[str, Any]) -> Iterator[list[ZenohNetwork]]:
+def join_networks(listening: Mapping[str, Any], *others: Mapping[str, Any]) -> Iterator[list[ZenohNetwork]]:
     """One that listens, and others that connect to it; each by its configuration."""
     with ExitStack() as ends:
         address = f"127.0.0.1:{free_port()}"
@@ -149,7 +149,7 @@ def test_only_who_may_give_orders_or_ask_is_heard(
 ) -> None:
     """And all who are of the team are watched, and see who claims or holds a name."""
     mine, theirs = (read_documented(certificates, each) for each in ("pioneer_1", name))
-    with joined(mine, theirs) as (robot, other):
+    with join_networks(mine, theirs) as (robot, other):
         wait_heard(other, robot, "status/pioneer_1")
         wait_heard(other, robot, "view/pioneer_1")
         robot.declare_token("claim/pioneer_1/7")
@@ -173,10 +173,10 @@ def test_who_has_no_certificate_of_the_team_is_not_heard(certificates: Path) -> 
     trusting = {"transport/link/tls/root_ca_certificate": str(certificates / "team.pem")}
     client = {"mode": "client", "listen/endpoints": []}  # which needs no certificate to listen with
     strangers: list[Mapping[str, Any]] = [make_tls(certificates, "stranger") | trusting, {}]
-    with pytest.raises(Unreachable), joined(make_tls(certificates, "pioneer_1"), trusting | client):
+    with pytest.raises(Unreachable), join_networks(make_tls(certificates, "pioneer_1"), trusting | client):
         pass
     certified = (make_tls(certificates, each) for each in ("pioneer_1", "patrol_0"))
-    with joined(*certified, *strangers) as (robot, leader, *others):
+    with join_networks(*certified, *strangers) as (robot, leader, *others):
         leader.announce("patrol_0")
         for each in others:
             each.announce("stranger")

@@ -48,7 +48,7 @@ class Visited(MemoryTeam):
 
 
 @pytest.fixture
-def visited(tmp_path: Path) -> Iterator[Visited]:
+def waiting_agent(tmp_path: Path) -> Iterator[Visited]:
     """An agent that does not tick yet."""
     team = Visited(load_team_plan(write_team(tmp_path)))
     team.make(NAME)
@@ -57,66 +57,66 @@ def visited(tmp_path: Path) -> Iterator[Visited]:
     team.close()
 
 
-def test_a_robot_is_armed(visited: Visited) -> None:
-    with visited.running():
-        assert {name: answer.problem for name, answer in ask_to_arm(visited.visitor, "Ada").items()} == {
-            NAME: ""
-        }
-        assert visited.robot.armed
-        ask_to_stop(visited.visitor, "Ada")
-        assert not visited.robot.armed
+def test_a_robot_is_armed(waiting_agent: Visited) -> None:
+    with waiting_agent.run_agents():
+        assert {
+            name: answer.problem for name, answer in ask_to_arm(waiting_agent.visitor, "Ada").items()
+        } == {NAME: ""}
+        assert waiting_agent.robot.armed
+        ask_to_stop(waiting_agent.visitor, "Ada")
+        assert not waiting_agent.robot.armed
 
 
 def test_a_robot_is_armed_whose_watchdog_takes_long_to_start(
-    visited: Visited, monkeypatch: pytest.MonkeyPatch
+    waiting_agent: Visited, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Longer than a person's order waits: it is prepared before that."""
-    start = visited.robot.prepare
+    start = waiting_agent.robot.prepare
     takes_s = [READY_S + 1.0]
 
     def start_slowly() -> None:
-        visited.clock.sleep(takes_s.pop() if takes_s else 0.0)
+        waiting_agent.clock.sleep(takes_s.pop() if takes_s else 0.0)
         start()
 
-    monkeypatch.setattr(visited.robot, "prepare", start_slowly)
-    with visited.running():
-        assert ask_to_prepare(visited.visitor, "Ada")[NAME].problem == ""
-        assert not visited.robot.armed
-        assert ask_to_arm(visited.visitor, "Ada")[NAME].problem == ""
-        assert visited.robot.armed
+    monkeypatch.setattr(waiting_agent.robot, "prepare", start_slowly)
+    with waiting_agent.run_agents():
+        assert ask_to_prepare(waiting_agent.visitor, "Ada")[NAME].problem == ""
+        assert not waiting_agent.robot.armed
+        assert ask_to_arm(waiting_agent.visitor, "Ada")[NAME].problem == ""
+        assert waiting_agent.robot.armed
 
 
-def test_a_stop_since_the_permit_holds(visited: Visited) -> None:
+def test_a_stop_since_the_permit_holds(waiting_agent: Visited) -> None:
     """Also where it stops a robot that was not armed yet."""
-    with visited.running():
-        permits = visited.ask_for_permits()
-        ask_to_stop(visited.visitor, "Bob")
-        assert "it was stopped meanwhile" in visited.arm(permits)
-        assert not visited.robot.armed
-        assert visited.arm(visited.ask_for_permits()) == ""
+    with waiting_agent.run_agents():
+        permits = waiting_agent.ask_for_permits()
+        ask_to_stop(waiting_agent.visitor, "Bob")
+        assert "it was stopped meanwhile" in waiting_agent.arm(permits)
+        assert not waiting_agent.robot.armed
+        assert waiting_agent.arm(waiting_agent.ask_for_permits()) == ""
 
 
-def test_a_permit_that_is_too_old_arms_nothing(visited: Visited) -> None:
-    with visited.running():
-        permits = visited.ask_for_permits()
-        visited.clock.advance(PERMIT_S + 0.1)
-        assert visited.arm(permits) == "was told to arm too late: arm it again"
-        assert not visited.robot.armed
+def test_a_permit_that_is_too_old_arms_nothing(waiting_agent: Visited) -> None:
+    with waiting_agent.run_agents():
+        permits = waiting_agent.ask_for_permits()
+        waiting_agent.clock.advance(PERMIT_S + 0.1)
+        assert waiting_agent.arm(permits) == "was told to arm too late: arm it again"
+        assert not waiting_agent.robot.armed
 
 
 @pytest.mark.parametrize("permits", [{}, {NAME: ""}, {NAME: "0" * 16}])
-def test_without_a_permit_nothing_is_armed(visited: Visited, permits: dict[str, str]) -> None:
-    with visited.running():
-        assert visited.arm(permits) == "was told to arm too late: arm it again"
-        assert not visited.robot.armed
+def test_without_a_permit_nothing_is_armed(waiting_agent: Visited, permits: dict[str, str]) -> None:
+    with waiting_agent.run_agents():
+        assert waiting_agent.arm(permits) == "was told to arm too late: arm it again"
+        assert not waiting_agent.robot.armed
 
 
-def test_who_was_told_that_it_did_not_answer_finds_it_disarmed_later(visited: Visited) -> None:
-    permits, asked_s = visited.ask_for_permits(), visited.clock()
-    assert visited.arm(permits) == "did not answer in time"  # it does not tick
-    assert visited.clock() == asked_s + ANSWER_S
-    visited.agents[NAME].tick()
-    assert not visited.robot.armed
+def test_who_was_told_that_it_did_not_answer_finds_it_disarmed_later(waiting_agent: Visited) -> None:
+    permits, asked_s = waiting_agent.ask_for_permits(), waiting_agent.clock()
+    assert waiting_agent.arm(permits) == "did not answer in time"  # it does not tick
+    assert waiting_agent.clock() == asked_s + ANSWER_S
+    waiting_agent.agents[NAME].tick()
+    assert not waiting_agent.robot.armed
 
 
 def test_a_permit_is_for_one_use_and_a_short_while() -> None:

@@ -19,7 +19,7 @@ from tests.robots.scenes import (
     REDS,
     WHITE,
     Image,
-    rendered,
+    render,
 )
 
 from understudy.errors import SettingError
@@ -31,7 +31,7 @@ pytest.importorskip("cv2", reason="needs the extra camera")
 COLORS = {"ball": ORANGES, "boss": REDS, "intruder": GREENS}
 
 
-def painted(left: int, top: int, width: int, height: int, *, shape: tuple[int, int] = (120, 160)) -> Image:
+def paint_box(left: int, top: int, width: int, height: int, *, shape: tuple[int, int] = (120, 160)) -> Image:
     """A box of orange on black."""
     image = np.zeros((*shape, 3), np.uint8)
     image[top : top + height, left : left + width] = ORANGE
@@ -57,7 +57,7 @@ BOXES = [
     ("what", "box", "expected"), BOXES, ids=lambda value: value if isinstance(value, str) else ""
 )
 def test_box(what: str, box: tuple[int, int, int, int], expected: Blob | None) -> None:
-    assert ball(painted(*box)) == expected
+    assert ball(paint_box(*box)) == expected
 
 
 # The simulated frame over other images: [H, W] of the image, its angle of view, a box in it, and its blob in the frame.
@@ -92,11 +92,11 @@ def test_frame(
     box: tuple[int, int, int, int],
     expected: Blob | None,
 ) -> None:
-    assert ball(painted(*box, shape=shape), view_deg=view_deg) == (expected and pytest.approx(expected))
+    assert ball(paint_box(*box, shape=shape), view_deg=view_deg) == (expected and pytest.approx(expected))
 
 
 def test_absent_together() -> None:
-    readings = BlobDetector({"ball": ORANGES, "boss": REDS}).readings(painted(70, 50, 20, 10))
+    readings = BlobDetector({"ball": ORANGES, "boss": REDS}).readings(paint_box(70, 50, 20, 10))
     assert readings["blob_x", "ball"] == 80.0
     assert readings["blob_size", "ball"] == 200.0
     assert isnan(readings["blob_x", "boss"])
@@ -104,12 +104,12 @@ def test_absent_together() -> None:
 
 
 def test_largest_region_counts() -> None:
-    image = painted(10, 10, 10, 10) + painted(100, 50, 20, 20)
+    image = paint_box(10, 10, 10, 10) + paint_box(100, 50, 20, 20)
     assert ball(image) == Blob(110.0, 400.0)
 
 
 def test_of_equals_the_leftmost() -> None:
-    image = painted(100, 10, 10, 10) + painted(30, 50, 10, 10)
+    image = paint_box(100, 10, 10, 10) + paint_box(30, 50, 10, 10)
     assert ball(image) == Blob(35.0, 100.0)
 
 
@@ -120,7 +120,7 @@ def test_red_crosses_the_seam() -> None:
 
 
 def test_shade_noise_and_distractors() -> None:
-    image = rendered(
+    image = render(
         (40, 60, 14, ORANGE), (90, 40, 9, RED), (125, 80, 11, GREEN), (20, 20, 15, BLUE), (140, 20, 15, BROWN),
         (70, 100, 12, WHITE), shade=0.55, noise=6.0,
     )  # fmt: skip
@@ -133,7 +133,7 @@ def test_shade_noise_and_distractors() -> None:
 
 
 def test_no_blob_in_noise() -> None:
-    found = BlobDetector(COLORS).detect(rendered(ground=BROWN, noise=25.0))
+    found = BlobDetector(COLORS).detect(render(ground=BROWN, noise=25.0))
     assert found == dict.fromkeys(COLORS)
 
 
@@ -146,7 +146,7 @@ def test_no_blob_in_noise() -> None:
 @settings(max_examples=12)
 def test_shifted(across: int, down: int, radius: int, shade: float) -> None:
     before, after = (
-        ball(rendered((80 + dx, 60 + dy, radius, ORANGE), shade=shade)) for dx, dy in ((0, 0), (across, down))
+        ball(render((80 + dx, 60 + dy, radius, ORANGE), shade=shade)) for dx, dy in ((0, 0), (across, down))
     )
     assert before is not None
     assert after == Blob(before.x + across, before.size)
@@ -160,7 +160,7 @@ def test_shifted(across: int, down: int, radius: int, shade: float) -> None:
 )
 @settings(max_examples=12)
 def test_finer_image_same_blob(x: float, y: float, radius: float, times: float) -> None:
-    blob = ball(rendered((x, y, radius, ORANGE), times=times))
+    blob = ball(render((x, y, radius, ORANGE), times=times))
     assert blob is not None
     coarse = max(1.0, 1.0 / times)
     assert blob.x == pytest.approx(x, abs=1.0 * coarse)
@@ -170,7 +170,7 @@ def test_finer_image_same_blob(x: float, y: float, radius: float, times: float) 
 @given(seed=st.integers(0, 1000), noise=st.floats(0.0, 10.0))
 @settings(max_examples=12)
 def test_mirrored(seed: int, noise: float) -> None:
-    image = rendered((50, 60, 12, ORANGE), shade=0.4, noise=noise, seed=seed)
+    image = render((50, 60, 12, ORANGE), shade=0.4, noise=noise, seed=seed)
     seen, mirrored = ball(image), ball(np.ascontiguousarray(image[:, ::-1]))
     assert seen is not None
     assert mirrored == pytest.approx(Blob(160.0 - seen.x, seen.size))

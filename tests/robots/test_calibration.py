@@ -20,7 +20,7 @@ from tests.robots.scenes import (
     YELLOW,
     Disc,
     Image,
-    rendered,
+    render,
 )  # fmt: skip
 
 from understudy.errors import FileError, SettingError
@@ -43,7 +43,7 @@ def all_colors(**options: Any) -> tuple[Image, dict[str, tuple[int, int]]]:
     """A disc of each color, and where they are."""
     places = {name: (25 + 55 * (at % 3), 30 + 60 * (at // 3)) for at, name in enumerate(CLICKED)}
     discs: list[Disc] = [(*places[name], 15.0, color) for name, color in CLICKED.items()]
-    return rendered(*discs, **options), places
+    return render(*discs, **options), places
 
 
 def test_clicks_find_each_color_in_another_light() -> None:
@@ -97,50 +97,52 @@ def test_click_outside() -> None:
     with pytest.raises(
         SettingError, match=r"a click is \(160, 5\); give a pixel of the image, which is 160 x 120"
     ):
-        calibrate_from_clicks(rendered(), [(160, 5)])
+        calibrate_from_clicks(render(), [(160, 5)])
 
 
 def test_no_click() -> None:
     with pytest.raises(SettingError, match="pixels are none"):
-        calibrate_from_clicks(rendered(), [])
+        calibrate_from_clicks(render(), [])
 
 
-def masked(*discs: Disc, **options: Any) -> LabeledImage:
+def render_labeled(*discs: Disc, **options: Any) -> LabeledImage:
     """The scene, in which the last disc is the thing."""
     x, y, radius, _ = discs[-1]
     down, across = np.mgrid[0:120, 0:160] + 0.5
     mask: Mask = (np.hypot(across - x, down - y) <= radius).astype(np.uint8) * 255
-    return LabeledImage(rendered(*discs, **options), mask)
+    return LabeledImage(render(*discs, **options), mask)
 
 
 def test_mask_keeps_a_like_color_out() -> None:
     amber = (235, 150, 22)  # of hue 36; ORANGE is 27
     scenes = [
-        masked((40, 60, 15, amber), (110, 60, 15, ORANGE), noise=3.0, shade=0.3),
-        masked((120, 40, 20, amber), (50, 70, 10, ORANGE), noise=3.0, seed=1),
+        render_labeled((40, 60, 15, amber), (110, 60, 15, ORANGE), noise=3.0, shade=0.3),
+        render_labeled((120, 40, 20, amber), (50, 70, 10, ORANGE), noise=3.0, seed=1),
     ]
     camera = BlobDetector({"it": calibrate_from_images(scenes)})
-    found = camera.detect(masked((100, 60, 25, amber), (40, 50, 12, ORANGE), noise=3.0, seed=2).image)["it"]
+    found = camera.detect(
+        render_labeled((100, 60, 25, amber), (40, 50, 12, ORANGE), noise=3.0, seed=2).image
+    )["it"]
     assert found is not None
     assert found.x == pytest.approx(40.0, abs=1.5)
     careless = BlobDetector({"it": calibrate_from_images([middle(ORANGE)])})
-    assert careless.detect(rendered((100, 60, 25, amber)))["it"] is not None, "easily told apart"
+    assert careless.detect(render((100, 60, 25, amber)))["it"] is not None, "easily told apart"
 
 
 def middle(color: tuple[int, int, int]) -> LabeledImage:
-    return LabeledImage(rendered((80, 60, 20, color), noise=3.0))
+    return LabeledImage(render((80, 60, 20, color), noise=3.0))
 
 
-def saved(folder: Path, name: str, image: Image | Mask) -> None:
+def save_image(folder: Path, name: str, image: Image | Mask) -> None:
     pixels = image[:, :, ::-1] if image.ndim == 3 else image
     cv2.imwrite(str(folder / name), pixels)
 
 
 def test_folder(tmp_path: Path) -> None:
-    shown = masked((40, 60, 15, RED), (110, 60, 15, GREEN), noise=3.0, shade=0.3)
-    saved(tmp_path, "a.jpg", shown.image)
-    saved(tmp_path, "a.mask.png", np.asarray(shown.mask))
-    saved(tmp_path, "b.png", middle(GREEN).image)
+    shown = render_labeled((40, 60, 15, RED), (110, 60, 15, GREEN), noise=3.0, shade=0.3)
+    save_image(tmp_path, "a.jpg", shown.image)
+    save_image(tmp_path, "a.mask.png", np.asarray(shown.mask))
+    save_image(tmp_path, "b.png", middle(GREEN).image)
     (tmp_path / "notes.txt").write_text("no image")
     pictures = read_image_folder(tmp_path)
     color = calibrate_from_images([picture.shown for picture in pictures], where=str(tmp_path))
@@ -157,9 +159,9 @@ def test_folder(tmp_path: Path) -> None:
 
 
 def test_mask_as_jpeg(tmp_path: Path) -> None:
-    shown = masked((40, 60, 15, RED), (110, 60, 15, GREEN))
-    saved(tmp_path, "a.png", shown.image)
-    saved(tmp_path, "a.mask.jpg", np.asarray(shown.mask) // 2 + 60)
+    shown = render_labeled((40, 60, 15, RED), (110, 60, 15, GREEN))
+    save_image(tmp_path, "a.png", shown.image)
+    save_image(tmp_path, "a.mask.jpg", np.asarray(shown.mask) // 2 + 60)
     (picture,) = read_image_folder(tmp_path)
     np.testing.assert_array_equal(picture.shown.mask, shown.mask)
 
@@ -169,16 +171,16 @@ def broken(folder: Path) -> None:
 
 
 def orphan(folder: Path) -> None:
-    saved(folder, "a.png", rendered())
-    saved(folder, "b.mask.png", np.zeros((120, 160), np.uint8))
+    save_image(folder, "a.png", render())
+    save_image(folder, "b.mask.png", np.zeros((120, 160), np.uint8))
 
 
 def other_size(folder: Path) -> None:
-    saved(folder, "a.png", rendered())
-    saved(folder, "a.mask.png", np.zeros((60, 80), np.uint8))
+    save_image(folder, "a.png", render())
+    save_image(folder, "a.mask.png", np.zeros((60, 80), np.uint8))
 
 
-def nothing(folder: Path) -> None:
+def leave_empty(folder: Path) -> None:
     """It stays empty."""
 
 
@@ -188,7 +190,7 @@ def nothing(folder: Path) -> None:
         (broken, "a.png: begins with b'no image'"),
         (orphan, "b.mask.png: is a mask of no image; put b.png beside it"),
         (other_size, "a.mask.png: is 80 x 60 pixels; make it as large as a.png, 160 x 120"),
-        (nothing, "holds no images"),
+        (leave_empty, "holds no images"),
     ],
 )
 def test_folder_that_cannot_be(made: Any, said: str, tmp_path: Path) -> None:
@@ -222,6 +224,6 @@ def test_bounds(hue_deg: tuple[float, float], steps: list[tuple[int, int]]) -> N
 @pytest.mark.parametrize("ground", [GRAY, BROWN, BLUE])
 def test_middle_of_images(ground: tuple[int, int, int]) -> None:
     color = calibrate_from_images([middle(ORANGE), middle(ORANGE)])
-    found = BlobDetector({"it": color}).detect(rendered((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
+    found = BlobDetector({"it": color}).detect(render((30, 30, 10, ORANGE), ground=ground, shade=0.4))["it"]
     assert found is not None
     assert found.x == pytest.approx(30.0, abs=1.0)

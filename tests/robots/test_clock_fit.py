@@ -146,7 +146,7 @@ def test_the_error_where_one_direction_was_not_heard(
     assert 1e-3 + 2 * 1.25e-3 <= error_s <= 1e-3 + 2 * 1.25e-3 + 1.1e-3  # the last: lines that rise by 1 ms
 
 
-def drifting(rate: float, jump_s: float = 0.0) -> ClockFit:
+def fit_drift(rate: float, jump_s: float = 0.0) -> ClockFit:
     times = np.linspace(0.0, SPAN_S, 1001).tolist()
     received, sent = exchange(0.0, rate, [(at, 0.002) for at in times], [(at, 0.002) for at in times])
     for each in (received, sent):
@@ -155,14 +155,14 @@ def drifting(rate: float, jump_s: float = 0.0) -> ClockFit:
 
 
 def test_a_clock_that_runs_faster_is_followed() -> None:
-    fit = drifting(1.0 + 2e-4)
+    fit = fit_drift(1.0 + 2e-4)
     assert fit.rate == pytest.approx(1.0 + 2e-4, abs=1e-5)
     assert fit.find_largest_error(0.0, SPAN_S) < 0.005
 
 
 def test_a_clock_that_jumps_is_said_to_be_uneven() -> None:
     """No straight line fits; the error covers both sides of the jump."""
-    fit = drifting(1.0, jump_s=0.5)
+    fit = fit_drift(1.0, jump_s=0.5)
     assert fit.uneven_s > 0.1
     for at, true in ((1.0, 1.0), (49.0, 49.0), (51.0, 51.5), (99.0, 99.5)):
         assert abs(fit.convert(at) - true) <= fit.find_error(at)

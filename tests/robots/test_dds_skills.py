@@ -14,13 +14,13 @@ pytest.importorskip("zenoh", reason="needs the extra ros2")
 
 from tests.robots import test_zenoh_skills as over_zenoh
 from tests.robots.dds_skill_servers import DOMAIN, DdsServer, OtherServer
-from tests.robots.skill_rigs import Conduct, skilled
+from tests.robots.skill_rigs import Conduct, write_skill_robot
 from tests.waiting import wait_until
 
 from understudy.robots.ros.dds import DdsTransport
 from understudy.robots.ros.transport import Transport
 
-TEXT = skilled().replace('transport = "zenoh"\n', "").replace("domain = 43", f"domain = {DOMAIN}")
+TEXT = write_skill_robot().replace('transport = "zenoh"\n', "").replace("domain = 43", f"domain = {DOMAIN}")
 ARRIVES_S = 0.3
 """After this time, s, what was sent has arrived."""
 
@@ -33,7 +33,7 @@ class DdsRig(over_zenoh.SkilledRig):
 
 
 @contextmanager
-def rigged(
+def open_rig(
     conduct: Conduct, server: type[DdsServer] = DdsServer, *, timeout_s: float = 30.0
 ) -> Iterator[tuple[DdsRig, DdsServer]]:
     with server("", conduct) as serving:
@@ -60,13 +60,13 @@ TRIALS: list[tuple[Callable[[DdsRig, DdsServer], None], Conduct, float]] = [
 def test_goals_and_services_over_dds(
     tries: Callable[[DdsRig, DdsServer], None], conduct: Conduct, timeout_s: float
 ) -> None:
-    with rigged(conduct, timeout_s=timeout_s) as (rig, server):
+    with open_rig(conduct, timeout_s=timeout_s) as (rig, server):
         tries(rig, server)
 
 
 @pytest.mark.timed
 def test_a_server_that_left_aborts_its_goal_which_is_cancelled_when_it_is_there_again() -> None:
-    with rigged("silent") as (rig, server):
+    with open_rig("silent") as (rig, server):
         rig.tick("go_to", anew=True)
         server.close()
         rig.run_until(rig.outcomes)
@@ -77,7 +77,7 @@ def test_a_server_that_left_aborts_its_goal_which_is_cancelled_when_it_is_there_
 
 @pytest.mark.timed
 def test_a_server_on_another_dds_is_sent_nothing() -> None:
-    with rigged("succeed", OtherServer) as (rig, server):
+    with open_rig("succeed", OtherServer) as (rig, server):
         wait_until(lambda: "another DDS" in rig.robot.skills.find_problems().get("go_to", ""))
         assert 'give transport = "zenoh"' in rig.robot.skills.find_problems()["beep"]
         rig.tick("go_to", anew=True)

@@ -54,14 +54,14 @@ def picture() -> Image:
     return image
 
 
-def compressed(ending: str, image: Image | None = None) -> bytes:
+def compress(ending: str, image: Image | None = None) -> bytes:
     content: bytes = cv2.imencode(ending, (picture() if image is None else image)[:, :, ::-1])[1].tobytes()
     return content
 
 
 @pytest.mark.parametrize(("ending", "off"), [(".png", 0), (".jpg", 12)])
 def test_compressed(ending: str, off: int) -> None:
-    image = decode_compressed_image(compressed(ending))
+    image = decode_compressed_image(compress(ending))
     np.testing.assert_allclose(image.astype(int)[[4, 20]], picture().astype(int)[[4, 20]], atol=off)
 
 
@@ -71,31 +71,31 @@ def test_compressed_gray() -> None:
 
 
 def test_zeros_after_jpeg() -> None:
-    assert decode_compressed_image(compressed(".jpg") + bytes(5)).shape == (24, 40, 3)
+    assert decode_compressed_image(compress(".jpg") + bytes(5)).shape == (24, 40, 3)
 
 
 def huge_png() -> bytes:
-    content = bytearray(compressed(".png"))
+    content = bytearray(compress(".png"))
     struct.pack_into(">II", content, 16, 60_000, 60_000)
     struct.pack_into(">I", content, 29, zlib.crc32(content[12:29]))
     return bytes(content)
 
 
 def huge_jpeg() -> bytes:
-    content = bytearray(compressed(".jpg"))
+    content = bytearray(compress(".jpg"))
     struct.pack_into(">HH", content, content.index(b"\xff\xc0") + 5, 60_000, 60_000)
     return bytes(content)
 
 
 def long_chunk() -> bytes:
     """Its pixels claim to be 2 GB."""
-    content = bytearray(compressed(".png"))
+    content = bytearray(compress(".png"))
     struct.pack_into(">I", content, content.index(b"IDAT") - 4, 2**31)
     return bytes(content)
 
 
-def changed_pixels() -> bytes:
-    content = bytearray(compressed(".png"))
+def change_pixels() -> bytes:
+    content = bytearray(compress(".png"))
     content[content.index(b"IDAT") + 10] ^= 1
     return bytes(content)
 
@@ -106,17 +106,17 @@ def chunk(kind: bytes, content: bytes) -> bytes:
 
 def no_pixels() -> bytes:
     """A PNG that is whole, and empty."""
-    return compressed(".png")[:33] + chunk(b"IEND", b"")
+    return compress(".png")[:33] + chunk(b"IEND", b"")
 
 
 def test_png_with_words() -> None:
-    content = compressed(".png")
+    content = compress(".png")
     wordy = content[:33] + chunk(b"tEXt", b"Title\0red above, blue below") + content[33:]
     np.testing.assert_array_equal(decode_compressed_image(wordy), picture())
 
 
 def test_orientation_is_not_looked_at() -> None:
-    content = compressed(".jpg")
+    content = compress(".jpg")
     tags = b"Exif\0\0MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 0x0112, 3, 1, 6, 0, 0)  # turned by 90 degrees
     turned = content[:2] + b"\xff\xe1" + struct.pack(">H", len(tags) + 2) + tags + content[2:]
     assert decode_compressed_image(turned).shape == (24, 40, 3)
@@ -146,11 +146,11 @@ def test_wrong_image(change: dict[str, object], said: str) -> None:
         (b"GIF89a" + bytes(50), "begins with b'GIF89a"),
         (huge_png, "is 60000 x 60000 pixels"),
         (huge_jpeg, "is 60000 x 60000 pixels"),
-        (lambda: compressed(".jpg")[:-40], "is a JPEG that was cut off"),
-        (lambda: compressed(".png")[:40], "is a PNG that was cut off"),
-        (lambda: compressed(".png")[:-12], "is a PNG that was cut off"),
+        (lambda: compress(".jpg")[:-40], "is a JPEG that was cut off"),
+        (lambda: compress(".png")[:40], "is a PNG that was cut off"),
+        (lambda: compress(".png")[:-12], "is a PNG that was cut off"),
         (long_chunk, "is a PNG that is damaged"),
-        (changed_pixels, "is a PNG that is damaged"),
+        (change_pixels, "is a PNG that is damaged"),
         (no_pixels, "is damaged; check what the camera sends"),
         (b"\xff\xd8\xff\xd9", "without a size"),
     ],
@@ -170,7 +170,7 @@ def test_wrong_compressed(content: object, said: str) -> None:
 @settings(max_examples=150)
 @example(".jpg", [])
 def test_damaged_is_an_image_or_an_error(ending: str, changes: list[tuple[int, int]]) -> None:
-    content = bytearray(compressed(ending))
+    content = bytearray(compress(ending))
     for at, value in changes:
         content[at % len(content)] = value
     try:

@@ -91,11 +91,11 @@ def test_what_a_robot_tells_itself_is_not_worked_out() -> None:
 
 
 def test_chance_is_kept_for_its_time_and_another_with_each_robot() -> None:
-    def drawn(seed: int) -> list[float]:
+    def draw_numbers(seed: int) -> list[float]:
         derived = DerivedReadings(kind(RandomSensor(name="chance", every_s=1.0)), [], [], seed=seed)
         return [derived.compute(tick / 4, {}, 0.0)["chance", None] for tick in range(8)]
 
-    one, other = drawn(1), drawn(2)
+    one, other = draw_numbers(1), draw_numbers(2)
     assert one == [one[0]] * 4 + [one[4]] * 4
     assert len({*one, *other}) == 4
     assert all(0.0 <= each < 1.0 for each in one)

@@ -33,7 +33,7 @@ def say(name: str, level: StatusLevel, message: str = "") -> bytes:
     return encode_statuses([DiagnosticStatus(name, level, message)], time_s=0.0)
 
 
-def armed(wire: Wire, clock: SimulatedClock) -> Robot:
+def make_armed_robot(wire: Wire, clock: SimulatedClock) -> Robot:
     robot = Robot(FILE, wire, clock=clock)
     wire.deliver("/rover/sonar", sonar(1.0), clock())
     robot.arm("Ada")
@@ -54,7 +54,7 @@ STATUSES = [  # name, level, whether it stops the robot, whether it is fit
 @pytest.mark.parametrize(("name", "level", "stops", "fit"), STATUSES)
 def test_what_a_status_does(name: str, level: StatusLevel, stops: bool, fit: bool) -> None:
     wire, clock = Wire(), SimulatedClock()
-    robot = armed(wire, clock)
+    robot = make_armed_robot(wire, clock)
     wire.deliver("/diagnostics", say(name, level, "overheated"), clock())
     robot.act({"drive": [1.0]})  # type: ignore[dict-item]
     assert (robot.stop_cause != "") == stops
@@ -68,12 +68,12 @@ def test_what_a_status_does(name: str, level: StatusLevel, stops: bool, fit: boo
 
 def test_nonsense_changes_nothing() -> None:
     wire, clock = Wire(), SimulatedClock()
-    robot = armed(wire, clock)
+    robot = make_armed_robot(wire, clock)
     wire.deliver("/diagnostics", b"\x00\x01\x00\x00 nonsense", clock())
     assert robot.unfitness == ""
 
 
-def published(wire: Wire) -> list[Any]:
+def list_published(wire: Wire) -> list[Any]:
     return [
         decode_message(DIAGNOSTICS, data).status[0] for topic, data in wire.sent if topic == "/diagnostics"
     ]
@@ -81,19 +81,19 @@ def published(wire: Wire) -> list[Any]:
 
 def test_a_robot_says_how_it_is_once_a_second_and_when_that_changes() -> None:
     wire, clock = Wire(), SimulatedClock()
-    robot = armed(wire, clock)
-    first = published(wire)
+    robot = make_armed_robot(wire, clock)
+    first = list_published(wire)
     assert [(each.name, each.level, each.message) for each in first] == [("understudy: rover", OK, "armed")]
     assert {pair.key: pair.value for pair in first[0].values}["age of sonar_ahead (s)"] == "0.0"
     clock.advance(0.05)
     robot.act({})
-    assert len(published(wire)) == 1
+    assert len(list_published(wire)) == 1
     robot.disarm("Ada disarmed it")
     robot.act({})
-    assert [(each.level, each.message) for each in published(wire)[1:]] == [(WARN, "Ada disarmed it")]
+    assert [(each.level, each.message) for each in list_published(wire)[1:]] == [(WARN, "Ada disarmed it")]
     clock.advance(PERIOD_S)
     robot.act({})
-    assert len(published(wire)) == 3
+    assert len(list_published(wire)) == 3
 
 
 def test_a_status_that_never_comes_is_reported_by_the_check() -> None:

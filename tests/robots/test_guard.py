@@ -69,7 +69,7 @@ def hold_on(rig: Rig) -> None:
     rig.wait(0.12)
 
 
-def commanded(rig: Rig) -> None:
+def let_command(rig: Rig) -> None:
     rig.wire.others.append(OTHER)
     rig.wait(0.22)
 
@@ -79,7 +79,7 @@ STOPS: list[tuple[str, Callable[[Rig], None], str, bool]] = [  # file, what happ
     (FENCED, very_late, "no command came for 1.24 s", False),
     (FENCED, deaf, "sonar_ahead is absent", False),
     (FENCED, outside, "outside its geofence", False),
-    (FENCED, commanded, "somebody else publishes on /rover/cmd_vel", False),
+    (FENCED, let_command, "somebody else publishes on /rover/cmd_vel", False),
     (FENCED, lambda rig: rig.robot.disarm("enough"), "enough", False),
     (FENCED, lambda rig: rig.robot.emergency_stop("a key"), "emergency: a key", False),
     (HELD, let_go, "nobody holds the key", True),
@@ -265,91 +265,93 @@ class Guarded(Rig):
 
 
 @pytest.fixture
-def guarded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Guarded:
+def guard_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Guarded:
     monkeypatch.setattr(Guard, "_watch", lambda self: None)
     return Guarded(folder=tmp_path)
 
 
-def test_the_watchdog_hears_of_it(guarded: Guarded) -> None:
+def test_the_watchdog_hears_of_it(guard_folder: Guarded) -> None:
     """And has to find who publishes what the robot reads, but not others."""
     sensor = Publisher(SONAR, "sensor_msgs/msg/Range")
-    guarded.wire.others.extend([sensor, Publisher("/elsewhere", TWIST)])
-    guarded.ready()
-    assert guarded.watchdog.found == {sensor}
-    guarded.move(1.0)
-    guarded.wait(0.04)
-    guarded.robot.disarm()
-    guarded.wait(0.04)
-    guarded.wait(5.0)
-    assert guarded.watchdog.told[:5] == [TAKEN_OVER, MOVING, MOVING, MOVING, MOVING]
-    assert guarded.watchdog.told[-1] == RESTING
+    guard_folder.wire.others.extend([sensor, Publisher("/elsewhere", TWIST)])
+    guard_folder.ready()
+    assert guard_folder.watchdog.found == {sensor}
+    guard_folder.move(1.0)
+    guard_folder.wait(0.04)
+    guard_folder.robot.disarm()
+    guard_folder.wait(0.04)
+    guard_folder.wait(5.0)
+    assert guard_folder.watchdog.told[:5] == [TAKEN_OVER, MOVING, MOVING, MOVING, MOVING]
+    assert guard_folder.watchdog.told[-1] == RESTING
 
 
 @pytest.mark.parametrize("still_s", [0.13, 1.1])
 @pytest.mark.parametrize("finds", ["check", "act"])
 def test_a_program_that_stood_still_stops_it_and_long_disarms_it(
-    guarded: Guarded, still_s: float, finds: str
+    guard_folder: Guarded, still_s: float, finds: str
 ) -> None:
-    guarded.ready()
-    guarded.move(1.0)
-    guarded.wait(0.1)
-    guarded.now += still_s
-    guarded.hear(SONAR, sonar(2.0))
-    guarded.hear(ODOM, odometry(0.0))
+    guard_folder.ready()
+    guard_folder.move(1.0)
+    guard_folder.wait(0.1)
+    guard_folder.now += still_s
+    guard_folder.hear(SONAR, sonar(2.0))
+    guard_folder.hear(ODOM, odometry(0.0))
     if finds == "act":
-        assert guarded.move(1.0) == STOP
-    guarded.robot.guard.check()
-    assert guarded.sent == STOP
-    assert guarded.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
-    assert guarded.watchdog.told[-1] == (TAKEN_OVER if still_s < 1 else MOVING)
-    guarded.wait(0.02)
-    assert guarded.sent == STOP
-    assert guarded.watchdog.told[-1] == MOVING
-    assert guarded.move(1.0) == (AHEAD if still_s < 1 else STOP)
+        assert guard_folder.move(1.0) == STOP
+    guard_folder.robot.guard.check()
+    assert guard_folder.sent == STOP
+    assert guard_folder.robot.stop_cause == f"this program stood still for {still_s:.2f} s"
+    assert guard_folder.watchdog.told[-1] == (TAKEN_OVER if still_s < 1 else MOVING)
+    guard_folder.wait(0.02)
+    assert guard_folder.sent == STOP
+    assert guard_folder.watchdog.told[-1] == MOVING
+    assert guard_folder.move(1.0) == (AHEAD if still_s < 1 else STOP)
 
 
 @pytest.mark.parametrize("still_s", [0.2, 1.1])
-def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(guarded: Guarded, still_s: float) -> None:
-    guarded.ready()
-    guarded.move(0.0)
+def test_a_program_that_is_frozen_while_it_sends_stops_afterwards(
+    guard_folder: Guarded, still_s: float
+) -> None:
+    guard_folder.ready()
+    guard_folder.move(0.0)
 
     class Slow(list[tuple[str, bytes]]):
         def append(self, sent: tuple[str, bytes]) -> None:
-            guarded.now += still_s
+            guard_folder.now += still_s
             super().append(sent)
 
-    guarded.wire.sent = Slow(guarded.wire.sent)
-    guarded.robot.act({"drive": np.ones(1)})
-    assert guarded.sent == STOP
-    assert guarded.robot.armed == (still_s < 1)
+    guard_folder.wire.sent = Slow(guard_folder.wire.sent)
+    guard_folder.robot.act({"drive": np.ones(1)})
+    assert guard_folder.sent == STOP
+    assert guard_folder.robot.armed == (still_s < 1)
 
 
-def test_without_a_watchdog_it_does_not_move(guarded: Guarded) -> None:
-    guarded.ready().move(1.0)
-    guarded.watchdog.said = "the watchdog died"
-    guarded.wait(0.02)
-    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "the watchdog died")
-    assert not guarded.robot.armed
+def test_without_a_watchdog_it_does_not_move(guard_folder: Guarded) -> None:
+    guard_folder.ready().move(1.0)
+    guard_folder.watchdog.said = "the watchdog died"
+    guard_folder.wait(0.02)
+    assert (guard_folder.sent, guard_folder.robot.stop_cause) == (STOP, "the watchdog died")
+    assert not guard_folder.robot.armed
 
 
-def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(guarded: Guarded) -> None:
-    guarded.ready().move(1.0)
-    guarded.watchdog.stepped_in = True
-    guarded.wait(0.02)
-    assert guarded.watchdog.told[-1] == TAKEN_OVER
-    guarded.wait(0.02)
-    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "the watchdog had to stop it")
-    assert guarded.move(1.0) == AHEAD
+def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(guard_folder: Guarded) -> None:
+    guard_folder.ready().move(1.0)
+    guard_folder.watchdog.stepped_in = True
+    guard_folder.wait(0.02)
+    assert guard_folder.watchdog.told[-1] == TAKEN_OVER
+    guard_folder.wait(0.02)
+    assert (guard_folder.sent, guard_folder.robot.stop_cause) == (STOP, "the watchdog had to stop it")
+    assert guard_folder.move(1.0) == AHEAD
 
 
-def test_a_computer_that_slept_is_armed_again(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
-    guarded.ready().move(1.0)
+def test_a_computer_that_slept_is_armed_again(guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+    guard_folder.ready().move(1.0)
     slept = measure_time_asleep() + 60.0
     monkeypatch.setattr("understudy.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
-    guarded.wait(0.02)
-    assert (guarded.sent, guarded.robot.stop_cause) == (STOP, "this computer slept")
-    guarded.ready().wait(0.1)
-    assert guarded.robot.armed
+    guard_folder.wait(0.02)
+    assert (guard_folder.sent, guard_folder.robot.stop_cause) == (STOP, "this computer slept")
+    guard_folder.ready().wait(0.1)
+    assert guard_folder.robot.armed
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="it is known on Linux only")
@@ -369,48 +371,50 @@ def test_a_program_that_is_held_up_did_not_sleep(
     assert measure_time_asleep() == pytest.approx(60.0, abs=1e-6)
 
 
-def test_what_cannot_be_sent_is_left_to_the_watchdog(guarded: Guarded) -> None:
-    guarded.ready()
-    guarded.move(0.0)
+def test_what_cannot_be_sent_is_left_to_the_watchdog(guard_folder: Guarded) -> None:
+    guard_folder.ready()
+    guard_folder.move(0.0)
 
     def fail(speeds: Speeds) -> None:
         raise OSError("no buffer")
 
-    guarded.robot.guard._send = fail
+    guard_folder.robot.guard._send = fail
     with pytest.raises(OSError, match="no buffer"):
-        guarded.move(1.0)
-    assert guarded.watchdog.dropped
-    assert (guarded.robot.armed, guarded.robot.stop_cause) == (False, "commands cannot be sent")
-    guarded.robot.emergency_stop("a key")  # raises nothing: other robots are waiting for theirs
-    assert guarded.robot.stops[0].cause == "commands cannot be sent"
+        guard_folder.move(1.0)
+    assert guard_folder.watchdog.dropped
+    assert (guard_folder.robot.armed, guard_folder.robot.stop_cause) == (False, "commands cannot be sent")
+    guard_folder.robot.emergency_stop("a key")  # raises nothing: other robots are waiting for theirs
+    assert guard_folder.robot.stops[0].cause == "commands cannot be sent"
 
 
-def test_without_a_log_it_is_not_armed(guarded: Guarded) -> None:
-    (guarded.folder / "rover.stops.jsonl").mkdir()
+def test_without_a_log_it_is_not_armed(guard_folder: Guarded) -> None:
+    (guard_folder.folder / "rover.stops.jsonl").mkdir()
     with pytest.raises(FileError, match="cannot be written"):
-        guarded.ready()
-    assert not guarded.robot.armed
+        guard_folder.ready()
+    assert not guard_folder.robot.armed
 
 
-def test_a_stop_while_it_is_armed_wins(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guarded.watchdog, "start", lambda peers: guarded.robot.emergency_stop("a key"))
+def test_a_stop_while_it_is_armed_wins(guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        guard_folder.watchdog, "start", lambda peers: guard_folder.robot.emergency_stop("a key")
+    )
     with pytest.raises(ArmingRefused, match="it was stopped meanwhile"):
-        guarded.ready()
-    assert not guarded.robot.armed
+        guard_folder.ready()
+    assert not guard_folder.robot.armed
 
 
-def test_closed_it_is_armed_no_more(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_it_is_armed_no_more(guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not even where that was begun before, and then the watchdog is sent home."""
     left: list[str] = []
-    monkeypatch.setattr(guarded.watchdog, "shut_down", lambda: left.append("left"))
-    monkeypatch.setattr(guarded.watchdog, "start", lambda peers: guarded.robot.close())
+    monkeypatch.setattr(guard_folder.watchdog, "shut_down", lambda: left.append("left"))
+    monkeypatch.setattr(guard_folder.watchdog, "start", lambda peers: guard_folder.robot.close())
     for _ in range(2):
         with pytest.raises(ArmingRefused, match="it was closed; connect to it again"):
-            guarded.ready()
-        assert not guarded.robot.armed
+            guard_folder.ready()
+        assert not guard_folder.robot.armed
         assert len(left) == 2
     with pytest.raises(ArmingRefused, match="it was closed"):
-        guarded.robot.prepare()
+        guard_folder.robot.prepare()
 
 
 def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
@@ -440,32 +444,34 @@ def test_a_guard_that_fails_stops_it(tmp_path: Path) -> None:
 
 
 def test_a_close_that_was_interrupted_is_made_up_for(
-    guarded: Guarded, monkeypatch: pytest.MonkeyPatch
+    guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A second Ctrl-C in the middle of it: as long as it was not stopped, what it is stopped through stays."""
     closed: list[str] = []
-    monkeypatch.setattr(guarded.wire, "close", lambda: closed.append("closed"))
-    guarded.ready().move(1.0)
+    monkeypatch.setattr(guard_folder.wire, "close", lambda: closed.append("closed"))
+    guard_folder.ready().move(1.0)
     with monkeypatch.context() as interrupted:
-        interrupted.setattr(guarded.robot.guard, "close", lambda cause: _interrupt())
+        interrupted.setattr(guard_folder.robot.guard, "close", lambda cause: _interrupt())
         with pytest.raises(KeyboardInterrupt):
-            guarded.robot.close()
+            guard_folder.robot.close()
     assert closed == []
-    guarded.robot.close()
-    assert (guarded.sent, closed) == (STOP, ["closed"])
+    guard_folder.robot.close()
+    assert (guard_folder.sent, closed) == (STOP, ["closed"])
 
 
 def _interrupt() -> None:
     raise KeyboardInterrupt
 
 
-def test_a_fork_that_ends_leaves_the_robot_alone(guarded: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
-    guarded.ready().move(1.0)
+def test_a_fork_that_ends_leaves_the_robot_alone(
+    guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guard_folder.ready().move(1.0)
     with monkeypatch.context() as forked:
         forked.setattr("os.getpid", lambda: -1)
-        guarded.robot.close()
-    assert guarded.robot.armed
-    assert guarded.sent == AHEAD
+        guard_folder.robot.close()
+    assert guard_folder.robot.armed
+    assert guard_folder.sent == AHEAD
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import odometry
 from tests.robots.twins import Rig
-from tests.ui.cli.commands import said
+from tests.ui.cli.commands import run_json
 
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import TrainedAutomaton
@@ -72,7 +72,7 @@ def decide(rig: Rig, folder: Path, *, agents: bool, disarms: bool) -> Decisions:
     team = run.team if agents else Team(rig.twin, assign_team_members(rig.twin.scenario), libraries, roots)
     draws, found = Random(4), Decisions()
     rig.twin.follow(lambda: team.paths)
-    rig.seen()
+    rig.send_odometry()
     rig.twin.fleet.arm("a test")
     run.restart()
     team.clear()
@@ -111,7 +111,7 @@ def test_a_recorded_run_of_agents_in_one_program_decides_again(tmp_path: Path) -
         found = decide(Rig(NAMES, "patrol", recorder=recorder), folder, agents=True, disarms=False)
     recording = read_recording(path)
     assert list(recording.paths[2]) == [paths[2] for paths, _ in found]
-    again = said("run", "--replay", path)
+    again = run_json("run", "--replay", path)
     assert (again["decisions"], again["differences"]) == (len(NAMES) * TICKS, [])
-    why = said("why", path, "--agent", 3, "--time", 3.0, "-l", folder)
+    why = run_json("why", path, "--agent", 3, "--time", 3.0, "-l", folder)
     assert len(why["agents"]) == 2  # the robot and its coordinator

@@ -159,7 +159,7 @@ def test_the_file_says_how_its_clock_was_found(tmp_path: Path) -> None:
     assert read_team_clock(paths[0]) is None
 
 
-def refused(
+def check_refusal(
     kind: type[UnderstudyError], says: str, folder: Path, *paths: Path, out: str = "team.mcap"
 ) -> None:
     before = sorted(folder.iterdir())
@@ -177,22 +177,22 @@ def test_what_cannot_be_merged_is_refused(tmp_path: Path) -> None:
     empty.touch()
     alone = write(tmp_path / "alone.mcap", "alone", [(BEGAN_NS, SENT, make_data("alone", 0))], agent=False)
     silent = write(tmp_path / "silent.mcap", "silent", [])
-    refused(SettingError, "is a recording of a, as is", tmp_path, a, b, a)
-    refused(FileError, "no recording", tmp_path, a, text)
-    refused(FileError, "is not a recording of an agent|no recording", tmp_path, a, empty)
-    refused(FileError, "is not a recording of an agent", tmp_path, a, alone)
-    refused(FileError, "has no message", tmp_path, a, silent)
-    refused(FileError, "No such file", tmp_path, a, tmp_path / "none.mcap")
-    refused(SettingError, "c exchanged no messages in both directions", tmp_path, a, apart[0])
-    refused(SettingError, "d exchanged no messages in both directions", tmp_path, *apart)
-    refused(FileError, "is there already", tmp_path, a, b, out="a.mcap")
-    refused(FileError, "writing failed", tmp_path, a, b, out="none/team.mcap")
+    check_refusal(SettingError, "is a recording of a, as is", tmp_path, a, b, a)
+    check_refusal(FileError, "no recording", tmp_path, a, text)
+    check_refusal(FileError, "is not a recording of an agent|no recording", tmp_path, a, empty)
+    check_refusal(FileError, "is not a recording of an agent", tmp_path, a, alone)
+    check_refusal(FileError, "has no message", tmp_path, a, silent)
+    check_refusal(FileError, "No such file", tmp_path, a, tmp_path / "none.mcap")
+    check_refusal(SettingError, "c exchanged no messages in both directions", tmp_path, a, apart[0])
+    check_refusal(SettingError, "d exchanged no messages in both directions", tmp_path, *apart)
+    check_refusal(FileError, "is there already", tmp_path, a, b, out="a.mcap")
+    check_refusal(FileError, "writing failed", tmp_path, a, b, out="none/team.mcap")
     with pytest.raises(UnknownName, match="no agent 'e'"):
         merge_recordings(tmp_path / "team.mcap", [a, b], reference="e")
     merge_recordings(tmp_path / "team.mcap", [a, b])
     with pytest.raises(FileError, match="is of several agents of a team"):
         read_recording(tmp_path / "team.mcap")
-    refused(FileError, "is a merged recording", tmp_path, tmp_path / "team.mcap", b, out="again.mcap")
+    check_refusal(FileError, "is a merged recording", tmp_path, tmp_path / "team.mcap", b, out="again.mcap")
 
 
 def test_what_a_killed_agent_recorded_is_merged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

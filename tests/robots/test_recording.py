@@ -54,6 +54,13 @@ NAMES = st.lists(st.text("abü( )_1", min_size=0, max_size=9), max_size=6, uniqu
 NUMBERS = st.floats(width=64)
 
 
+def count_ticks(path: Path) -> int:
+    """Return the number of ticks that a recording has so far; 0 if it cannot be read yet."""
+    with suppress(FileError):
+        return read_recording(path).ticks
+    return 0
+
+
 @given(NAMES, st.data())
 def test_readings_are_kept_to_the_last_bit(names: list[str], data: st.DataObject) -> None:
     """Other people's decoder finds the same as ours, tick after tick."""
@@ -172,7 +179,7 @@ def test_a_topic_that_two_listen_to_is_kept_once(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def written(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+def wait_until_written(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """A function that returns once everything is written, or nothing more is."""
     writers: list[writer.RecordingWriter] = []
 
@@ -230,15 +237,10 @@ def test_a_killed_run_can_be_read(tmp_path: Path) -> None:
         f"t.slid(Path({str(path)!r}), 31, lambda tick: sys.stdin.read() if tick == 29 else None)\n"
     )
 
-    def told() -> int:
-        with suppress(FileError):
-            return read_recording(path).ticks
-        return 0
-
     command = end_with_tests([sys.executable, "-c", program])
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, env=env) as running:
-        wait_until(lambda: told() == 30)  # all that it recorded, although it does not end
+        wait_until(lambda: count_ticks(path) == 30)  # all that it recorded, although it does not end
         running.kill()
     found = read_recording(path)
     assert not found.whole
@@ -249,22 +251,17 @@ def test_a_tick_is_on_disk_a_second_later(tmp_path: Path) -> None:
     """What a killed run loses is a second at most, by the clock of its chunks."""
     clock, path, body = SimulatedClock(), tmp_path / "run.mcap", Scripted(1)
 
-    def told() -> int:
-        with suppress(FileError):
-            return read_recording(path).ticks
-        return 0
-
     with RunRecorder(path, chunks=clock) as recorder:
         recorder.begin(body)
         clock.expect(1)
         for tick in range(25):
             recorder.write_tick(tick, {("load", None): np.array([1.0])}, [("a",)])
             clock.advance(0.1)
-            assert told() == (tick + 1) // 10 * 10
+            assert count_ticks(path) == (tick + 1) // 10 * 10
 
 
 def test_a_full_disk_ends_a_run_with_a_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: Callable[[], None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wait_until_written: Callable[[], None]
 ) -> None:
     """Not in the thread of some message, but at a tick, where whoever runs the robot stops it."""
     if not Path("/dev/full").exists():
@@ -274,11 +271,11 @@ def test_a_full_disk_ends_a_run_with_a_sentence(
     with pytest.raises(
         RecordingFailed, match=r"full\.mcap: recording ended: No space left on device; free space"
     ):
-        slid(tmp_path / "full.mcap", 200, lambda tick: written())
+        slid(tmp_path / "full.mcap", 200, lambda tick: wait_until_written())
 
 
 def test_what_a_full_disk_holds_can_be_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: Callable[[], None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wait_until_written: Callable[[], None]
 ) -> None:
     class Small(io.FileIO):
         """A disk with room for 4000 bytes."""
@@ -293,12 +290,12 @@ def test_what_a_full_disk_holds_can_be_read(
     monkeypatch.setattr(writer, "_opened", lambda path: io.BufferedWriter(Small(path, "xb"), 64))
     path, ticks = tmp_path / "full.mcap", list[int]()
 
-    def noted(tick: int) -> None:
+    def note_tick(tick: int) -> None:
         ticks.append(tick)
-        written()
+        wait_until_written()
 
     with pytest.raises(RecordingFailed):
-        slid(path, 200, noted)
+        slid(path, 200, note_tick)
     found = read_recording(path)
     assert not found.whole
     assert 2 < found.ticks <= len(ticks)

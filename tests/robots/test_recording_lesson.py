@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("mcap", reason="needs the extra ros2")
 
-from tests.training.lessons import session as scripted
+from tests.make.sessions import make_session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.learner_options import LearnerOptions
@@ -30,7 +30,7 @@ Steps = Sequence[tuple[int, str]]
 """Before which tick, what: a state's name, or confirm, test, train, restart."""
 
 
-def recorded(session: Session, path: Path, steps: Steps, ticks: int) -> Recording:
+def record_session(session: Session, path: Path, steps: Steps, ticks: int) -> Recording:
     """A session that goes on for so many ticks, recorded, with its presses."""
     waiting = list(steps)
     with RunRecorder(path, clock=lambda: session.body.time_s) as recorder:
@@ -87,7 +87,7 @@ CORRECTED: Steps = [
 def test_presses_that_were_recorded_give_the_lesson(options: LearnerOptions, tmp_path: Path) -> None:
     session = scripted(features=["range_of(ball)", "bearing_of(goal)", "load"], options=options)
     empty = session.lesson
-    recording = recorded(session, tmp_path / "s.mcap", PLAIN, 80)
+    recording = record_session(session, tmp_path / "s.mcap", PLAIN, 80)
     again = teach_from_recording(recording, session.library, empty, list_recorded_presses(recording))
     assert len(session.examples) >= 8
     assert again.examples == session.examples
@@ -98,7 +98,7 @@ def test_a_table_of_presses_gives_the_lesson(tmp_path: Path) -> None:
     """With corrections and restarts, from a table or as they were recorded."""
     session = scripted(features=["range_of(ball)", "load"], options=LearnerOptions(reaction_s=0.2))
     empty = session.lesson
-    recording = recorded(session, tmp_path / "s.mcap", CORRECTED, 80)
+    recording = record_session(session, tmp_path / "s.mcap", CORRECTED, 80)
     presses = read_presses(table(tmp_path / "p.csv", recording, CORRECTED), recording)
     again = teach_from_recording(recording, session.library, empty, presses)
     assert any(each.correction for each in session.examples)
@@ -124,7 +124,7 @@ def test_a_session_in_a_world_is_learned_from_its_recording(tmp_path: Path) -> N
     )
     session = Session(Forage([3]), library, lesson)
     steps = [(0, "rotate_left"), (9, "forward"), (40, "rotate_right"), (55, "forward"), (90, "done")]
-    recording = recorded(session, tmp_path / "s.mcap", steps, 100)
+    recording = record_session(session, tmp_path / "s.mcap", steps, 100)
     presses = read_presses(table(tmp_path / "p.csv", recording, steps), recording)
     again = teach_from_recording(recording, library, lesson, presses)
     assert len(session.examples) == 9
@@ -149,7 +149,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("content", "problem"), WRONG)
 def test_a_table_that_cannot_be_is_refused(content: str, problem: str, tmp_path: Path) -> None:
-    recording = recorded(scripted(), tmp_path / "s.mcap", [], 10)
+    recording = record_session(scripted(), tmp_path / "s.mcap", [], 10)
     presses = tmp_path / "p.csv"
     presses.write_text(content, encoding="utf-8")
     with pytest.raises(FileError) as refusal:
@@ -160,7 +160,7 @@ def test_a_table_that_cannot_be_is_refused(content: str, problem: str, tmp_path:
 def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
     session = scripted()
     empty = session.lesson
-    recording = recorded(session, tmp_path / "s.mcap", [], 10)
+    recording = record_session(session, tmp_path / "s.mcap", [], 10)
     with pytest.raises(SessionError, match="holds no presses; give --presses"):
         list_recorded_presses(recording)
     with pytest.raises(UnderstudyError, match="no state 'backward'"):
@@ -172,7 +172,7 @@ def test_presses_that_cannot_be_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_press_between_ticks_acts_at_the_next(tmp_path: Path) -> None:
-    recording = recorded(scripted(), tmp_path / "s.mcap", [], 10)
+    recording = record_session(scripted(), tmp_path / "s.mcap", [], 10)
     presses = tmp_path / "p.csv"
     presses.write_text("time_s,state\n0.31,left\n0.3,right\n0.9,\n", encoding="utf-8")
     assert read_presses(presses, recording) == [

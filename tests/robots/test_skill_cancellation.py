@@ -11,7 +11,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import ODOM, SONAR, Rig
 from tests.robots.rovers import Wire, odometry, sonar
-from tests.robots.skill_rigs import DEFINITIONS, NAVIGATE, OUTCOMES, skilled
+from tests.robots.skill_rigs import DEFINITIONS, NAVIGATE, OUTCOMES, write_skill_robot
 
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.robots.ros.transport import Answered, WireType
@@ -63,7 +63,7 @@ class SkillRig:
 
     def __init__(self) -> None:
         self.wire, self.issued = ServiceWire(), 0.0
-        self.rig = Rig(skilled(), wire=self.wire).ready()
+        self.rig = Rig(write_skill_robot(), wire=self.wire).ready()
         self.robot = self.rig.robot
 
     def tick(self, skill: str | None = "go_to", *, anew: bool = False) -> None:

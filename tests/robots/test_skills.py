@@ -15,8 +15,8 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rigs import CMD, Rig
 from tests.robots.rovers import TWIST, Wire
-from tests.robots.skill_rigs import OUTCOMES, TABLES, TICK_S, Conduct, SkillRig, skilled
-from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, varied
+from tests.robots.skill_rigs import OUTCOMES, TABLES, TICK_S, Conduct, SkillRig, write_skill_robot
+from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, change_skill
 
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
@@ -228,7 +228,9 @@ def test_a_behavior_taught_in_the_stand_in_runs_on_the_robot(
     library = Library(make_scenario_kit(SCENARIO)).with_automaton(teach_round())
     recorder = RunRecorder(tmp_path / "run.mcap")  # which every run on a real robot has
     (tmp_path / "skilled.toml").write_text(SCENARIO_FILE.read_text())
-    text = skilled(TABLES.replace('["distance_remaining"]', '["distance_remaining", "number_of_recoveries"]'))
+    text = write_skill_robot(
+        TABLES.replace('["distance_remaining"]', '["distance_remaining", "number_of_recoveries"]')
+    )
     text = text.replace('name = "rover"', 'name = "rover"\nworld = "skilled.toml"', 1)
     rig = SkillRig(conduct, text, path=tmp_path / "rover.toml", recorder=recorder)
     twin = DigitalTwin(Fleet([rig.robot]))
@@ -253,7 +255,7 @@ def teach_round() -> TrainedAutomaton:
         features=[f"go_to_{each}" for each in OUTCOMES],
     )  # fmt: skip
     for outcome, changes in (("succeeded", {}), ("aborted", {"success": 0.0}), ("rejected", {})):
-        world = World(varied("go_to", **changes))
+        world = World(change_skill("go_to", **changes))
         if outcome == "rejected":
             world.remove_object(0)
         session = Session(world, library, lesson)
@@ -331,7 +333,7 @@ WRONG = [  # what is written instead, and what is said
 @pytest.mark.parametrize(("before", "after", "said"), WRONG)
 def test_a_wrong_skill_is_one_sentence(before: str, after: str, said: str) -> None:
     with pytest.raises(FileError) as caught:
-        Robot(parse_robot(skilled(TABLES.replace(before, after, 1))), Wire())
+        Robot(parse_robot(write_skill_robot(TABLES.replace(before, after, 1))), Wire())
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -339,7 +341,7 @@ def test_a_wrong_skill_is_one_sentence(before: str, after: str, said: str) -> No
 def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives() -> None:
     """Nav2 publishes commands all the time; whoever comes later stops the robot, as any other robot."""
     nav2 = Publisher(CMD, TWIST)
-    rig = Rig(skilled(), wire=Wire([nav2])).ready()
+    rig = Rig(write_skill_robot(), wire=Wire([nav2])).ready()
     rig.move(1.0)
     rig.wait(0.3)
     assert (rig.robot.armed, rig.robot.stop_cause) == (True, "no command came for 0.30 s")
@@ -347,7 +349,7 @@ def test_those_who_command_it_before_it_is_armed_are_its_own_if_a_skill_drives()
     rig.wait(0.3)
     assert (rig.robot.armed, rig.robot.stop_cause) == (False, f"somebody else publishes on {CMD}")
     with pytest.raises(ArmingRefused, match="somebody else publishes"):
-        Rig(skilled(TABLES.replace("moves = true", "")), wire=Wire([nav2])).ready()
+        Rig(write_skill_robot(TABLES.replace("moves = true", "")), wire=Wire([nav2])).ready()
 
 
 def test_a_survey_says_which_skills_are_not_there() -> None:
@@ -355,14 +357,14 @@ def test_a_survey_says_which_skills_are_not_there() -> None:
         def find_service_problem(self, service: str, type: WireType) -> str:
             return f"nobody offers {service}"
 
-    problems = diagnose_connection(Rig(skilled(), wire=Empty()).robot, seconds=0.0).problems
+    problems = diagnose_connection(Rig(write_skill_robot(), wire=Empty()).robot, seconds=0.0).problems
     said = "beep: nobody offers /rover/beep; start it, or correct `skills.beep` in the robot's file"
     assert [each for each in problems if "beep" in each] == [said]
 
 
 def test_while_a_skill_drives_nothing_is_sent_and_all_checks_go_on() -> None:
     """One stop before it; then none until the sonar is absent: the goal is cancelled, and stops are sent."""
-    rig = Rig(skilled(), wire=Wire()).ready()
+    rig = Rig(write_skill_robot(), wire=Wire()).ready()
     rig.move(1.0)
     columns = {"skill": rig.robot.index_skill("go_to", {"A": "dock"}), "issued": 0.0}
     for _ in range(5):

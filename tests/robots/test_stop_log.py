@@ -8,7 +8,7 @@ from threading import Thread
 
 import pytest
 from tests.robots.rovers import ROVER
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.errors import FileError
 from understudy.robots.robot_file import parse_robot
@@ -82,7 +82,7 @@ def test_stops_are_shown(tmp_path: Path) -> None:
             file.with_suffix(".stops.jsonl"),
             StopEvent(time=NOON, robot=robot, cause=f"no {number}", by="guard"),
         )
-    assert [each["cause"] for each in said("robots", "stops", file)["stops"]] == ["no 0", "no 2"]
+    assert [each["cause"] for each in run_json("robots", "stops", file)["stops"]] == ["no 0", "no 2"]
     shown = run("robots", "stops", file, "--last", 1).stdout
     assert "no 2" in shown
     assert "no 0" not in shown

@@ -99,7 +99,7 @@ def documents_are_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryTeam]:
+def memory_team(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryTeam]:
     """Agents without robots that tick: two share a folder, and each of the others has its own."""
     team = load_team_plan(write_team(tmp_path))
     write_library(tmp_path / "pushed", NEW)
@@ -111,14 +111,14 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MemoryTeam
     monkeypatch.setattr(team_commands, "FOUND_S", 0.0)
     for name in team.agents:
         memory.make(name, has_robot=False)
-    with memory.running():
+    with memory.run_agents():
         yield memory
     memory.close()
 
 
 @pytest.fixture
-def agents(made: MemoryTeam) -> dict[str, AgentProcess]:
-    return made.agents
+def agents(memory_team: MemoryTeam) -> dict[str, AgentProcess]:
+    return memory_team.agents
 
 
 FOLDERS = {"pioneer_3": "third", "patrol_0": "coordinator"}
@@ -156,14 +156,14 @@ def test_if_one_agent_cannot_switch_the_others_go_back(
 
 
 def test_an_agent_checks_a_library_while_it_ticks(
-    tmp_path: Path, made: MemoryTeam, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, memory_team: MemoryTeam, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The coordinator ticks on while the library is checked, however long that takes."""
-    coordinator, ticks = made.agents["patrol_0"], list[int]()
+    coordinator, ticks = memory_team.agents["patrol_0"], list[int]()
 
     def check_slowly(folder: Path) -> str:
         ticks.append(coordinator.ticks)
-        made.clock.sleep(0.5)
+        memory_team.clock.sleep(0.5)
         ticks.append(coordinator.ticks)
         return ""
 

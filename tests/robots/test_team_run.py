@@ -27,7 +27,7 @@ from tests.robots.agent_processes import (
     wait_until,
 )
 from tests.robots.domains import own_domain
-from tests.ui.cli.commands import said
+from tests.ui.cli.commands import run_json
 
 from understudy.robots.recording.reader import read_recording
 
@@ -110,6 +110,6 @@ def test_a_team_is_run_in_a_terminal_recorded_and_decided_again(tmp_path: Path) 
     recording = read_recording(record)
     assert told["ticks"] == recording.ticks
     assert {path[0] for path in recording.paths[0]} == {"patrol", "disperse"}
-    again = said("run", "--replay", record)
+    again = run_json("run", "--replay", record)
     assert (again["decisions"], again["differences"]) == (2 * recording.ticks, [])
-    assert len(said("why", record, "--agent", 1, "--time", 1.0)["agents"]) == 2
+    assert len(run_json("why", record, "--agent", 1, "--time", 1.0)["agents"]) == 2

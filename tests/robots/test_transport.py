@@ -46,12 +46,6 @@ ROOT = Path(__file__).parents[2]
 DOMAIN = own_domain()
 
 
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
-
-
 @pytest.fixture(params=["dds", "zenoh"])
 def kind(request: pytest.FixtureRequest) -> str:
     return str(request.param)
@@ -107,7 +101,7 @@ def check(text: str, folder: Path, seconds: float = 0.2) -> dict[str, Any]:
     return said
 
 
-def checked(text: str, folder: Path) -> Callable[[Callable[[dict[str, Any]], bool]], dict[str, Any]]:
+def check_until(text: str, folder: Path) -> Callable[[Callable[[dict[str, Any]], bool]], dict[str, Any]]:
     """What `robots check` finds in the end: until others are found, and heard, a busy machine takes a while."""
 
     def find(there: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
@@ -136,7 +130,7 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
     def has_rates(said: dict[str, Any]) -> bool:
         return all(each["messages"] > 1 and each["rate_hz"] > 0 for each in said["arrivals"])
 
-    said = checked(text, tmp_path)(lambda said: said["problems"] == [] and has_rates(said))
+    said = check_until(text, tmp_path)(lambda said: said["problems"] == [] and has_rates(said))
     assert [each["values"] for each in said["arrivals"]] == [
         {"sonar_ahead": 2.0},
         {"x": 1.0},
@@ -152,7 +146,7 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
         f"somebody else publishes on {namespace}/cmd_vel; stop them, or this robot obeys two masters",
         f"2 publish on {namespace}/sonar; give each robot a namespace of its own",
     ]
-    said = checked(f"{text}\n{wrong}", tmp_path)(lambda said: said["problems"] == problems)
+    said = check_until(f"{text}\n{wrong}", tmp_path)(lambda said: said["problems"] == problems)
     assert rover.poll() is None  # nothing was sent
     other.close()
     robot: Robot
@@ -169,7 +163,7 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
             lambda: [float(column[0]) for column in robot.sense(keys).values()] == [2.0, 1.0, 0.0]
         )  # fresh, all of them
 
-        def obeyed() -> bool:
+        def has_ended() -> bool:
             with suppress(
                 ArmingRefused
             ):  # on a busy machine it was stopped before, or the rover has ended since
@@ -177,7 +171,7 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
             return rover.poll() is not None
 
-        wait_until(obeyed)
+        wait_until(has_ended)
     assert rover.stdout is not None
     got = bytes.fromhex(rover.stdout.read().strip())
     assert got == encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
@@ -232,17 +226,17 @@ def check_diagnostics(join: Join, _: Router) -> None:
     )
     publish = driver.publisher("/diagnostics", DIAGNOSTICS)
 
-    def told() -> bool:
+    def is_reported() -> bool:
         publish(say("motors: left", StatusLevel.ERROR, "overheated"))
         robot.act({})
         return robot.statuses.find_error(["motors: left"]) == "diagnostics of 'motors: left': overheated"
 
-    def named() -> bool:
-        return told() and any(
+    def is_named() -> bool:
+        return is_reported() and any(
             status.name == "understudy: rover" for message in heard for status in message.status
         )
 
-    wait_until(named)
+    wait_until(is_named)
 
 
 def check_frames(join: Join, router: Router) -> None:
@@ -269,12 +263,12 @@ def check_clock(join: Join, _: Router) -> None:
     clock, publish = SimulationClock(join()), join().publisher(CLOCK, TIME)
     seconds = [7.0]
 
-    def passed() -> bool:
+    def has_passed() -> bool:
         publish(clock_at(seconds[0]))
         seconds[0] += 0.25
         return clock() >= 1.0
 
-    wait_until(passed)
+    wait_until(has_passed)
 
 
 SUBJECTS = [check_messages, check_answers, check_diagnostics, check_frames, check_clock]
@@ -323,12 +317,12 @@ def test_a_plain_program_on_cyclone_reads_our_commands(namespace: str) -> None:
         reader = DataReader(participant, Topic(participant, f"rt{namespace}/cmd_vel", plain))
         publish, came = ours.publisher(f"{namespace}/cmd_vel", TWIST), list[Any]()
 
-        def arrived() -> bool:
+        def has_arrived() -> bool:
             publish(encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5))
             came.extend(reader.take(N=1))
             return bool(came)
 
-        wait_until(arrived)
+        wait_until(has_arrived)
         assert (came[0].linear.x, came[0].linear.y, came[0].angular.z) == (0.4, 0.0, -0.5)
     finally:
         ours.close()
@@ -349,11 +343,11 @@ def test_others_are_gone_through_only_when_one_comes_or_goes(monkeypatch: pytest
         wait_until(lambda: topics() == {"/a"})
         reads, read = list[int](), one._publications.read
 
-        def counted(**asked: Any) -> Any:
+        def count_reads(**asked: Any) -> Any:
             reads.append(1)
             return read(**asked)
 
-        monkeypatch.setattr(one._publications, "read", counted)
+        monkeypatch.setattr(one._publications, "read", count_reads)
         assert all(topics() == {"/a"} for _ in range(20))
         assert not reads
         two.publisher(f"{namespace}/b", TWIST)

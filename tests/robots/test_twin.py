@@ -55,7 +55,7 @@ def test_robots_and_targets_are_drawn_from_the_corner_of_the_fence() -> None:
 
 def test_one_robot_arms_where_all_can() -> None:
     rig = Rig()
-    rig.seen()
+    rig.send_odometry()
     rig.twin.fleet.arm("a test")
     rig.twin.act({"drive": np.array([1.0, 0.0]), "turn": np.array([0.0, -1.0])})
     assert (rig.sent(0), rig.sent(1)) == ((0.4, 0.0), (0.0, -1.0))
@@ -63,7 +63,7 @@ def test_one_robot_arms_where_all_can() -> None:
 
 def test_at_rest_robots_are_stopped_again_and_again() -> None:
     rig = Rig()
-    rig.seen()
+    rig.send_odometry()
     rig.twin.fleet.arm("a test")
     rig.twin.act({"drive": np.array([1.0, 1.0])})
     assert not rig.twin.idle()
@@ -97,7 +97,7 @@ def broken(*_: object) -> None:
 def test_what_goes_wrong_with_one_robot_keeps_no_other_from_stopping(monkeypatch: pytest.MonkeyPatch) -> None:
     for stop in ("disarm", "emergency_stop", "close"):
         rig = Rig()
-        rig.seen()
+        rig.send_odometry()
         rig.twin.fleet.arm("a test")
         monkeypatch.setattr(rig.robots[0], stop, broken)
         with pytest.raises(OSError, match="broken"):
@@ -125,7 +125,7 @@ def test_where_one_robot_cannot_be_armed_none_is() -> None:
 )
 def test_robots_tell_why_their_program_left(error: type[BaseException], cause: str) -> None:
     rig = Rig()
-    rig.seen()
+    rig.send_odometry()
 
     def fail() -> None:
         with rig.twin.fleet as fleet:
@@ -137,11 +137,11 @@ def test_robots_tell_why_their_program_left(error: type[BaseException], cause: s
     assert [robot.stops[-1].cause for robot in rig.robots] == [cause] * 2
 
 
-def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
+def record_sessions(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
     """Two sessions, of two ticks and of one, with a press in each."""
     with RunRecorder(path) as recorder:
         rig = rig_of(recorder)
-        rig.seen()
+        rig.send_odometry()
         for session, presses in (("one", ["forward", "left"]), ("two", ["right"])):
             rig.twin.follow(lambda: [("forward",), ()])
             rig.twin.record(RunInfo(library=session))
@@ -154,7 +154,7 @@ def recorded(path: Path, rig_of: Callable[[RunRecorder], Rig]) -> None:
 
 def test_sessions_of_one_recording_are_kept_apart(tmp_path: Path) -> None:
     path = tmp_path / "two.mcap"
-    recorded(path, lambda recorder: Rig(recorder=recorder))
+    record_sessions(path, lambda recorder: Rig(recorder=recorder))
     found = [read_recording(path, run=run) for run in (1, 2, None)]
     assert [each.head.ran.library for each in found] == ["one", "two", "two"]
     assert [[press.state for press in each.presses[0]] for each in found] == [
@@ -183,7 +183,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
         rig.names, rig.twin = ("one", "one"), DigitalTwin(Fleet(robots), recorder=recorder)
         return rig
 
-    recorded(path, rig_of)
+    record_sessions(path, rig_of)
     found = read_recording(path, run=1)
     assert (found.ticks, found.values.shape[2], len(set(found.head.names))) == (2, 2, 2)
     assert [f"domain = {domain}" in "".join(found.head.files.values()) for domain in (0, 1)] == [True, True]
@@ -192,7 +192,7 @@ def test_robots_of_one_namespace_in_two_domains_are_recorded_apart(tmp_path: Pat
 def test_robots_that_cannot_move_are_no_members_of_their_squad() -> None:
     """Disarmed, outside its geofence, silent: none of them counts, so that nobody waits for it."""
     rig = Rig(("one", "two", "three", "four"))
-    rig.seen()
+    rig.send_odometry()
     assert rig.twin.failed.tolist() == [True] * 4  # nobody has armed them
     rig.twin.fleet.arm("a test")
     assert rig.twin.failed.tolist() == [False] * 4

@@ -6,7 +6,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -86,12 +86,6 @@ SERVICES: list[tuple[str, Fields, Fields, str]] = [  # the first from the docume
         "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a",
     ),
 ]
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -176,13 +170,13 @@ def test_a_plain_program_is_read_and_obeys(release: str, router: Router, namespa
         wait_until(lambda: robot.senses.value("sonar_ahead", robot.now_s) == 2.0)
         wait_until(lambda: joined.peers() == [Publisher(f"{namespace}/sonar", RANGE)])
 
-        def obeyed() -> bool:
+        def has_stopped() -> bool:
             with suppress(ArmingRefused):  # a busy computer may have been late before
                 robot.arm("a test")
             robot.act({"drive": np.array([1.0]), "turn": np.array([-0.5])})
             return process.poll() is not None
 
-        wait_until(obeyed)
+        wait_until(has_stopped)
         data, attached = (bytes.fromhex(each) for each in process.stdout.readline().split())
     assert data == encode_twist(TWIST, speed_m_s=0.4, turn_rad_s=-0.5)
     number, time_ns, length = struct.unpack("<qqB", attached[:17])
@@ -237,14 +231,14 @@ def test_a_program_that_just_ends_stops_its_robot(router: Router, namespace: str
             publish(sonar(2.0))
             return bool(speeds) and speeds[-1] == 0.4
 
-        def ended() -> bool:
+        def has_exited() -> bool:
             publish(sonar(2.0))
             return process.poll() is not None
 
         wait_until(drives)
         assert process.stdin is not None
         process.stdin.close()  # which it takes for the end
-        wait_until(ended)
+        wait_until(has_exited)
         assert process.returncode == 0
         assert max(speeds) == 0.4
         wait_until(lambda: speeds[-1] == 0.0)

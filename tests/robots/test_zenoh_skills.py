@@ -20,7 +20,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.processes import end_with_tests
 from tests.robots.routers import Router
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
-from tests.robots.skill_rigs import DEFINITIONS, OUTCOMES, Conduct, skilled
+from tests.robots.skill_rigs import DEFINITIONS, OUTCOMES, Conduct, write_skill_robot
 from tests.robots.skill_servers import Server
 from tests.waiting import wait_until
 
@@ -60,7 +60,7 @@ class SkilledRig:
         self.driver.subscribe("/rover/cmd_vel", TWIST, self._obey)
         self.ranges = self.driver.publisher("/rover/sonar", RANGE)
         self.odometries = self.driver.publisher("/rover/odom", ODOMETRY)
-        self.robot = Robot(parse_robot(text or skilled()), self.transport, clock=self.clock)
+        self.robot = Robot(parse_robot(text or write_skill_robot()), self.transport, clock=self.clock)
         self.issued = 0.0
 
     def open(self, endpoint: str) -> Transport:
@@ -107,11 +107,11 @@ class SkilledRig:
     def run_until(self, reached: Callable[[], object], skill: str = "go_to") -> None:
         """Tick in the same state until something is so."""
 
-        def ticked() -> object:
+        def tick_until() -> object:
             self.tick(skill)
             return reached()
 
-        wait_until(ticked)
+        wait_until(tick_until)
 
     def close(self) -> None:
         self.robot.close()
@@ -119,7 +119,7 @@ class SkilledRig:
 
 
 @contextmanager
-def rigged(
+def open_rig(
     router: Router, conduct: Conduct = "succeed", text: str | None = None, **about: Any
 ) -> Iterator[tuple[SkilledRig, Server]]:
     with Server(router.endpoint, conduct, **about) as server:
@@ -129,12 +129,6 @@ def rigged(
             yield rig, server
         finally:
             rig.close()
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[Router]:
-    with Router() as opened:
-        yield opened
 
 
 def starts(rig: SkilledRig) -> None:
@@ -190,7 +184,7 @@ def is_never_answered(rig: SkilledRig, server: Server) -> None:
         assert rig.outcomes(skill) == ["timed_out"]
 
 
-SHORT = skilled().replace("timeout_s = 30", "timeout_s = 0.05")
+SHORT = write_skill_robot().replace("timeout_s = 30", "timeout_s = 0.05")
 TRIALS: list[tuple[Callable[[SkilledRig, Server], None], Conduct, str | None]] = [
     (ends, "succeed", None),
     (ends, "abort", None),
@@ -207,7 +201,7 @@ TRIALS: list[tuple[Callable[[SkilledRig, Server], None], Conduct, str | None]] =
 def test_goals_and_services_over_zenoh(
     router: Router, tries: Callable[[SkilledRig, Server], None], conduct: Conduct, text: str | None
 ) -> None:
-    with rigged(router, conduct, text) as (rig, server):
+    with open_rig(router, conduct, text) as (rig, server):
         tries(rig, server)
 
 
@@ -219,7 +213,7 @@ def test_a_server_of_another_definition_is_told(router: Router, tmp_path: Path) 
     for part in ("nav2_msgs/action/NavigateToPose.action", "std_srvs/srv/Trigger.srv"):
         text = (DEFINITIONS / part).read_text().replace("string behavior_tree", "string tree")
         (tmp_path / part).write_text(text)
-    with rigged(router, definitions=tmp_path) as (rig, server):
+    with open_rig(router, definitions=tmp_path) as (rig, server):
         said = "has another definition of nav2_msgs/action/NavigateToPose_SendGoal"
         wait_until(lambda: said in rig.robot.skills.find_problems().get("go_to", ""))
         rig.tick("go_to", anew=True)
@@ -251,7 +245,7 @@ def test_a_server_that_dies_aborts_the_goal_and_rejects_the_next(router: Router)
 def test_a_goal_is_cancelled_when_its_router_restarts() -> None:
     """Its server goes on meanwhile: the answer is lost, so it counts as aborted, and has to be cancelled."""
     first = Router()
-    with rigged(first, "run") as (rig, server):
+    with open_rig(first, "run") as (rig, server):
         starts(rig)
         first.close()
         rig.run_until(rig.outcomes)
@@ -269,7 +263,7 @@ def test_the_watchdog_cancels_the_goal_of_a_program_that_is_gone(
     """On a router of its own: a watchdog goes on for a second, and would cancel the goals of the next test."""
     path, heard = tmp_path / "rover.toml", list[bytes]()
     with Router() as router, Server(router.endpoint, "run") as server:
-        path.write_text(skilled().replace("[limits]", f'router = "{router.endpoint}"\n[limits]', 1))
+        path.write_text(write_skill_robot().replace("[limits]", f'router = "{router.endpoint}"\n[limits]', 1))
         driver = ZenohTransport(43, router.endpoint)
         driver.subscribe("/rover/cmd_vel", TWIST, lambda data, _: heard.append(data))
         ranges = driver.publisher("/rover/sonar", RANGE)

@@ -34,7 +34,7 @@ class Base:
         self._deadline_s = deadline_s
         self._moving = False
 
-    def told(self, data: bytes, at_s: float) -> None:
+    def take_command(self, data: bytes, at_s: float) -> None:
         self.speed, self.told_s = decode_message(TWIST, data).linear.x, at_s
         self._now("command", time.monotonic())
 
@@ -68,7 +68,7 @@ def main() -> None:
     )
     base = Base(asked.deadline)
     if asked.only != "sonar":
-        wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.told)
+        wire.subscribe(f"{asked.namespace}/cmd_vel", TWIST, base.take_command)
     ranges = wire.publisher(f"{asked.namespace}/sonar", RANGE) if asked.only != "base" else None
     places = wire.publisher(f"{asked.namespace}/odom", ODOMETRY) if asked.only != "sonar" else None
     sys.stdout.write("ready\n")

@@ -147,7 +147,7 @@ class Scene:
             time.sleep(0.05)
         return f"it never moved: {said}"
 
-    def stopped(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
+    def measure_stop(self, since_s: float, *, limit_s: float, why: str = "command") -> Outcome:
         """How long after that the robot stopped for good."""
         lines = [self.robot.line(limit_s + AFTER_S)]
         while line := self.robot.line(AFTER_S):
@@ -166,7 +166,7 @@ class Scene:
         """Of the last stops."""
         return "; ".join(f"{stop.time:%S.%f} {stop.by}: {stop.cause}" for stop in read_stops(self.log)[-3:])
 
-    def disarmed(self, outcome: Outcome, after: str) -> Outcome:
+    def check_disarmed(self, outcome: Outcome, after: str) -> Outcome:
         """What was wrong, or that it is not disarmed after something, or moves."""
         if outcome.problem:
             return outcome
@@ -221,14 +221,14 @@ def free_port() -> int:
         return number
 
 
-def killed(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
+def kill_decider(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
     """The program that decides is killed (SIGKILL)."""
     for _ in range(times):
         with scene(zenoh=zenoh) as (here, _):
             if problem := here.drive():
                 yield Outcome(0.0, problem)
             else:
-                yield here.stopped(here.decider.send(signal.SIGKILL), limit_s=STOP_S)
+                yield here.measure_stop(here.decider.send(signal.SIGKILL), limit_s=STOP_S)
 
 
 def frozen(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
@@ -238,9 +238,9 @@ def frozen(times: int, *, zenoh: bool = False) -> Iterator[Outcome]:
             if problem := here.drive():
                 yield Outcome(0.0, problem)
                 continue
-            outcome = here.stopped(here.decider.send(signal.SIGSTOP), limit_s=STOP_S)
+            outcome = here.measure_stop(here.decider.send(signal.SIGSTOP), limit_s=STOP_S)
             here.decider.send(signal.SIGCONT)
-            yield here.disarmed(outcome, "it went on")
+            yield here.check_disarmed(outcome, "it went on")
 
 
 def deaf(times: int) -> Iterator[Outcome]:
@@ -253,9 +253,9 @@ def deaf(times: int) -> Iterator[Outcome]:
                     yield Outcome(0.0, problem)
                     continue
                 how = signal.SIGSTOP if number % 2 else signal.SIGKILL
-                outcome = here.stopped(sensor.send(how), limit_s=SENSOR_S)
+                outcome = here.measure_stop(sensor.send(how), limit_s=SENSOR_S)
                 sensor.send(signal.SIGCONT)
-                yield here.disarmed(outcome, "it spoke again")
+                yield here.check_disarmed(outcome, "it spoke again")
             finally:
                 sensor.end()
                 time.sleep(
@@ -263,7 +263,7 @@ def deaf(times: int) -> Iterator[Outcome]:
                 )  # else its last word would arm the robot before the next sensor speaks
 
 
-def cut(times: int) -> Iterator[Outcome]:
+def break_robot_link(times: int) -> Iterator[Outcome]:
     """The link to the robot is cut, and later mended: its own deadline stops it, and nothing sets it off again."""
     with link() as (ours, inside, env), scene(deadline=True, env=env, prefix=inside) as (here, _):
         for _ in range(times):
@@ -272,9 +272,9 @@ def cut(times: int) -> Iterator[Outcome]:
                 continue
             cut_s = time.monotonic()
             turn(ours, up=False)
-            outcome = here.stopped(cut_s, limit_s=STOP_S, why="deadline")
+            outcome = here.measure_stop(cut_s, limit_s=STOP_S, why="deadline")
             turn(ours, up=True)
-            yield here.disarmed(outcome, "it was mended")
+            yield here.check_disarmed(outcome, "it was mended")
 
 
 def can_cut() -> bool:
@@ -325,11 +325,11 @@ def link() -> Iterator[tuple[str, Sequence[str], Mapping[str, str]]]:
 
 
 TRIALS: Mapping[str, tuple[Callable[[int], Iterator[Outcome]], float]] = {
-    "killed": (killed, STOP_S),
+    "killed": (kill_decider, STOP_S),
     "frozen": (frozen, STOP_S),
     "deaf": (deaf, SENSOR_S),
-    "cut": (cut, STOP_S),
-    "killed, Zenoh": (partial(killed, zenoh=True), STOP_S),
+    "cut": (break_robot_link, STOP_S),
+    "killed, Zenoh": (partial(kill_decider, zenoh=True), STOP_S),
     "frozen, Zenoh": (partial(frozen, zenoh=True), STOP_S),
 }
 

@@ -71,7 +71,7 @@ class Rig(Timed):
 
     odometry = staticmethod(odometry)
 
-    def seen(self, data: bytes | None = None) -> None:
+    def send_odometry(self, data: bytes | None = None) -> None:
         """Odometry of all, at the origin if nothing else is said."""
         for agent in range(len(self.names)):
             self.hear(agent, data or odometry(0.0))

@@ -100,7 +100,7 @@ class Played:
         self.tick += 1
 
 
-def played(random: Random, *, agents: int, ticks: int) -> Played:
+def play_random_body(random: Random, *, agents: int, ticks: int) -> Played:
     """A body with percepts of its own for that many ticks; its clock began at some time, and jitters."""
     ticks_s = [random.choice(TICKS_S) for _ in range(ticks)]
     blank = Played([{("load", None): np.zeros(agents)}], ticks_s)
@@ -116,7 +116,7 @@ def played(random: Random, *, agents: int, ticks: int) -> Played:
     return Played(percepts, ticks_s, random.choice((0.0, 1e5 / 3, -2.5)))
 
 
-def random_library(
+def draw_library(
     random: Random, *, automata: int = 4, depth: int = 4, kit: Kit = kit, name: str = "a"
 ) -> Library:
     """A library of that many automata, a0 and on, each of which may use those before it; trees this deep at most.
@@ -130,7 +130,7 @@ def random_library(
     return library
 
 
-def random_program(random: Random, library: Library) -> Program:
+def draw_program(random: Random, library: Library) -> Program:
     """An automaton of the library, most likely the last, or a basic behavior, or idling; its parameters bound."""
     if random.random() < 0.05:
         return IDLE_PROGRAM
@@ -177,17 +177,15 @@ def _transitions(
     """A tree for most states that raise no flag; one for all in a stateless automaton."""
     lasting = [state.name for state in states if state.flag is None]
     if stateless:
-        return dict.fromkeys(lasting, random_tree(random, states, features, depth))
+        return dict.fromkeys(lasting, draw_tree(random, states, features, depth))
     return {
-        name: random_tree(random, states, features, depth)
+        name: draw_tree(random, states, features, depth)
         for name in lasting
         if name == "start" or random.random() < 0.9
     }
 
 
-def random_tree(
-    random: Random, states: Sequence[State], features: Sequence[BoundFeature], depth: int
-) -> Tree:
+def draw_tree(random: Random, states: Sequence[State], features: Sequence[BoundFeature], depth: int) -> Tree:
     """A tree over the features with every sort of node, which flags seldom end."""
     nodes: list[Node] = []
     lasting = [index for index, state in enumerate(states) if state.flag is None]
@@ -230,7 +228,7 @@ def row(program: Program, percept: Percept, agent: int) -> list[float]:
     return found
 
 
-def pulsed(interpreters: Sequence[Interpreter], percept: Percept, now: float) -> list[GroundBehavior]:
+def pulse_each(interpreters: Sequence[Interpreter], percept: Percept, now: float) -> list[GroundBehavior]:
     """What each agent's interpreter runs on a percept."""
     return [
         each.program.basics[each.pulse(row(each.program, percept, agent), now)]

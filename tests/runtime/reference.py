@@ -25,7 +25,7 @@ CHANGES: dict[str, Callable[[Any, int], None]] = {
 }
 
 
-def nothing(memory: Memory, tick: int) -> None:
+def change_nothing(memory: Memory, tick: int) -> None:
     """What starting most basic behaviors changes."""
 
 
@@ -57,7 +57,7 @@ def pulse(
             memory["flags"].add(state["flag"])
         if "behavior" in state:
             memory["child"] = begin(automata, state["behavior"], tick)
-            CHANGES.get(state["behavior"], nothing)(memory, tick)
+            CHANGES.get(state["behavior"], change_nothing)(memory, tick)
     state = me["states"][memory["state"]]
     if "behavior" not in state:
         return "idle", {}

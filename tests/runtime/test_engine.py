@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import calling, linked
-from tests.runtime.random_libraries import Played, played, pulsed, random_library, random_program
+from tests.make.programs import link_program, make_calling_state
+from tests.runtime.random_libraries import Played, draw_library, draw_program, play_random_body, pulse_each
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -25,19 +25,17 @@ from understudy.runtime.program import Program
 CASES = st.builds(Random, st.integers(0, 2**32))
 
 
-def drawn(random: Random, *, agents: int, automata: int, depth: int) -> tuple[Played, list[Program]]:
+def draw_programs(random: Random, *, agents: int, automata: int, depth: int) -> tuple[Played, list[Program]]:
     """A body, and programs for its agents: of two libraries, most of them of the first."""
-    libraries = [random_library(random, automata=automata, depth=depth) for _ in range(2)]
-    programs = [
-        random_program(random, random.choice(libraries[:1] * 3 + libraries[1:])) for _ in range(agents)
-    ]
-    return played(random, agents=agents, ticks=30), programs
+    libraries = [draw_library(random, automata=automata, depth=depth) for _ in range(2)]
+    programs = [draw_program(random, random.choice(libraries[:1] * 3 + libraries[1:])) for _ in range(agents)]
+    return play_random_body(random, agents=agents, ticks=30), programs
 
 
 @settings(max_examples=200)
 @given(CASES, st.integers(1, 5), st.integers(1, 4), st.integers(0, 4))
 def test_the_engine_equals_the_interpreter(random: Random, agents: int, automata: int, depth: int) -> None:
-    body, programs = drawn(random, agents=agents, automata=automata, depth=depth)
+    body, programs = draw_programs(random, agents=agents, automata=automata, depth=depth)
     engine = Engine(body, programs)
     interpreters = [Interpreter(program, now=body.time_s) for program in programs]
     for _ in range(45):
@@ -48,7 +46,7 @@ def test_the_engine_equals_the_interpreter(random: Random, agents: int, automata
                 interpreters[agent].start(body.time_s)
         percept = body.sense(list(body.percepts[0]))
         commands = engine.decide(percept)
-        expected = pulsed(interpreters, percept, body.time_s)
+        expected = pulse_each(interpreters, percept, body.time_s)
         assert [engine.compiled.basics[index] for index in engine.running.tolist()] == expected
         for agent, interpreter in enumerate(interpreters):
             assert engine.path(agent) == interpreter.path
@@ -57,7 +55,7 @@ def test_the_engine_equals_the_interpreter(random: Random, agents: int, automata
         body.act(commands)
 
 
-def packed(engine: Engine) -> list[bytes]:
+def pack_state(engine: Engine) -> list[bytes]:
     """All of an engine's run state."""
     root, state, entered, memory = engine.stacks
     return [array.tobytes() for array in (root, state, entered, memory, engine.running)]
@@ -66,36 +64,36 @@ def packed(engine: Engine) -> list[bytes]:
 @settings(max_examples=20)
 @given(CASES, st.integers(1, 30), st.integers(2, 5))
 def test_threads_change_nothing(random: Random, agents: int, threads: int) -> None:
-    body, programs = drawn(random, agents=agents, automata=4, depth=3)
+    body, programs = draw_programs(random, agents=agents, automata=4, depth=3)
     other = Played(body.percepts, body.ticks_s, body.time_s)
     serial, split = Engine(body, programs), Engine(other, programs)
     serial.run(40)
     split.run(40, threads=threads)
     assert body.commanded == other.commanded
-    assert packed(serial) == packed(split)
+    assert pack_state(serial) == pack_state(split)
 
 
 @settings(max_examples=20)
 @given(CASES)
 def test_a_snapshot_goes_on_as_before(random: Random) -> None:
-    body, programs = drawn(random, agents=4, automata=4, depth=3)
+    body, programs = draw_programs(random, agents=4, automata=4, depth=3)
     engine = Engine(body, programs)
     engine.run(17)
     kept, tick, now = engine.snapshot(), body.tick, body.time_s
     engine.run(20)
-    after, paths = packed(engine), [engine.path(agent) for agent in range(4)]
+    after, paths = pack_state(engine), [engine.path(agent) for agent in range(4)]
     body.tick, body.time_s = tick, now
     engine.restore(kept)
     engine.run(20)
     assert [engine.path(agent) for agent in range(4)] == paths
-    assert packed(engine) == after
+    assert pack_state(engine) == after
 
 
 def test_random_libraries_have_what_there_is_to_get_wrong() -> None:
     """Else the tests above would say little."""
     random, levels, kept, plain = Random(0), 0, set(), 0
     for _ in range(60):
-        body, programs = drawn(random, agents=4, automata=4, depth=3)
+        body, programs = draw_programs(random, agents=4, automata=4, depth=3)
         engine = Engine(body, programs)
         for _ in range(20):
             engine.tick()
@@ -123,7 +121,7 @@ APPROACH = Automaton(
 )
 OUTER = Automaton(
     "outer",
-    (START, calling("fetch", "approach", A="ball"), State("lap", "lap")),
+    (START, make_calling_state("fetch", "approach", A="ball"), State("lap", "lap")),
     (BoundFeature(scripted_kit.features["done"]), BoundFeature(scripted_kit.features["time_in_state"])),
     transitions={
         "start": Tree((make_leaf(1),)),
@@ -143,7 +141,7 @@ TICKS: list[tuple[tuple[str, ...], str]] = [
 
 
 def test_ticks_by_hand() -> None:
-    engine = Engine.from_program(Scripted(), linked(APPROACH, OUTER))
+    engine = Engine.from_program(Scripted(), link_program(APPROACH, OUTER))
     for path, basic in TICKS:
         engine.tick()
         assert engine.path(0) == path

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 from tests.bodies import RANGE, Scripted, kit
-from tests.runtime.automata import automaton, calling, linked
-from tests.runtime.random_libraries import Played, played, random_library, random_program
+from tests.make.programs import link_program, make_automaton, make_calling_state
+from tests.runtime.random_libraries import Played, draw_library, draw_program, play_random_body
 
 from understudy.errors import DefinitionError, KindError, SettingError, UnderstudyError, UnknownName
 from understudy.learning.sklearn_adapter import ClassifierTransition
@@ -55,7 +55,12 @@ def test_functions_compute_as_in_a_run() -> None:
             "left": opposite,
         },
     )
-    programs = [linked(turning), linked(turning), link(Library(kit), "toward", {"A": "goal"}), IDLE_PROGRAM]
+    programs = [
+        link_program(turning),
+        link_program(turning),
+        link(Library(kit), "toward", {"A": "goal"}),
+        IDLE_PROGRAM,
+    ]
     bodies = Scripted(4), Scripted(4)
     engine, run = Engine(bodies[0], programs), Run(bodies[1], [Interpreter(program) for program in programs])
     for _ in range(12):
@@ -96,11 +101,11 @@ def test_programs_with_parts_in_common_share_them() -> None:
 
 def test_slots_are_shared_by_what_never_runs_at_once() -> None:
     """Slots begin after those of whichever automaton around it has most, in any of the programs."""
-    counting = automaton("counting", ["lap"], features=["laps"])
-    clicking = automaton("clicking", ["lap", "click"])
-    inner = [calling("one", "counting"), calling("two", "clicking")]
-    plain = automaton("plain", inner)
-    outer = automaton("outer", [*inner, "lap", "click"])
+    counting = make_automaton("counting", ["lap"], features=["laps"])
+    clicking = make_automaton("clicking", ["lap", "click"])
+    inner = [make_calling_state("one", "counting"), make_calling_state("two", "clicking")]
+    plain = make_automaton("plain", inner)
+    outer = make_automaton("outer", [*inner, "lap", "click"])
     library = Library.from_automata(kit, counting, clicking, plain, outer)
     compiled = compile_programs([link(library, "plain"), link(library, "outer")])
     assert {str(place): dict(place.memory) for place in compiled.places if place.state == "start"} == {
@@ -133,7 +138,7 @@ class Alone:
 
 def test_classifiers_are_asked_for_all_agents_that_wait() -> None:
     inner = go(classifier())
-    outer = automaton(
+    outer = make_automaton(
         "outer",
         [State("go", "go"), "left"],
         {"start": lambda seen: "go", "go": lambda seen: "left" if seen else None, "left": lambda seen: "go"},
@@ -141,7 +146,13 @@ def test_classifiers_are_asked_for_all_agents_that_wait() -> None:
         library=Library.from_automata(kit, inner),
     )
     trees = go(FAR)
-    programs = [linked(inner, outer), linked(inner), linked(trees), linked(go(Alone())), IDLE_PROGRAM]
+    programs = [
+        link_program(inner, outer),
+        link_program(inner),
+        link_program(trees),
+        link_program(go(Alone())),
+        IDLE_PROGRAM,
+    ]
     bodies = Scripted(5), Scripted(5)
     engine, run = Engine(bodies[0], programs), Run(bodies[1], [Interpreter(program) for program in programs])
     for _ in range(12):
@@ -166,7 +177,7 @@ class Answering:
 
 
 def test_an_answer_that_is_no_state_is_refused() -> None:
-    engine = Engine(Scripted(2), [linked(go(FAR)), linked(go(Answering(3)))])
+    engine = Engine(Scripted(2), [link_program(go(FAR)), link_program(go(Answering(3)))])
     with pytest.raises(DefinitionError, match="its transition function answered 3 for agent 1"):
         engine.tick()
     assert engine.running.min() >= 0  # nobody is left waiting
@@ -194,9 +205,9 @@ class Advancing(Played):
 
 def test_a_fused_body_advances_as_tick_by_tick() -> None:
     random = Random(3)
-    library = random_library(random)
-    programs = [random_program(random, library) for _ in range(8)]
-    plain = played(random, agents=8, ticks=20)
+    library = draw_library(random)
+    programs = [draw_program(random, library) for _ in range(8)]
+    plain = play_random_body(random, agents=8, ticks=20)
     fused = Advancing(plain.percepts, plain.ticks_s, plain.time_s)
     engines = Engine(plain, programs), Engine(fused, programs)
     for engine in engines:
@@ -224,7 +235,7 @@ def test_a_fused_body_ticks_where_python_is_needed(part: Automaton) -> None:
     Engine.from_program(body, program).run(3)
     assert body.tick == 3
     with pytest.raises(NotImplementedError):
-        Engine.from_program(body, linked(go(FAR))).run(3)
+        Engine.from_program(body, link_program(go(FAR))).run(3)
 
 
 # What is refused.
@@ -244,19 +255,19 @@ TREES: list[tuple[tuple[Node, ...], str]] = [
 @pytest.mark.parametrize(("nodes", "says"), TREES)
 def test_a_tree_that_does_not_fit_is_refused(nodes: tuple[Node, ...], says: str) -> None:
     with pytest.raises(DefinitionError, match=f"automaton 'go', state 'start': its tree {says}"):
-        compile_programs([linked(go(Tree(nodes)))])
+        compile_programs([link_program(go(Tree(nodes)))])
 
 
 def test_what_does_not_fit_an_engine() -> None:
     body = Scripted(2)
     with pytest.raises(SettingError, match="programs are 1 for 2 agents"):
         Engine(body, [IDLE_PROGRAM])
-    engine = Engine.from_program(body, linked(go(FAR)))
+    engine = Engine.from_program(body, link_program(go(FAR)))
     with pytest.raises(SettingError, match="threads are 0"):
         engine.run(1, threads=0)
     bad = engine.snapshot()
     bad.state[1, 0] = 3
-    for snapshot in (bad, Engine.from_program(Scripted(3), linked(go(FAR))).snapshot()):
+    for snapshot in (bad, Engine.from_program(Scripted(3), link_program(go(FAR))).snapshot()):
         with pytest.raises(SettingError, match="snapshot is of other programs"):
             engine.restore(snapshot)
     with pytest.raises(UnknownName, match="channel 'rise'"):
@@ -266,10 +277,10 @@ def test_what_does_not_fit_an_engine() -> None:
 def of(value: float, agent: int) -> Callable[[ReadingsView], Column]:
     """A function that gives one agent this value, and others 1."""
 
-    def given(robot: ReadingsView) -> Column:
+    def read_value(robot: ReadingsView) -> Column:
         return np.where(np.arange(len(robot.load)) == agent, value, 1.0)
 
-    return given
+    return read_value
 
 
 class Odd(Scripted):
@@ -307,7 +318,7 @@ def test_a_reading_that_makes_no_sense(
     states = (START, State("on", "forward"), State("off", "left"))
     one = Automaton("one", states, (BoundFeature(kit.features[name]),), transitions={"start": tree})
     with pytest.raises(error, match=says):
-        runs.from_program(Odd(np.array(column, np.float64), key), linked(one)).tick()
+        runs.from_program(Odd(np.array(column, np.float64), key), link_program(one)).tick()
 
 
 @pytest.mark.parametrize("runs", [Run, Engine])
@@ -318,7 +329,7 @@ def test_a_function_that_makes_no_sense(runs: Any) -> None:
     with pytest.raises(DefinitionError, match="channel 'drive' is not finite for agent 2: it is nan"):
         runs.from_program(Scripted(3), link(library, odd.name)).tick()
     one = Automaton("one", (START,), (BoundFeature(sensed),), transitions={"start": Tree((make_leaf(0),))})
-    with pytest.raises(KindError, match=r"feature 'given' of agent 1: 4\.0 is not the index"):
+    with pytest.raises(KindError, match=r"feature 'read_value' of agent 1: 4\.0 is not the index"):
         runs.from_program(Scripted(3), link(Library.from_automata(library.kit, one), "one")).tick()
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import automaton
+from tests.make.programs import make_automaton
 
 from understudy.errors import DefinitionError, UnboundParameter, UnknownName
 from understudy.model.automaton import State
@@ -76,8 +76,8 @@ def test_robots_follow_the_squads_above_them(name: str, number: int, robots: lis
     assert found.nonzero()[0].tolist() == robots
 
 
-SCOUT = Library.from_automata(kit, automaton("search"))
-CARRIER = Library.from_automata(kit, automaton("fetch", parameters=("A",)))
+SCOUT = Library.from_automata(kit, make_automaton("search"))
+CARRIER = Library.from_automata(kit, make_automaton("fetch", parameters=("A",)))
 
 
 def team(*duties: Assignment) -> Team:
@@ -85,10 +85,10 @@ def team(*duties: Assignment) -> Team:
     pair = Squad(PAIR.name, PAIR.roles, (), {"work": Order(duties)})
     members: Mapping[str, Library] = {"scout": SCOUT, "carrier": CARRIER}
     pairs = Library.from_automata(
-        make_squad_kit(pair, (), members), automaton("shift", [State("on", "work")])
+        make_squad_kit(pair, (), members), make_automaton("shift", [State("on", "work")])
     )
     camps = Library.from_automata(
-        make_squad_kit(CAMP, (), {"pair": pairs}), automaton("day", [State("shift", "shift")])
+        make_squad_kit(CAMP, (), {"pair": pairs}), make_automaton("day", [State("shift", "shift")])
     )
     made = TeamTree(
         TYPES, (0, 1), ((pair, ((Member(0, 0, 0), Member(1, 1, 1)),)), (CAMP, ((Member(2, 0, 0),),)))

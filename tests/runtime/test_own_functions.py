@@ -35,29 +35,29 @@ def odd(robot: ReadingsView) -> Any:
     return robot.nonsense
 
 
-def failing(robot: ReadingsView) -> Any:
+def raise_error(robot: ReadingsView) -> Any:
     raise ValueError("oh")
 
 
-def giving(value: object) -> Callable[[ReadingsView], Any]:
-    def given(robot: ReadingsView) -> Any:
+def make_constant(value: object) -> Callable[[ReadingsView], Any]:
+    def read_value(robot: ReadingsView) -> Any:
         return value
 
-    return given
+    return read_value
 
 
 BEHAVIORS: list[tuple[Callable[[ReadingsView], Any], str]] = [
-    (giving(None), "behavior given: it returned None; return a command"),
-    (giving([1.0]), "behavior given: it returned \\[1.0\\]; return a command"),
+    (make_constant(None), "behavior read_value: it returned None; return a command"),
+    (make_constant([1.0]), "behavior read_value: it returned \\[1.0\\]; return a command"),
     (
-        giving({"drive": np.ones(7)}),
-        "behavior given, channel 'drive': it returned shape \\(7,\\) for 2 agents",
+        make_constant({"drive": np.ones(7)}),
+        "behavior read_value, channel 'drive': it returned shape \\(7,\\) for 2 agents",
     ),
-    (giving({"drive": "fast"}), "behavior given, channel 'drive': it returned 'fast'"),
-    (giving({"drive": np.nan}), "channel 'drive' is not finite for agent 0: it is nan"),
-    (giving({"fly": 1.0}), "no channel 'fly'; it has drive"),
+    (make_constant({"drive": "fast"}), "behavior read_value, channel 'drive': it returned 'fast'"),
+    (make_constant({"drive": np.nan}), "channel 'drive' is not finite for agent 0: it is nan"),
+    (make_constant({"fly": 1.0}), "no channel 'fly'; it has drive"),
     (odd, "behavior odd: its function failed: AttributeError: the body has no reading 'nonsense'"),
-    (failing, "behavior failing: its function failed: ValueError: oh; correct the function"),
+    (raise_error, "behavior raise_error: its function failed: ValueError: oh; correct the function"),
 ]
 
 
@@ -68,17 +68,29 @@ def test_a_behavior(function: Callable[[ReadingsView], Any], says: str) -> None:
 
 
 def test_a_number_is_for_all_agents() -> None:
-    tick(behavior(giving({"drive": 1.0})))
+    tick(behavior(make_constant({"drive": 1.0})))
 
 
 FEATURES: list[tuple[Callable[[ReadingsView], Any], Kind, str]] = [
-    (giving("far"), Continuous(), "feature 'given': it returned 'far'"),
-    (giving(1.0), Continuous(), "feature 'given': it returned shape \\(\\)"),
-    (giving(np.array([0.0, np.inf])), Continuous(), "feature 'given' of agent 1: inf is not finite"),
-    (giving(np.array([0.0, 0.5])), BOOLEAN, "feature 'given' of agent 1: 0.5 is not the index of a label"),
-    (giving(np.array([np.nan, 2.0])), BOOLEAN, "feature 'given' of agent 1: 2.0 is not the index of a label"),
+    (make_constant("far"), Continuous(), "feature 'read_value': it returned 'far'"),
+    (make_constant(1.0), Continuous(), "feature 'read_value': it returned shape \\(\\)"),
+    (
+        make_constant(np.array([0.0, np.inf])),
+        Continuous(),
+        "feature 'read_value' of agent 1: inf is not finite",
+    ),
+    (
+        make_constant(np.array([0.0, 0.5])),
+        BOOLEAN,
+        "feature 'read_value' of agent 1: 0.5 is not the index of a label",
+    ),
+    (
+        make_constant(np.array([np.nan, 2.0])),
+        BOOLEAN,
+        "feature 'read_value' of agent 1: 2.0 is not the index of a label",
+    ),
     (odd, Continuous(), "feature 'odd': its function failed: AttributeError: the body has no reading"),
-    (failing, Continuous(), "feature 'failing': its function failed: ValueError: oh"),
+    (raise_error, Continuous(), "feature 'raise_error': its function failed: ValueError: oh"),
 ]
 
 
@@ -89,8 +101,8 @@ def test_a_feature(function: Callable[[ReadingsView], Any], kind: Kind, says: st
 
 
 def test_absent_values_and_truth_values_are_within_a_kind() -> None:
-    tick(feature(BOOLEAN)(giving(np.array([np.nan, 1.0]))))
-    tick(feature(BOOLEAN)(giving(np.array([True, False]))))
+    tick(feature(BOOLEAN)(make_constant(np.array([np.nan, 1.0]))))
+    tick(feature(BOOLEAN)(make_constant(np.array([True, False]))))
 
 
 def test_what_is_no_kind_and_what_is_no_part() -> None:

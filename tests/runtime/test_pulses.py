@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import kit
-from tests.runtime.automata import Rule, automaton, calling, linked, running
+from tests.make.programs import Rule, link_program, make_automaton, make_calling_state, name_running
 
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
@@ -23,16 +23,16 @@ NEAR = 1.0
 def go_to() -> Automaton:
     """Forward until near, then done."""
     to = lambda load: "done" if load < NEAR else "forward"  # noqa: E731
-    return automaton(
+    return make_automaton(
         "go", ["forward"], {"start": to, "forward": to}, flags=["done", "failed"], features=["load"]
     )
 
 
 def trip() -> Automaton:
     """Go; where that is done, turn left."""
-    return automaton(
+    return make_automaton(
         "trip",
-        [calling("going", "go"), "left"],
+        [make_calling_state("going", "go"), "left"],
         {"start": lambda done: "going", "going": lambda done: "left" if done else "going"},
         features=["done"],
     )
@@ -45,7 +45,7 @@ def play(
     played = []
     for tick, row in enumerate(rows):
         index = interpreter.pulse(row, tick * tick_s)
-        played.append(("/".join(interpreter.path), running(interpreter.program, index)))
+        played.append(("/".join(interpreter.path), name_running(interpreter.program, index)))
     return played
 
 
@@ -62,18 +62,18 @@ PULSES = [  # distance, state before, state after, flag up
 
 @pytest.mark.parametrize(("distance", "before", "after", "flag"), PULSES)
 def test_pulse(distance: float, before: str, after: str, flag: str | None) -> None:
-    interpreter = Interpreter(linked(go_to()))
+    interpreter = Interpreter(link_program(go_to()))
     machine = interpreter.root
     assert isinstance(machine, RunningAutomaton)
     if before != "start":
         machine.switch(machine.automaton.index(before), 0.0)
     basic = interpreter.pulse([distance], 0.1)
     assert (machine.state_name, machine.flag) == (after, flag)
-    assert running(interpreter.program, basic) == ("forward" if after == "forward" else "idle")
+    assert name_running(interpreter.program, basic) == ("forward" if after == "forward" else "idle")
 
 
 def test_a_parent_sees_a_flag_one_tick_after_it_is_raised() -> None:
-    interpreter = Interpreter(linked(go_to(), trip()))
+    interpreter = Interpreter(link_program(go_to(), trip()))
     assert play(interpreter, [(5.0,), (0.3,), (0.3,), (5.0,)]) == [
         ("going/forward", "forward"),  # the parent left start, the child left its start, in one tick
         ("going/done", "idle"),  # raised here
@@ -83,29 +83,29 @@ def test_a_parent_sees_a_flag_one_tick_after_it_is_raised() -> None:
 
 
 def test_flags_pass_one_level_per_tick() -> None:
-    middle = automaton(
+    middle = make_automaton(
         "middle",
-        [calling("trip", "go")],
+        [make_calling_state("trip", "go")],
         {"start": lambda done: "trip", "trip": lambda done: "done" if done else None},
         flags=["done"],
         features=["done"],
     )
-    top = automaton(
+    top = make_automaton(
         "top",
-        [calling("down", "middle"), "left"],
+        [make_calling_state("down", "middle"), "left"],
         {"start": lambda done: "down", "down": lambda done: "left" if done else None},
         features=["done"],
     )
-    interpreter = Interpreter(linked(go_to(), middle, top))
+    interpreter = Interpreter(link_program(go_to(), middle, top))
     paths = [path for path, _ in play(interpreter, [(5.0,), (0.3,), (0.3,), (0.3,)])]
     assert paths == ["down/trip/forward", "down/trip/done", "down/done", "left"]
 
 
 def test_a_restarted_automaton_has_its_flag_down_in_the_same_tick() -> None:
     """go -> left -> go: going again begins with the flag down, so that it runs rather than leaves at once."""
-    again = automaton(
+    again = make_automaton(
         "again",
-        [calling("going", "go"), "left"],
+        [make_calling_state("going", "go"), "left"],
         {
             "start": lambda done: "going",
             "going": lambda done: "left" if done else "going",
@@ -113,20 +113,20 @@ def test_a_restarted_automaton_has_its_flag_down_in_the_same_tick() -> None:
         },
         features=["done"],
     )
-    interpreter = Interpreter(linked(go_to(), again))
+    interpreter = Interpreter(link_program(go_to(), again))
     paths = [path for path, _ in play(interpreter, [(0.3,), (0.3,), (5.0,), (5.0,)])]
     assert paths == ["going/done", "left", "going/forward", "going/forward"]
 
 
 def test_states_that_share_a_behavior_restart_it() -> None:
     """Two states run the same automaton with the same binding: the second starts it afresh."""
-    both = automaton(
+    both = make_automaton(
         "both",
-        [calling("first", "go"), calling("second", "go")],
+        [make_calling_state("first", "go"), make_calling_state("second", "go")],
         {"start": lambda done: "first", "first": lambda done: "second" if done else None},
         features=["done"],
     )
-    interpreter = Interpreter(linked(go_to(), both))
+    interpreter = Interpreter(link_program(go_to(), both))
     paths = [path for path, _ in play(interpreter, [(0.3,), (5.0,), (0.3,)])]
     assert paths == ["first/done", "second/forward", "second/done"]
 
@@ -140,38 +140,41 @@ FLAGS = [  # what the child sees, what the parent then does
 
 @pytest.mark.parametrize(("load", "after"), FLAGS)
 def test_several_flags(load: float, after: str) -> None:
-    child = automaton(
+    child = make_automaton(
         "child",
         [],
         {"start": lambda load: {0.0: "done", 2.0: "failed"}.get(load)},
         flags=["done", "failed"],
         features=["load"],
     )
-    parent = automaton(
+    parent = make_automaton(
         "parent",
-        [calling("going", "child"), "left", "right"],
+        [make_calling_state("going", "child"), "left", "right"],
         {
             "start": lambda done, failed: "going",
             "going": lambda done, failed: "left" if done else "right" if failed else None,
         },
         features=["done", "failed"],
     )
-    interpreter = Interpreter(linked(child, parent))
+    interpreter = Interpreter(link_program(child, parent))
     assert play(interpreter, [(load,), (load,)])[-1][0] == after
 
 
 def test_a_basic_behavior_raises_no_flags() -> None:
-    lone = automaton(
+    lone = make_automaton(
         "lone",
         ["forward", "left"],
         {"start": lambda done: "forward", "forward": lambda done: "left" if done else None},
         features=["done"],
     )
-    assert play(Interpreter(linked(lone)), [(), ()])[-1][0] == "forward"
+    assert play(Interpreter(link_program(lone)), [(), ()])[-1][0] == "forward"
 
 
 def test_a_state_without_a_transition_function_keeps_itself() -> None:
-    assert play(Interpreter(linked(automaton("idle", ["forward"]))), [(), ()]) == [("start", "idle")] * 2
+    assert (
+        play(Interpreter(link_program(make_automaton("idle", ["forward"]))), [(), ()])
+        == [("start", "idle")] * 2
+    )
 
 
 def test_a_basic_behavior_as_root() -> None:
@@ -183,7 +186,7 @@ def test_a_basic_behavior_as_root() -> None:
 
 def test_stateless() -> None:
     to = lambda load: "done" if load < 1 else "forward" if load < 2 else "left"  # noqa: E731
-    everywhere = automaton(
+    everywhere = make_automaton(
         "everywhere",
         ["forward", "left"],
         dict.fromkeys(["start", "forward", "left"], to),
@@ -191,7 +194,7 @@ def test_stateless() -> None:
         features=["load"],
         stateless=True,
     )
-    paths = [path for path, _ in play(Interpreter(linked(everywhere)), [(3,), (1,), (3,), (0,), (3,)])]
+    paths = [path for path, _ in play(Interpreter(link_program(everywhere)), [(3,), (1,), (3,), (0,), (3,)])]
     assert paths == ["left", "forward", "left", "done", "done"]
 
 
@@ -213,7 +216,7 @@ def own(
             return steps[at + 1] if at + 1 < len(steps) else None
 
         rules[before] = rule
-    return Interpreter(linked(automaton("own", states, rules, features=features))), read
+    return Interpreter(link_program(make_automaton("own", states, rules, features=features))), read
 
 
 def test_counters() -> None:
@@ -247,11 +250,11 @@ def test_counters_and_timers_are_cleared_when_the_automaton_starts() -> None:
 
 
 def test_counters_belong_to_the_automaton_that_holds_the_state() -> None:
-    child = automaton("child", ["lap"], {"start": lambda: "lap"})
-    parent = automaton(
-        "parent", [calling("down", "child")], {"start": lambda laps: "down"}, features=["laps"]
+    child = make_automaton("child", ["lap"], {"start": lambda: "lap"})
+    parent = make_automaton(
+        "parent", [make_calling_state("down", "child")], {"start": lambda laps: "down"}, features=["laps"]
     )
-    interpreter = Interpreter(linked(child, parent))
+    interpreter = Interpreter(link_program(child, parent))
     play(interpreter, [(), ()])
     assert [level.counters for level in interpreter.snapshot(0.2)] == [{}, {"laps": 1.0}]
 
@@ -264,14 +267,14 @@ def test_time_in_state() -> None:
 
 def test_equally_many_ticks_read_the_same_whenever_they_began() -> None:
     """0.7 - 0.4 and 0.3 - 0.0 differ as floats; a cut at 0.3 s must not."""
-    late = automaton(
+    late = make_automaton(
         "late",
         ["forward", "left"],
         {"start": lambda s: "forward", "forward": lambda s: "left" if s >= 0.3 else None},
         features=["time_in_state"],
     )
     for begin in range(50):
-        interpreter = Interpreter(linked(late), now=begin * 0.1)
+        interpreter = Interpreter(link_program(late), now=begin * 0.1)
         ticks = 0
         while interpreter.path != ("left",):
             interpreter.pulse([], (begin + ticks) * 0.1)
@@ -283,9 +286,9 @@ def test_equally_many_ticks_read_the_same_whenever_they_began() -> None:
 
 
 def test_snapshot_and_restore() -> None:
-    child = automaton("child", ["lap", "click"], {"start": lambda: "lap", "lap": lambda: "click"})
-    top = automaton("top", [calling("down", "child")], {"start": lambda: "down"})
-    program = linked(child, top)
+    child = make_automaton("child", ["lap", "click"], {"start": lambda: "lap", "lap": lambda: "click"})
+    top = make_automaton("top", [make_calling_state("down", "child")], {"start": lambda: "down"})
+    program = link_program(child, top)
     interpreter = Interpreter(program)
     play(interpreter, [()] * 4)
     kept = interpreter.snapshot(0.4)
@@ -299,24 +302,24 @@ def test_snapshot_and_restore() -> None:
 
 
 def test_restore_goes_as_far_as_states_still_exist() -> None:
-    child = automaton("child", ["lap"], {"start": lambda: "lap"})
-    top = automaton("top", [calling("down", "child")], {"start": lambda: "down"})
-    interpreter = Interpreter(linked(child, top))
+    child = make_automaton("child", ["lap"], {"start": lambda: "lap"})
+    top = make_automaton("top", [make_calling_state("down", "child")], {"start": lambda: "down"})
+    interpreter = Interpreter(link_program(child, top))
     play(interpreter, [(), ()])
     kept = interpreter.snapshot(0.2)
-    bare = Interpreter(linked(automaton("child", ["forward"]), top))
+    bare = Interpreter(link_program(make_automaton("child", ["forward"]), top))
     bare.restore(kept, now=0.2)
     assert bare.path == ("down", "start")  # lap is gone: the child starts afresh
-    gone = Interpreter(linked(child, automaton("top", ["forward"])))
+    gone = Interpreter(link_program(child, make_automaton("top", ["forward"])))
     gone.restore(kept, now=0.2)
     assert gone.path == ("start",)
 
 
 def test_a_restored_flag_is_that_of_the_state_as_it_is_now() -> None:
-    interpreter = Interpreter(linked(go_to()))
+    interpreter = Interpreter(link_program(go_to()))
     play(interpreter, [(0.3,)])
     kept = interpreter.snapshot(0.1)
-    unflagged = Interpreter(linked(automaton("go", ["done=forward"])))
+    unflagged = Interpreter(link_program(make_automaton("go", ["done=forward"])))
     unflagged.restore(kept, now=0.1)
     assert isinstance(unflagged.root, RunningAutomaton)
     assert unflagged.path == ("done",)
@@ -328,9 +331,9 @@ def test_a_restored_flag_is_that_of_the_state_as_it_is_now() -> None:
 
 def test_a_trace_says_what_switched_and_why() -> None:
     tree = Tree((Node(TestKind.BELOW, 0, high=2.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
-    go = automaton("go", ["forward", "left"], features=["load"])
+    go = make_automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
-    interpreter = Interpreter(linked(taught))
+    interpreter = Interpreter(link_program(taught))
     trace = DecisionTrace(interpreter)
     play(interpreter, [(1.0,), (1.0,), (3.0,)])
     told = [
@@ -346,9 +349,9 @@ def test_a_trace_says_what_switched_and_why() -> None:
 def test_a_trace_says_where_nothing_was_ever_shown() -> None:
     """A split reached with absence that was never shown there answers stay, and the trace says so, once."""
     tree = Tree((Node(TestKind.BELOW, 0, high=2.0, yes=1, no=2), make_leaf(1), make_leaf(2)))
-    go = automaton("go", ["forward", "left"], features=["load"])
+    go = make_automaton("go", ["forward", "left"], features=["load"])
     taught = Automaton("go", go.states, go.features, transitions=dict.fromkeys(("start", "forward"), tree))
-    interpreter = Interpreter(linked(taught))
+    interpreter = Interpreter(link_program(taught))
     trace = DecisionTrace(interpreter)
     play(interpreter, [(1.0,), (nan,), (nan,), (1.0,), (3.0,)])
     assert [s.after for s in trace.switches] == ["forward", "left"]
@@ -360,9 +363,9 @@ def test_a_trace_says_where_nothing_was_ever_shown() -> None:
 
 
 def test_a_leaf_that_answers_stay_was_shown() -> None:
-    go = automaton("go", ["forward"], {"start": lambda: None})
+    go = make_automaton("go", ["forward"], {"start": lambda: None})
     assert isinstance(go.transitions["start"], Rule)
-    interpreter = Interpreter(linked(go))
+    interpreter = Interpreter(link_program(go))
     trace = DecisionTrace(interpreter)
     play(interpreter, [(), ()])
     assert not trace.switches

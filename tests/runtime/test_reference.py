@@ -93,7 +93,7 @@ def automata(draw: st.DrawFn) -> dict[str, Any]:
     return made
 
 
-def built(name: str, me: dict[str, Any]) -> Automaton:
+def build_automaton(name: str, me: dict[str, Any]) -> Automaton:
     names = list(me["states"])
     return Automaton(
         name,
@@ -157,7 +157,9 @@ def test_the_interpreter_equals_the_reference(data: st.DataObject, first: int) -
     made = data.draw(automata())
     *_, root = made
     bound = {parameter: data.draw(st.sampled_from(TARGETS)) for parameter in made[root]["parameters"]}
-    program = link(Library.from_automata(kit, *(built(name, me) for name, me in made.items())), root, bound)
+    program = link(
+        Library.from_automata(kit, *(build_automaton(name, me) for name, me in made.items())), root, bound
+    )
     interpreter = Interpreter(program, now=first * TICK_S)
     memory = begin(made, root, first)
     for tick, percept in enumerate(data.draw(st.lists(PERCEPTS, min_size=1, max_size=25)), first):

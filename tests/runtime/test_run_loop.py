@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 import pytest
 from tests.bodies import RANGE, Scripted, kit, opposite, range_of
-from tests.runtime.automata import automaton, linked
+from tests.make.programs import link_program, make_automaton
 
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command, behavior
@@ -43,14 +43,14 @@ def test_idling_is_every_channel_at_rest() -> None:
 
 def test_agents_decide_for_themselves() -> None:
     """Agent i senses 100 + i - tick: each leaves at its own time."""
-    go = automaton(
+    go = make_automaton(
         "go",
         ["forward", "left"],
         {"start": lambda d: "forward", "forward": lambda d: "left" if d < 99 else None},
         features=["range_of(ball)"],
     )
     body = Scripted(3)
-    run = Run.from_program(body, linked(go))
+    run = Run.from_program(body, link_program(go))
     for _ in range(5):
         run.tick()
     assert [commands["drive"] for commands in body.commanded] == [
@@ -84,8 +84,8 @@ def test_a_function_feature_is_wrapped_onto_its_circle() -> None:
 
 
 def test_only_readings_that_are_used_are_asked_for() -> None:
-    go = automaton("go", ["forward"], features=["range_of(ball)", "done"])
-    assert Run.from_program(Scripted(), linked(go)).keys == (("range", "ball"),)
+    go = make_automaton("go", ["forward"], features=["range_of(ball)", "done"])
+    assert Run.from_program(Scripted(), link_program(go)).keys == (("range", "ball"),)
 
 
 def test_absence_of_one_agent_is_no_error_for_another() -> None:
@@ -95,13 +95,13 @@ def test_absence_of_one_agent_is_no_error_for_another() -> None:
     body = Scripted(2, script)
     toward = [link(library, "toward", {"A": "ball"}), link(library, "toward", {"A": "goal"})]
 
-    go = automaton(
+    go = make_automaton(
         "go",
         ["forward", "toward(ball)"],
         {"start": lambda d: "forward" if d > 100 else "toward"},
         features=["range_of(goal)"],
     )
-    Run.from_program(body, linked(go)).tick()
+    Run.from_program(body, link_program(go)).tick()
     with pytest.raises(DefinitionError, match="toward"):
         Run(Scripted(2, script), [Interpreter(program) for program in toward]).tick()
 
@@ -116,7 +116,7 @@ def test_a_function_behavior_must_be_finite_for_the_agents_that_run_it() -> None
         range_of, behavior(near_only), Behavior("forward", Command(drive=0.25)), Target("ball")
     )
     library = Library(own)
-    go = automaton(
+    go = make_automaton(
         "go",
         ["forward", "near_only(ball)"],
         {"start": lambda d: "near_only" if d <= 100 else "forward"},

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import automaton
-from tests.runtime.random_libraries import Played, played, random_library
+from tests.make.programs import make_automaton
+from tests.runtime.random_libraries import Played, draw_library, play_random_body
 
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.jit.plain import make_plain
@@ -34,7 +34,7 @@ NEAR = 97.5
 """Agent i of the scripted body is 100 + i m from the ball, and comes a meter nearer with every tick."""
 
 
-def engined(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
+def make_engines(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
     """Engines."""
     return Engine(body, programs, others)
 
@@ -42,7 +42,7 @@ def engined(body: Body, programs: Sequence[Program], others: Sequence[Program]) 
 def goer() -> Library:
     """Forward until near the ball, then done."""
     to = lambda distance: "done" if distance < NEAR else "forward"  # noqa: E731
-    go = automaton(
+    go = make_automaton(
         "go", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
     )
     return Library.from_automata(scripted_kit, go)
@@ -63,7 +63,7 @@ SQUAD = Squad(
 
 def there_and_back(kit_library: Library) -> Library:
     """All go; when all are done, all turn, and for good: the tick after says that nobody is done any more."""
-    leader = automaton(
+    leader = make_automaton(
         "lead",
         ["go", "left"],
         {
@@ -119,7 +119,7 @@ def test_a_tick_by_hand() -> None:
 
 def outer(inner: Library) -> Library:
     """Leads; a while after somebody was done it starts leading anew."""
-    again = automaton(
+    again = make_automaton(
         "outer",
         ["lead", "again=lead"],
         {"start": lambda any_done: "lead", "lead": lambda any_done: "again" if any_done else None},
@@ -141,7 +141,7 @@ def test_a_switch_resets_the_flags_for_every_query_below() -> None:
         return "go"
 
     features = ["all_done", "any_done", "none_done", "done_lately", "left"]
-    inner = automaton("lead", ["go"], {"start": start}, features=features, library=Library(kit))
+    inner = make_automaton("lead", ["go"], {"start": start}, features=features, library=Library(kit))
     library = outer(Library.from_automata(kit, inner))
     tree = TeamTree(("robot",), (0, 0), ((SQUAD, ((Member(0, 0, 0), Member(0, 1, 0)),)),))
     team = Team(body, tree, {"robot": robots, "pair": library}, {"pair": ("outer", {})})
@@ -155,7 +155,7 @@ def test_pulsing_restarts_nobody_and_starting_does() -> None:
     body = Scripted(2)
     robots = goer()
     kit = make_squad_kit(SQUAD, body.readings, {"robot": robots})
-    leader = automaton(
+    leader = make_automaton(
         "lead",
         ["go", "once_more=go"],
         {"start": lambda any_done: "go", "go": lambda any_done: "once_more" if any_done else None},
@@ -252,7 +252,7 @@ def random_tree(
     random: Random, robots: int, *, angles: bool = True
 ) -> tuple[TeamTree, dict[str, Library], str]:
     """A team of one or two levels of squads, what each level knows, and the name of the top."""
-    libraries = {"robot": random_library(random, automata=2, depth=2)}
+    libraries = {"robot": draw_library(random, automata=2, depth=2)}
     readings = list(Played.readings)
     names, below, squads = ["robot"], robots, []
     for level in range(random.randint(1, 2)):
@@ -260,7 +260,7 @@ def random_tree(
             f"level{level}", (Role("all", names[-1]),), _over(statistics(random, angles=angles), level)
         )
         kit = make_squad_kit(squad, readings, {names[-1]: libraries[names[-1]]})
-        libraries[squad.name] = random_library(random, automata=2, depth=2, kit=kit, name=f"b{level}_")
+        libraries[squad.name] = draw_library(random, automata=2, depth=2, kit=kit, name=f"b{level}_")
         cuts = (
             sorted(random.sample(range(1, below), random.randint(0, min(2, below - 1)))) if below > 1 else []
         )
@@ -279,14 +279,14 @@ def _over(statistics: tuple[Statistic, ...], level: int) -> tuple[Statistic, ...
 @settings(max_examples=60)
 @given(CASES, st.integers(1, 5), st.integers(1, 3))
 def test_engines_equal_interpreters_in_teams(random: Random, robots: int, worlds: int) -> None:
-    body = played(random, agents=robots * worlds, ticks=20)
+    body = play_random_body(random, agents=robots * worlds, ticks=20)
     other = Played(body.percepts, body.ticks_s, body.time_s)
     tree, libraries, top = random_tree(random, robots)
     name = list(libraries[top].taught)[-1]
     bound = {each: random.choice(Played.targets) for each in libraries[top].parameters(name)}
     teams = [
         Team(each, tree, libraries, {top: (name, bound)}, worlds=worlds, makes=makes)
-        for each, makes in ((body, make_interpreter_runner), (other, engined))
+        for each, makes in ((body, make_interpreter_runner), (other, make_engines))
     ]
     for _ in range(25):
         for team in teams:
@@ -303,7 +303,7 @@ def test_engines_equal_interpreters_in_teams(random: Random, robots: int, worlds
 @given(CASES, st.integers(1, 4))
 def test_side_by_side_is_as_alone(random: Random, robots: int) -> None:
     """Two worlds with the same percepts go as one of them alone."""
-    alone = played(random, agents=robots, ticks=20)
+    alone = play_random_body(random, agents=robots, ticks=20)
     twice = Played(
         [{key: np.tile(column, 2) for key, column in percept.items()} for percept in alone.percepts],
         alone.ticks_s,
@@ -312,8 +312,8 @@ def test_side_by_side_is_as_alone(random: Random, robots: int) -> None:
     tree, libraries, top = random_tree(random, robots)
     name = list(libraries[top].taught)[-1]
     bound = {each: random.choice(Played.targets) for each in libraries[top].parameters(name)}
-    one = Team(alone, tree, libraries, {top: (name, bound)}, makes=engined)
-    two = Team(twice, tree, libraries, {top: (name, bound)}, worlds=2, makes=engined)
+    one = Team(alone, tree, libraries, {top: (name, bound)}, makes=make_engines)
+    two = Team(twice, tree, libraries, {top: (name, bound)}, worlds=2, makes=make_engines)
     for _ in range(20):
         one.tick()
         two.tick()
@@ -345,14 +345,14 @@ class Led(Played):
 @settings(max_examples=80)
 @given(CASES, st.integers(1, 6), st.integers(1, 3))
 def test_kernels_lead_as_coordinators_do(random: Random, robots: int, worlds: int) -> None:
-    body = played(random, agents=robots * worlds, ticks=20)
+    body = play_random_body(random, agents=robots * worlds, ticks=20)
     other = Led(body.percepts, body.ticks_s, body.time_s)
     other.worlds = worlds
     tree, libraries, top = random_tree(random, robots, angles=False)
     name = list(libraries[top].taught)[-1]
     bound = {each: random.choice(Played.targets) for each in libraries[top].parameters(name)}
     teams = [
-        Team(each, tree, libraries, {top: (name, bound)}, worlds=worlds, makes=engined)
+        Team(each, tree, libraries, {top: (name, bound)}, worlds=worlds, makes=make_engines)
         for each in (body, other)
     ]
     for ticks in (1, 4, 2, 9):

@@ -66,7 +66,7 @@ def anna(folder: Path) -> DriveLesson:
 
 
 @pytest.fixture(scope="module")
-def agreed(folder: Path, anna: DriveLesson) -> DriveLesson:
+def shared_lesson(folder: Path, anna: DriveLesson) -> DriveLesson:
     """The lesson of Anna and Ben, who both go back at 1 m."""
     return merge_driver_lessons([anna, make_lesson(folder / "ben.csv", "ben")])
 
@@ -88,17 +88,17 @@ def find_turn(lesson: Lesson) -> float:
     return near
 
 
-def test_drivers_who_agree_teach_as_well_as_one(anna: DriveLesson, agreed: DriveLesson) -> None:
-    assert find_turn(agreed.lesson) == pytest.approx(1.0, abs=0.1)
-    assert abs(find_turn(agreed.lesson) - 1.0) <= abs(find_turn(anna.lesson) - 1.0) + 0.05
-    assert find_driver_contradictions(agreed.lesson) == ()
+def test_drivers_who_agree_teach_as_well_as_one(anna: DriveLesson, shared_lesson: DriveLesson) -> None:
+    assert find_turn(shared_lesson.lesson) == pytest.approx(1.0, abs=0.1)
+    assert abs(find_turn(shared_lesson.lesson) - 1.0) <= abs(find_turn(anna.lesson) - 1.0) + 0.05
+    assert find_driver_contradictions(shared_lesson.lesson) == ()
 
 
-def test_each_example_says_who_showed_it(folder: Path, anna: DriveLesson, agreed: DriveLesson) -> None:
-    lesson = agreed.lesson
+def test_each_example_says_who_showed_it(folder: Path, anna: DriveLesson, shared_lesson: DriveLesson) -> None:
+    lesson = shared_lesson.lesson
     numbers = [each.number for each in lesson.examples]
     assert len(set(numbers)) == len(numbers) > len(anna.lesson.examples)
-    assert agreed.drivers == ("anna", "ben")
+    assert shared_lesson.drivers == ("anna", "ben")
     for example in lesson.examples:
         source = example.source
         assert source is not None
@@ -109,8 +109,8 @@ def test_each_example_says_who_showed_it(folder: Path, anna: DriveLesson, agreed
         assert lesson.record.values[example.moment or 0, 0] == ranges[f"{source.time_s:.2f}"]
 
 
-def test_presses_of_each_driver_are_as_late_as_theirs(agreed: DriveLesson) -> None:
-    lesson = agreed.lesson
+def test_presses_of_each_driver_are_as_late_as_theirs(shared_lesson: DriveLesson) -> None:
+    lesson = shared_lesson.lesson
     late = {
         each.source.driver: each.reaction_s
         for each in lesson.examples
@@ -235,9 +235,9 @@ def test_one_contradiction_alone_is_settled(torn: DriveLesson) -> None:
     assert tuple(each.number for each in list_settled(torn.lesson, settled)) == found.numbers[1]
 
 
-def test_who_drives_none_of_them_cannot_be_trusted(agreed: DriveLesson) -> None:
+def test_who_drives_none_of_them_cannot_be_trusted(shared_lesson: DriveLesson) -> None:
     with pytest.raises(UnknownName, match=r"driver 'anne'.*did you mean 'anna'"):
-        settle_driver_contradictions(agreed.lesson, "anne")
+        settle_driver_contradictions(shared_lesson.lesson, "anne")
 
 
 def test_sources_survive_a_library(torn: DriveLesson) -> None:
@@ -274,7 +274,7 @@ def test_reasons_and_differences_point_into_recordings(torn: DriveLesson) -> Non
 
 
 def test_a_resumed_session_keeps_sources_and_reaction_times(
-    tmp_path: Path, folder: Path, agreed: DriveLesson
+    tmp_path: Path, folder: Path, shared_lesson: DriveLesson
 ) -> None:
     drive, _ = read(folder / "anna.csv")
 
@@ -282,24 +282,24 @@ def test_a_resumed_session_keeps_sources_and_reaction_times(
         return ReplayBody(make_recording(drive, drive.episodes[0]))
 
     journal = tmp_path / "a.journal"
-    with closing(Session(replay(), agreed.library, agreed.lesson, journal=journal)) as session:
-        session.quarantine({agreed.lesson.examples[5].number: "a slip"})
+    with closing(Session(replay(), shared_lesson.library, shared_lesson.lesson, journal=journal)) as session:
+        session.quarantine({shared_lesson.lesson.examples[5].number: "a slip"})
         before = session.lesson.examples
-    with closing(Session.resume(journal, replay(), agreed.library)) as session:
+    with closing(Session.resume(journal, replay(), shared_lesson.library)) as session:
         after = session.lesson.examples
         assert after == before
-        session.change_design(features=[*agreed.lesson.automaton.features, "time_in_state"])
+        session.change_design(features=[*shared_lesson.lesson.automaton.features, "time_in_state"])
         added = {each.number: each for each in session.lesson.examples}
-    for example in agreed.lesson.examples:
+    for example in shared_lesson.lesson.examples:
         assert added[example.number].values[:1] == example.values
         assert added[example.number].source == example.source
 
 
 def test_reaction_times_that_are_known_are_not_estimated_again(
-    anna: DriveLesson, agreed: DriveLesson
+    anna: DriveLesson, shared_lesson: DriveLesson
 ) -> None:
     assert estimate_reaction_time(anna.lesson, steady=frozenset()) is not None
-    assert estimate_reaction_time(agreed.lesson, steady=frozenset()) is None
+    assert estimate_reaction_time(shared_lesson.lesson, steady=frozenset()) is None
 
 
 def test_sources_teach_nothing(anna: DriveLesson) -> None:
@@ -358,8 +358,8 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, folder: Path, anna: DriveL
         refuse_other_robot(*drives)
 
 
-def test_merged_lessons_can_be_merged_with_a_third(folder: Path, agreed: DriveLesson) -> None:
-    merged = merge_driver_lessons([agreed, make_lesson(folder / "anna.csv", "eva")])
+def test_merged_lessons_can_be_merged_with_a_third(folder: Path, shared_lesson: DriveLesson) -> None:
+    merged = merge_driver_lessons([shared_lesson, make_lesson(folder / "anna.csv", "eva")])
     assert merged.drivers == ("anna", "ben", "eva")
     numbers = [each.number for each in merged.lesson.examples]
     assert all(one < other for one, other in pairwise(numbers))

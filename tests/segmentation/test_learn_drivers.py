@@ -14,7 +14,7 @@ from understudy.ui.cli.main import make_command_line
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with recordings of Anna, in two files, and of Ben, who goes back earlier."""
     made = tmp_path_factory.mktemp("recorded")
     ANNA.write(made / "anna.csv", seconds=45.0)
@@ -39,8 +39,8 @@ THREE = (
 )  # fmt: skip
 
 
-def test_the_command_merges_drivers(recorded: Path) -> None:
-    code, out, wrong = call(recorded, *THREE, "--json")
+def test_the_command_merges_drivers(recordings: Path) -> None:
+    code, out, wrong = call(recordings, *THREE, "--json")
     assert code == 0, wrong
     told = json.loads(out)
     assert "drive" not in told
@@ -55,8 +55,8 @@ def test_the_command_merges_drivers(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize(("trusted", "turn"), [("anna", 1.0), ("ben", 2.0)])
-def test_the_command_settles(recorded: Path, trusted: str, turn: float) -> None:
-    code, out, wrong = call(recorded, *THREE, "--trust", trusted, "--json")
+def test_the_command_settles(recordings: Path, trusted: str, turn: float) -> None:
+    code, out, wrong = call(recordings, *THREE, "--trust", trusted, "--json")
     assert code == 0, wrong
     told = json.loads(out)
     assert told["contradictions"][0]["settled"] is True
@@ -65,34 +65,34 @@ def test_the_command_settles(recorded: Path, trusted: str, turn: float) -> None:
     assert float(leaves.split("below ")[1].split()[0]) == pytest.approx(turn, abs=0.1)
 
 
-def test_the_command_prints_drivers_and_contradictions(recorded: Path) -> None:
-    code, out, wrong = call(recorded, *THREE)
+def test_the_command_prints_drivers_and_contradictions(recordings: Path) -> None:
+    code, out, wrong = call(recordings, *THREE)
     assert code == 0, wrong
     assert "\nanna\n" in out
     assert "\nben\n" in out
     assert "1 contradiction between drivers\n  anna stays in forward at range(ball) = " in out
     assert "--trust NAME leaves out" in out
-    code, out, wrong = call(recorded, *THREE, "--trust", "ben")
+    code, out, wrong = call(recordings, *THREE, "--trust", "ben")
     assert "ben is trusted: " in out
 
 
-def test_recordings_of_one_driver_are_one_drive(recorded: Path) -> None:
+def test_recordings_of_one_driver_are_one_drive(recordings: Path) -> None:
     both = ("--recording", "anna.csv", "--recording", "anna 2.csv", "--driver", "anna", "--driver", "anna")
-    code, out, wrong = call(recorded, *both, "--json")
+    code, out, wrong = call(recordings, *both, "--json")
     assert code == 0, wrong
     told = json.loads(out)
     assert {"drivers", "contradictions"}.isdisjoint(told)
     assert {each["file"] for each in told["drive"]["spans"]} == {"anna.csv", "anna 2.csv"}
 
 
-def test_saved_examples_say_where_they_are_from(recorded: Path) -> None:
+def test_saved_examples_say_where_they_are_from(recordings: Path) -> None:
     code, out, wrong = call(
-        recorded, *THREE, "--library", str(recorded / "kept"), "--name", "driven", "--json"
+        recordings, *THREE, "--library", str(recordings / "kept"), "--name", "driven", "--json"
     )
     assert code == 0, wrong
     told = json.loads(out)
     shown = CliRunner().invoke(
-        make_command_line(), ["show", "driven", "--library", str(recorded / "kept"), "--json"]
+        make_command_line(), ["show", "driven", "--library", str(recordings / "kept"), "--json"]
     )
     described = json.loads(shown.stdout)
     examples, times = described["examples"], described["options"]["reaction_times_of_drivers_s"]
@@ -104,7 +104,7 @@ def test_saved_examples_say_where_they_are_from(recorded: Path) -> None:
     }
     text = (
         CliRunner()
-        .invoke(make_command_line(), ["show", "driven", "--library", str(recorded / "kept")])
+        .invoke(make_command_line(), ["show", "driven", "--library", str(recordings / "kept")])
         .stdout
     )
     assert f"presses taken {times[0]:g} or {times[1]:g} s earlier" in " ".join(text.split())
@@ -122,18 +122,18 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("arguments", "problem"), REFUSED)
-def test_the_command_refuses(recorded: Path, arguments: tuple[str, ...], problem: str) -> None:
-    code, _, wrong = call(recorded, *arguments)
+def test_the_command_refuses(recordings: Path, arguments: tuple[str, ...], problem: str) -> None:
+    code, _, wrong = call(recordings, *arguments)
     assert code == 2
     assert problem in wrong
 
 
-def test_the_command_refuses_other_robots(recorded: Path) -> None:
+def test_the_command_refuses_other_robots(recordings: Path) -> None:
     rows = [row.replace("command.drive", "command.move") for row in BEN.drive(30.0)]
-    (recorded / "other.csv").write_text("\n".join(rows) + "\n")
+    (recordings / "other.csv").write_text("\n".join(rows) + "\n")
     done = CliRunner().invoke(
         make_command_line(),
-        ["learn", "--recording", str(recorded / "anna.csv"), "--recording", str(recorded / "other.csv")],
+        ["learn", "--recording", str(recordings / "anna.csv"), "--recording", str(recordings / "other.csv")],
     )
     assert done.exit_code == 2
     assert "recording other.csv: its channels are move, but those of anna.csv are drive" in " ".join(

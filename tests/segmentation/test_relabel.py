@@ -23,7 +23,7 @@ MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.5}}
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Segmentation:
+def segmentation(tmp_path_factory: pytest.TempPathFactory) -> Segmentation:
     """A drive in two files: forward from 3 m to 1 m, then back, over and over."""
     folder: Path = tmp_path_factory.mktemp("drive")
     rows = make_drive()
@@ -34,16 +34,16 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Segmentation:
     return segment(drives, make_candidates(library, drives[0]))
 
 
-def test_a_span_by_hand(found: Segmentation) -> None:
+def test_a_span_by_hand(segmentation: Segmentation) -> None:
     """Ticks 5 to 9 become back, and certain; all others stay as they are."""
-    changed = relabel(found, 5, 10, "back")
+    changed = relabel(segmentation, 5, 10, "back")
     assert changed.labels[4:11].tolist() == [0, 1, 1, 1, 1, 1, 0]
     assert changed.certainties[5:10].tolist() == [1.0] * 5
     assert changed.posteriors[5].tolist() == [0.0, 1.0, 0.0]
-    rest = np.r_[0:5, 10 : found.drive.ticks]
-    assert (changed.labels[rest] == found.labels[rest]).all()
-    assert (changed.posteriors[rest] == found.posteriors[rest]).all()
-    assert found.labels[5] == 0, "the former one is unchanged"
+    rest = np.r_[0:5, 10 : segmentation.drive.ticks]
+    assert (changed.labels[rest] == segmentation.labels[rest]).all()
+    assert (changed.posteriors[rest] == segmentation.posteriors[rest]).all()
+    assert segmentation.labels[5] == 0, "the former one is unchanged"
     first = changed.list_spans(changed.drive.episodes[0])[:3]
     assert [(span.label, span.first, span.end) for span in first] == [
         ("forward", 0, 5), ("back", 5, 10), ("forward", 10, 25),
@@ -61,18 +61,18 @@ WRONG = [  # first, end, label, error, what is said
 
 @pytest.mark.parametrize(("first", "end", "label", "error", "said"), WRONG)
 def test_what_is_no_span(
-    found: Segmentation, first: int, end: int, label: str, error: type[Exception], said: str
+    segmentation: Segmentation, first: int, end: int, label: str, error: type[Exception], said: str
 ) -> None:
     with pytest.raises(error, match=said):
-        relabel(found, first, end, label)
+        relabel(segmentation, first, end, label)
 
 
-def test_questions_about_what_is_in_doubt(found: Segmentation) -> None:
+def test_questions_about_what_is_in_doubt(segmentation: Segmentation) -> None:
     """Two spans of back are in doubt: 10 ticks with 60 %, and 25 ticks with 70 %.
 
     Wrong with them are 10 * 0.4 * 0.1 s = 0.4 s and 25 * 0.3 * 0.1 s = 0.75 s, so the second one is asked first.
     """
-    sure = relabel(relabel(relabel(found, 0, 190, "forward"), 10, 20, "back"), 30, 55, "back")
+    sure = relabel(relabel(relabel(segmentation, 0, 190, "forward"), 10, 20, "back"), 30, 55, "back")
     posteriors = sure.posteriors.copy()
     posteriors[10:20], posteriors[30:55] = [0.39, 0.6, 0.01], [0.0, 0.7, 0.3]
     asked = list_label_questions(replace(sure, posteriors=posteriors))
@@ -85,24 +85,24 @@ def test_questions_about_what_is_in_doubt(found: Segmentation) -> None:
     assert len(list_label_questions(replace(sure, posteriors=posteriors), most=1)) == 1
 
 
-def test_nothing_to_ask(found: Segmentation) -> None:
-    assert list_label_questions(found) == []
+def test_nothing_to_ask(segmentation: Segmentation) -> None:
+    assert list_label_questions(segmentation) == []
 
 
-def learned_from(found: Segmentation) -> Library:
+def learn_library(found: Segmentation) -> Library:
     made = to_lesson(found, reaction_s=0.0)
     return made.library.with_automaton(TrainedAutomaton(learn_automaton(made.lesson), made.lesson))
 
 
-def test_an_automaton_does_as_the_drive(found: Segmentation) -> None:
-    states = run_over_drive(learned_from(found), "driven", found.drive, ("forward", "back"))
+def test_an_automaton_does_as_the_drive(segmentation: Segmentation) -> None:
+    states = run_over_drive(learn_library(segmentation), "driven", segmentation.drive, ("forward", "back"))
     assert set(states.tolist()) == {0, 1}
-    assert measure_agreement(found, states) > 0.97
+    assert measure_agreement(segmentation, states) > 0.97
 
 
-def test_agreement_by_hand(found: Segmentation) -> None:
+def test_agreement_by_hand(segmentation: Segmentation) -> None:
     """Of 10 ticks, 2 are unexplained and do not count; of the other 8, 6 agree."""
     labels = np.array([0, 0, 0, 1, 1, 2, 2, 1, 0, 0])
     states = np.array([0, 0, 1, 1, 1, 0, OTHER, OTHER, 0, 0])
-    assert measure_agreement(replace(found, labels=labels), states) == 0.75
-    assert measure_agreement(replace(found, labels=np.full(10, 2)), states) == 1.0
+    assert measure_agreement(replace(segmentation, labels=labels), states) == 0.75
+    assert measure_agreement(replace(segmentation, labels=np.full(10, 2)), states) == 1.0

@@ -76,7 +76,7 @@ def _moment(world: World, engine: Engine) -> dict[str, Any]:
     }
 
 
-def stored(name: str) -> list[dict[str, Any]]:
+def read_golden(name: str) -> list[dict[str, Any]]:
     """The golden run of a scenario."""
     found: list[dict[str, Any]] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
     return found

@@ -36,7 +36,7 @@ class Kept(NamedTuple):
     objects: NDArray[Any]
 
 
-def kept(world: World) -> Kept:
+def copy_state(world: World) -> Kept:
     return Kept(world.state.robots.copy(), world.state.objects.copy())
 
 

@@ -56,7 +56,7 @@ class HandPullers:
             "caller": free & ~np.isnan(percept["range", "caller"]),
         }
         drive, turn = self._towards(percept, goals)
-        drive, turn = self._dodging(percept, drive, turn)
+        drive, turn = self._steer_around(percept, drive, turn)
         return {
             "drive": np.where(rests, 0.0, drive),
             "turn": np.where(rests, 0.0, turn),
@@ -83,7 +83,7 @@ class HandPullers:
         turn = np.where(wanders & (chance < 0.3), np.where(chance < 0.15, 1.0, -1.0), turn)
         return np.where(np.abs(off) <= ROUGHLY, 1.0, 0.0), turn
 
-    def _dodging(self, percept: Percept, drive: Column, turn: Column) -> tuple[Column, Column]:
+    def _steer_around(self, percept: Percept, drive: Column, turn: Column) -> tuple[Column, Column]:
         """Who is stuck turns this way or that, and drives on for a while."""
         stuck = (percept["stuck", None] == 1) & (self._dodge == 0)
         self._dodge = np.where(stuck, DODGE, np.maximum(self._dodge - 1, 0))

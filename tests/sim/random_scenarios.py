@@ -64,7 +64,7 @@ BEHAVIORS = {
 CARRYING = {"load": {"load": 1.0}, "unload": {"unload": 1.0}}
 
 
-def random_world(number: int, *, worlds: int = 1) -> World:
+def draw_world(number: int, *, worlds: int = 1) -> World:
     """Worlds of the random scenario of this number; their seeds follow it."""
     random = Random(number)
     while True:
@@ -77,7 +77,7 @@ def random_world(number: int, *, worlds: int = 1) -> World:
                 raise
 
 
-def random_pulling_world(number: int, *, worlds: int = 1) -> World:
+def draw_pulling_world(number: int, *, worlds: int = 1) -> World:
     """Worlds of a random scenario with boxes to pull, and robots that call and claim; their seeds follow its number."""
     random = Random(number)
     while True:
@@ -198,7 +198,7 @@ def random_scenario(random: Random) -> Scenario:
     )
 
 
-def random_commands(draw: np.random.Generator, world: World) -> Commands:
+def draw_commands(draw: np.random.Generator, world: World) -> Commands:
     """Commands, good for some ticks: most robots drive ahead, some turn, some stand still and may load."""
     count = world.agents
     drive, turn, load, unload = draw.uniform(-1.3, 1.3, (4, count)).clip(-1.1, 1.1)
@@ -320,31 +320,31 @@ def _type(random: Random, tick_s: float, *, carries: bool) -> RobotType:
 
 
 def _sensors(random: Random, tick_s: float, *, carries: bool) -> tuple[Sensor, ...]:
-    def measuring() -> dict[str, Any]:
+    def draw_measurement() -> dict[str, Any]:
         rate = random.choice((None, None, 1.0 / tick_s, 0.3 / tick_s, 0.07 / tick_s))
         return {"dropout": random.choice((0.0, 0.0, 0.3)), "rate_hz": rate}
 
     noisy = random.random() < 0.5
     locator = TargetLocator(
-        range=random.choice((None, 1.5)), noise_range=0.1 * noisy, noise_deg=5.0 * noisy, **measuring()
+        range=random.choice((None, 1.5)), noise_range=0.1 * noisy, noise_deg=5.0 * noisy, **draw_measurement()
     )
     sees: tuple[Any, ...] = random.choice(
         (("walls", "obstacles", "robots"), ("walls",), ("robots",), ("obstacles", "robots"))
     )
     sonar = Sonar(
         sectors=random.choice(SECTORS), range=random.choice((0.3, 2.0, 8.0)), noise=0.02 * noisy, sees=sees,
-        **measuring(),
+        **draw_measurement(),
     )  # fmt: skip
     camera = Camera(
         view_deg=random.choice((20.0, 60.0, 150.0)), range=random.choice((None, 3.0)),
         choose=random.choice(("largest", "nearest")), noise_x=2.0 * noisy, noise_size=0.1 * noisy,
-        misses=0.1 * noisy, ghosts=0.1 * noisy, **measuring(),
+        misses=0.1 * noisy, ghosts=0.1 * noisy, **draw_measurement(),
     )  # fmt: skip
-    bumper = Bumper(sectors={"front": (-90.0, 90.0), "rear": (90.0, 270.0)}, **measuring())
-    chance = RandomSensor(every_s=random.choice((None, 3 * tick_s)), **measuring())
-    pose = PoseSensor(noise=0.01 * noisy, noise_deg=1.0 * noisy, **measuring())
+    bumper = Bumper(sectors={"front": (-90.0, 90.0), "rear": (90.0, 270.0)}, **draw_measurement())
+    chance = RandomSensor(every_s=random.choice((None, 3 * tick_s)), **draw_measurement())
+    pose = PoseSensor(noise=0.01 * noisy, noise_deg=1.0 * noisy, **draw_measurement())
     candidates: list[Sensor] = [locator, sonar, camera, bumper, chance, pose, StallSensor(after_s=3 * tick_s)]
-    candidates += [CargoSensor(**measuring())] if carries else []
+    candidates += [CargoSensor(**draw_measurement())] if carries else []
     chosen = [sensor for sensor in candidates if random.random() < 0.6] or [locator]
     for name, of, sensor in (
         ("unseen", "blob_x", camera),

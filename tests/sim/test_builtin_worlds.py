@@ -6,8 +6,8 @@ from math import tau
 
 import pytest
 from tests.sim import golden
-from tests.sim.laws import check_percept, check_state, check_tick, kept
-from tests.sim.random_scenarios import random_commands
+from tests.sim.laws import check_percept, check_state, check_tick, copy_state
+from tests.sim.random_scenarios import draw_commands
 
 from understudy.runtime.body import list_reading_keys
 from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
@@ -22,12 +22,12 @@ def test_nothing_overlaps_leaves_or_is_lost(name: str) -> None:
 
     world = World(load_scenario(name), (4, 5, 6))
     draw, keys = np.random.default_rng(7), list_reading_keys(world)
-    commands = random_commands(draw, world)
+    commands = draw_commands(draw, world)
     for tick in range(200):
         if tick % 10 == 0:
-            commands = random_commands(draw, world)
+            commands = draw_commands(draw, world)
             check_percept(world, world.sense(keys))
-        before = kept(world)
+        before = copy_state(world)
         world.act(commands)
         check_tick(world, before, commands)
         check_state(world)
@@ -35,7 +35,7 @@ def test_nothing_overlaps_leaves_or_is_lost(name: str) -> None:
 
 @pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_golden_run(name: str) -> None:
-    for now, then in zip(golden.moments(name), golden.stored(name), strict=True):
+    for now, then in zip(golden.moments(name), golden.read_golden(name), strict=True):
         assert now["counts"] == then["counts"], RENEW
         assert list(now["measures"]) == list(then["measures"]), RENEW
         for what, values in now["measures"].items():

@@ -22,7 +22,7 @@ RED, BLUE = 0, 1
 HIDDEN = (nan, nan)
 
 
-def seen(
+def find_blob(
     things: list[Thing],
     segments: list[Segment],
     *,
@@ -115,49 +115,49 @@ LOOKS = [
     ("things", "segments", "expected"), [look[1:] for look in LOOKS], ids=[o[0] for o in LOOKS]
 )
 def test_blob(things: list[Thing], segments: list[Segment], expected: Blob) -> None:
-    assert seen(things, segments) == pytest.approx(expected, nan_ok=True)
+    assert find_blob(things, segments) == pytest.approx(expected, nan_ok=True)
 
 
 SMALL: Thing = (2.5, 1.0, 0.2, 0.2, RED, 0)
 
 
 def test_largest_or_nearest() -> None:
-    small = seen([SMALL], [])
-    assert seen([BALL, SMALL], []) == pytest.approx((50.0, 1500.0))
-    assert seen([BALL, SMALL], [], nearest=True) == small
-    assert seen([SMALL, BALL], [], nearest=True) == small
+    small = find_blob([SMALL], [])
+    assert find_blob([BALL, SMALL], []) == pytest.approx((50.0, 1500.0))
+    assert find_blob([BALL, SMALL], [], nearest=True) == small
+    assert find_blob([SMALL, BALL], [], nearest=True) == small
 
 
 def test_of_equals_the_one_farthest_left() -> None:
     """In whatever order they come: robots are sorted now and then."""
     twins = [(4.0, side, 0.5, 1.0, RED, 1) for side in (-2.0, 2.0)]
     for order in (twins, twins[::-1]):
-        assert seen(order, [])[0] < 50.0
-        assert seen(order, [], nearest=True)[0] < 50.0
+        assert find_blob(order, [])[0] < 50.0
+        assert find_blob(order, [], nearest=True)[0] < 50.0
 
 
 def test_nearest_that_is_hidden_does_not_count() -> None:
     hidden = (2.5, 0.0, 0.1, 0.2, RED, 0)
     wall = (1.0, -0.1, 1.0, 0.1)
-    assert seen([hidden, SMALL], [wall], nearest=True) == seen([SMALL], [wall])
+    assert find_blob([hidden, SMALL], [wall], nearest=True) == find_blob([SMALL], [wall])
 
 
 @pytest.mark.parametrize(("limit_m", "there"), [(5.001, True), (5.0, False), (1.0, False)])
 def test_range_is_to_the_center(limit_m: float, there: bool) -> None:
-    assert isnan(seen([BALL], [], limit_m=limit_m)[0]) is not there
+    assert isnan(find_blob([BALL], [], limit_m=limit_m)[0]) is not there
 
 
 def test_thing_out_of_range_still_hides() -> None:
     big = (5.0, 0.0, 3.0, 2.0, BLUE, 1)
     beside = (4.8 * cos(radians(36)), 4.8 * sin(radians(36)), 0.03, 1.0, RED, 0)  # just behind its flank
-    assert isnan(seen([big, beside], [], limit_m=4.95)[0])
-    assert not isnan(seen([beside], [], limit_m=4.95)[0])
+    assert isnan(find_blob([big, beside], [], limit_m=4.95)[0])
+    assert not isnan(find_blob([beside], [], limit_m=4.95)[0])
 
 
 @pytest.mark.parametrize(("least_px", "there"), [(1499.0, True), (1501.0, False)])
 def test_least_size(least_px: float, there: bool) -> None:
     for nearest in (True, False):
-        assert isnan(seen([BALL], [], least_px=least_px, nearest=nearest)[0]) is not there
+        assert isnan(find_blob([BALL], [], least_px=least_px, nearest=nearest)[0]) is not there
 
 
 # --- Against a raster ---
@@ -275,7 +275,9 @@ def test_blob_as_by_raster(
     scene: tuple[list[Thing], list[Segment]], view_deg: float, nearest: bool, least_px: float, limit_m: float
 ) -> None:
     things, segments = scene
-    x, size = seen(things, segments, view_deg=view_deg, nearest=nearest, least_px=least_px, limit_m=limit_m)
+    x, size = find_blob(
+        things, segments, view_deg=view_deg, nearest=nearest, least_px=least_px, limit_m=limit_m
+    )
     answers = by_raster(
         things, segments, view_deg=view_deg, nearest=nearest, least_px=least_px, limit_m=limit_m
     )

@@ -48,7 +48,7 @@ def robot(world: World, index: int = 0) -> tuple[float, float, float]:
     return float(row["x"]), float(row["y"]), float(row["heading"])
 
 
-def thing(world: World, slot: int = 0) -> tuple[float, float]:
+def locate_object(world: World, slot: int = 0) -> tuple[float, float]:
     row = world.state.objects[0, slot]
     return float(row["x"]), float(row["y"])
 
@@ -259,33 +259,33 @@ def test_a_box_goes_as_far_as_it_is_driven() -> None:
     world = arena((3.0, 4.0, 0.0), objects=(BOX,))
     drive(world, 60)
     assert robot(world)[0] == pytest.approx(3.0 + 60 * STEP, abs=1e-6)
-    assert thing(world)[0] == pytest.approx(6.0 + RADIUS + 0.3, abs=1e-6)
-    assert thing(world)[1] == 4.0
-    assert thing(world)[0] - robot(world)[0] >= RADIUS + 0.3
+    assert locate_object(world)[0] == pytest.approx(6.0 + RADIUS + 0.3, abs=1e-6)
+    assert locate_object(world)[1] == 4.0
+    assert locate_object(world)[0] - robot(world)[0] >= RADIUS + 0.3
     drive(world, 10, drive=-1.0)
-    assert thing(world)[0] == pytest.approx(6.0 + RADIUS + 0.3, abs=1e-6)  # not pulled
+    assert locate_object(world)[0] == pytest.approx(6.0 + RADIUS + 0.3, abs=1e-6)  # not pulled
 
 
 def test_some_boxes_take_two() -> None:
     heavy = ObjectClass(name="box", pushable=True, pushers=2, radius=0.5, at=((5.0, 4.0),))
     alone = arena((3.0, 4.0, 0.0), objects=(heavy,))
     drive(alone, 100)
-    assert thing(alone) == (5.0, 4.0)
+    assert locate_object(alone) == (5.0, 4.0)
     assert robot(alone)[0] == pytest.approx(4.5 - RADIUS, abs=GAP)
     both = arena((3.0, 3.7, 0.0), (3.0, 4.3, 0.0), objects=(heavy,))
     drive(both, 40)
-    assert thing(both)[0] > 5.1
-    assert thing(both)[1] == pytest.approx(4.0, abs=1e-9)
+    assert locate_object(both)[0] > 5.1
+    assert locate_object(both)[1] == pytest.approx(4.0, abs=1e-9)
     against = arena((3.0, 4.0, 0.0), (7.0, 4.0, 180.0), objects=(heavy,))
     drive(against, 100)
-    assert thing(against) == pytest.approx((5.0, 4.0), abs=1e-6)
+    assert locate_object(against) == pytest.approx((5.0, 4.0), abs=1e-6)
 
 
 def test_a_box_at_a_wall_stops_the_robot() -> None:
     world = arena((3.0, 4.0, 0.0), objects=(BOX,))
     drive(world, 300)
-    assert thing(world)[0] == pytest.approx(10.0 - 0.3, abs=1e-6)
-    assert thing(world)[0] <= 10.0 - 0.3
+    assert locate_object(world)[0] == pytest.approx(10.0 - 0.3, abs=1e-6)
+    assert locate_object(world)[0] <= 10.0 - 0.3
     assert robot(world)[0] == pytest.approx(10.0 - 0.6 - RADIUS, abs=1e-6)
     assert world.state.robots["blocked"][0] > 50
 
@@ -294,8 +294,8 @@ def test_a_box_pushes_no_box() -> None:
     boxes = ObjectClass(name="box", pushable=True, radius=0.3, at=((4.0, 4.0), (6.0, 4.0)))
     world = arena((3.0, 4.0, 0.0), objects=(boxes,))
     drive(world, 200)
-    assert thing(world, 1) == (6.0, 4.0)
-    assert thing(world)[0] == pytest.approx(5.4, abs=1e-6)
+    assert locate_object(world, 1) == (6.0, 4.0)
+    assert locate_object(world)[0] == pytest.approx(5.4, abs=1e-6)
     assert robot(world)[0] == pytest.approx(5.4 - 0.3 - RADIUS, abs=1e-6)
 
 
@@ -303,7 +303,7 @@ def test_a_box_pushes_no_robot() -> None:
     world = arena((3.0, 4.0, 0.0), (6.0, 4.0, 90.0), objects=(BOX,))
     drive(world, 200, drive=np.array([1.0, 0.0]))
     assert robot(world, 1)[:2] == (6.0, 4.0)
-    assert thing(world)[0] == pytest.approx(6.0 - RADIUS - 0.3, abs=1e-6)
+    assert locate_object(world)[0] == pytest.approx(6.0 - RADIUS - 0.3, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -339,7 +339,7 @@ def test_boxes_in_a_crowd_hardly_overlap(seed: int) -> None:
 def test_the_world_turned_is_the_same_world(degrees: float) -> None:
     """A square arena with a robot, a box and a disc, turned by quarters: all ends turned likewise."""
 
-    def turned(x: float, y: float, by: float) -> tuple[float, float]:
+    def rotate(x: float, y: float, by: float) -> tuple[float, float]:
         c, s = round(cos(radians(by))), round(sin(radians(by)))
         return 4.0 + c * (x - 4.0) - s * (y - 4.0), 4.0 + s * (x - 4.0) + c * (y - 4.0)
 
@@ -349,11 +349,11 @@ def test_the_world_turned_is_the_same_world(degrees: float) -> None:
             types={"rover": RobotType(radius=RADIUS, speed=0.5, turning_deg=90.0)},
             robots=(
                 RobotGroup(
-                    type="rover", at=((*turned(2.0, 3.9, by), by), (*turned(5.0, 5.0, by), by + 200.0))
+                    type="rover", at=((*rotate(2.0, 3.9, by), by), (*rotate(5.0, 5.0, by), by + 200.0))
                 ),
             ),
-            obstacles=(Obstacle(radius=0.5, at=(turned(6.5, 4.4, by),)),),
-            objects=(ObjectClass(name="box", pushable=True, radius=0.3, at=(turned(3.0, 4.0, by),)),),
+            obstacles=(Obstacle(radius=0.5, at=(rotate(6.5, 4.4, by),)),),
+            objects=(ObjectClass(name="box", pushable=True, radius=0.3, at=(rotate(3.0, 4.0, by),)),),
         )
         return World(scenario, (0,))
 
@@ -363,12 +363,12 @@ def test_the_world_turned_is_the_same_world(degrees: float) -> None:
             drive(each, 1, drive=1.0, turn=0.1 * (tick % 3 - 1))
         for index in range(2):
             x, y, heading = robot(one, index)
-            assert robot(other, index)[:2] == pytest.approx(turned(x, y, degrees), abs=1e-7)
+            assert robot(other, index)[:2] == pytest.approx(rotate(x, y, degrees), abs=1e-7)
             assert (robot(other, index)[2] - heading - radians(degrees) + pi) % tau - pi == pytest.approx(
                 0, abs=1e-9
             )
-        assert thing(other) == pytest.approx(turned(*thing(one), degrees), abs=1e-7)
-    assert hypot(thing(one)[0] - 3.0, thing(one)[1] - 4.0) > 0.1
+        assert locate_object(other) == pytest.approx(rotate(*locate_object(one), degrees), abs=1e-7)
+    assert hypot(locate_object(one)[0] - 3.0, locate_object(one)[1] - 4.0) > 0.1
 
 
 def test_robots_that_do_not_collide_go_through_each_other_only() -> None:
@@ -390,7 +390,7 @@ def test_overlapping_things_can_part() -> None:
     assert robot(world, 1)[0] == pytest.approx(4.1)
 
 
-def walking(**more: Any) -> World:
+def make_walk_world(**more: Any) -> World:
     return arena((1.0, 1.0, 0.0), **more)
 
 
@@ -403,7 +403,7 @@ def walker(speed: float, *, solid: bool = True) -> ObjectClass:
 def test_what_walks_goes_through_no_wall(speed: float, solid: bool) -> None:
     wall = Wall(points=((5.0, 0.0), (5.0, 8.0)))
     dogs = walker(speed, solid=solid)
-    world = walking(objects=(dogs,), walls=(wall,))
+    world = make_walk_world(objects=(dogs,), walls=(wall,))
     side, moved = world.state.objects["x"][0, :3] > 5.0, False
     for _ in range(300):
         before = world.state.objects["x"][0, :3].copy()
@@ -428,15 +428,15 @@ def test_a_large_robot_is_not_walked_over() -> None:
 def test_what_walks_keeps_to_its_region_and_comes_back_to_it() -> None:
     dog = ObjectClass(name="dog", radius=0.3, walk=RandomWalk(speed=1.0, turn_s=0.5), within="yard")
     narrow = ArenaRegion(box=(2.0, 2.0, 4.0, 2.2))  # narrower than the dog
-    world = walking(objects=(dog,), regions={"yard": narrow})
+    world = make_walk_world(objects=(dog,), regions={"yard": narrow})
     places = []
     for _ in range(300):
         drive(world, 1, drive=0.0)
-        places.append(thing(world))
+        places.append(locate_object(world))
         assert 2.0 <= places[-1][0] <= 4.0
         assert 2.0 <= places[-1][1] <= 2.2
     assert max(x for x, _ in places) - min(x for x, _ in places) > 0.5
     world.move_object(0, 7.0, 7.0)
     for _ in range(3000):
         drive(world, 1, drive=0.0)
-    assert 2.0 <= thing(world)[0] <= 4.0
+    assert 2.0 <= locate_object(world)[0] <= 4.0

@@ -40,7 +40,7 @@ class Seen(NamedTuple):
     sources: list[tuple[float, float, int]]  # place and amount
 
 
-def seen(world: Forage, row: int = 0) -> Seen:
+def observe(world: Forage, row: int = 0) -> Seen:
     view = world.view(row)
     robots, objects = view.robots, view.objects
     rows = list(zip(objects.x.tolist(), objects.y.tolist(), objects.amount.tolist(), strict=True))
@@ -57,7 +57,7 @@ def seen(world: Forage, row: int = 0) -> Seen:
 
 
 def at_food(world: Forage) -> None:
-    x, y, _ = seen(world).sources[0]
+    x, y, _ = observe(world).sources[0]
     world.place(0, x, y, 0.0)
 
 
@@ -71,7 +71,7 @@ def test_forward_drives_straight() -> None:
     world.place(0, 2.0, 3.0, pi / 6)
     for _ in range(20):
         world.act(kit_command("forward"))
-    view = seen(world)
+    view = observe(world)
     assert (view.x, view.y) == pytest.approx((2.0 + cos(pi / 6), 3.0 + sin(pi / 6)))
     assert view.heading == pytest.approx(pi / 6)
     assert world.time_s == pytest.approx(2.0)
@@ -81,10 +81,10 @@ def test_rotating_left_grows_the_heading_and_wraps() -> None:
     world = Forage([1])
     world.place(0, 2.0, 3.0, tau - 0.06)
     world.act(kit_command("rotate_left"))
-    assert seen(world).heading == pytest.approx(0.06)
+    assert observe(world).heading == pytest.approx(0.06)
     world.act(kit_command("rotate_right"))
-    assert seen(world).heading == pytest.approx(tau - 0.06)
-    assert (seen(world).x, seen(world).y) == (2.0, 3.0)
+    assert observe(world).heading == pytest.approx(tau - 0.06)
+    assert (observe(world).x, observe(world).y) == (2.0, 3.0)
 
 
 def test_driving_and_turning_is_an_arc() -> None:
@@ -93,7 +93,7 @@ def test_driving_and_turning_is_an_arc() -> None:
     for _ in range(10):
         world.act({"drive": ON, "turn": ON})
     radius, angle = 0.5 / 1.2, 1.2  # v / w; w t
-    view = seen(world)
+    view = observe(world)
     assert (view.x, view.y) == pytest.approx((6 + radius * sin(angle), 6 + radius * (1 - cos(angle))))
     assert view.heading == pytest.approx(angle)
 
@@ -103,7 +103,7 @@ def test_walls_stop_the_robot_and_let_it_slide() -> None:
     world.place(0, 11.7, 3.0, pi / 4)
     for _ in range(20):
         world.act({"drive": ON})
-    assert (seen(world).x, seen(world).y) == pytest.approx((11.8, 3.0 + sin(pi / 4)), abs=0.01)
+    assert (observe(world).x, observe(world).y) == pytest.approx((11.8, 3.0 + sin(pi / 4)), abs=0.01)
 
 
 def test_what_is_not_driven_stays() -> None:
@@ -117,7 +117,7 @@ def test_what_is_not_driven_stays() -> None:
 
 def test_bearings_are_in_the_robot_frame() -> None:
     world = Forage([4])
-    x, y = seen(world).station
+    x, y = observe(world).station
     for heading, bearing in ((0.0, 0.0), (pi / 2, 3 * pi / 2), (pi, pi), (3 * pi / 2, pi / 2)):
         world.place(0, x - 0.4, y, heading)
         percept = world.sense([("bearing", "station"), ("range", "station"), ("station_here", None)])
@@ -139,7 +139,7 @@ def test_loading_takes_its_time(ticks: int, stored: int) -> None:
     world = Forage([2])
     at_food(world)
     load(world, ticks)
-    assert seen(world).stored == stored
+    assert observe(world).stored == stored
 
 
 def test_work_broken_off_is_lost() -> None:
@@ -148,7 +148,7 @@ def test_work_broken_off_is_lost() -> None:
     load(world, 9)
     world.act({})
     load(world, 9)
-    assert seen(world).stored == 0
+    assert observe(world).stored == 0
 
 
 def test_loading_needs_standing_still_and_reach() -> None:
@@ -156,10 +156,10 @@ def test_loading_needs_standing_still_and_reach() -> None:
     at_food(world)
     for _ in range(20):
         world.act({"load": ON, "turn": ON})
-    x, y = seen(world).station
+    x, y = observe(world).station
     world.place(0, x, y, 0.0)
     load(world, 20)
-    assert seen(world).stored == 0
+    assert observe(world).stored == 0
 
 
 def test_full_robot_loads_no_more_and_unloads_only_at_the_station() -> None:
@@ -168,11 +168,11 @@ def test_full_robot_loads_no_more_and_unloads_only_at_the_station() -> None:
     for channel in ("load", "unload"):
         for _ in range(30):
             world.act({channel: ON})
-        assert (seen(world).stored, seen(world).delivered) == (12, 0)
-    world.place(0, *seen(world).station, 0.0)
+        assert (observe(world).stored, observe(world).delivered) == (12, 0)
+    world.place(0, *observe(world).station, 0.0)
     for _ in range(30):
         world.act({"unload": ON})
-    assert (seen(world).stored, seen(world).delivered) == (9, 3)
+    assert (observe(world).stored, observe(world).delivered) == (9, 3)
 
 
 def test_an_empty_source_is_no_longer_nearest() -> None:
@@ -183,8 +183,10 @@ def test_an_empty_source_is_no_longer_nearest() -> None:
     percept = world.sense(list_reading_keys(world))
     assert percept["food_here", None][0] == 0.0
     assert percept["food_left", None][0] == 1.0
-    x, y, _ = seen(world).sources[1]
-    assert percept["range", "nearest_food"][0] == pytest.approx(hypot(x - seen(world).x, y - seen(world).y))
+    x, y, _ = observe(world).sources[1]
+    assert percept["range", "nearest_food"][0] == pytest.approx(
+        hypot(x - observe(world).x, y - observe(world).y)
+    )
 
 
 def test_corner_cases_are_what_they_say() -> None:
@@ -195,12 +197,12 @@ def test_corner_cases_are_what_they_say() -> None:
         worlds["starts empty at the station"].sense([("range", "station")])["range", "station"] == 0
     ).all()
     for row in range(20):
-        view = seen(worlds["food beside the station"], row)
+        view = observe(worlds["food beside the station"], row)
         ways = [hypot(x - view.station[0], y - view.station[1]) for x, y, _ in view.sources]
         assert ways == pytest.approx([0.6] * len(ways))  # between two reaches of 0.5 m and one
     assert (worlds["one last unit left"].total == 1).all()
     small = worlds["source empties before the robot is full"]
-    assert all(amount < 12 for row in range(20) for _, _, amount in seen(small, row).sources)
+    assert all(amount < 12 for row in range(20) for _, _, amount in observe(small, row).sources)
     nothing = worlds["no food at all"]
     percept = nothing.sense(list_reading_keys(nothing))
     assert np.isnan(percept["range", "nearest_food"]).all()
@@ -214,7 +216,7 @@ def test_corner_cases_are_what_they_say() -> None:
 def test_layout_keeps_things_apart_and_off_the_walls() -> None:
     world = Forage(range(200))
     for row in range(200):
-        view = seen(world, row)
+        view = observe(world, row)
         things = [view.station, *((x, y) for x, y, _ in view.sources)]
         assert 2 <= len(view.sources) <= 4
         assert all(4 <= amount <= 16 for _, _, amount in view.sources)
@@ -223,7 +225,7 @@ def test_layout_keeps_things_apart_and_off_the_walls() -> None:
 
 
 def test_a_world_is_the_same_alone_and_among_others() -> None:
-    assert seen(Forage([7])) == seen(Forage(range(10)), 7)
+    assert observe(Forage([7])) == observe(Forage(range(10)), 7)
 
 
 def test_there_is_one_description() -> None:
@@ -325,11 +327,11 @@ def test_a_snapshot_is_refused_elsewhere() -> None:
 
 def test_a_snapshot_goes_back() -> None:
     world = Forage([1])
-    before, snapshot = seen(world), world.snapshot()
+    before, snapshot = observe(world), world.snapshot()
     at_food(world)
     load(world, 25)
     world.restore(snapshot)
-    assert (seen(world), world.snapshot()) == (before, snapshot)
+    assert (observe(world), world.snapshot()) == (before, snapshot)
 
 
 commands = st.lists(
@@ -351,7 +353,7 @@ def test_food_is_conserved_and_the_robot_stays_inside(
     total = int(world.total[0])
     for command in script:
         world.act({name: np.array([value]) for name, value in command.items()})
-        view = seen(world)
+        view = observe(world)
         assert sum(amount for _, _, amount in view.sources) + view.stored + view.delivered == total
         assert world.total[0] == total
         assert 0 <= view.stored <= quick.capacity
@@ -363,10 +365,10 @@ def test_food_is_conserved_and_the_robot_stays_inside(
 @given(seed=st.integers(0, 10_000), heading=st.floats(0, tau))
 def test_sensing_equals_a_plain_reference(seed: int, heading: float) -> None:
     world = Forage([seed, seed + 1], replace(ForageSettings(), sources=(0, 3)))
-    world.place(0, seen(world).x, seen(world).y, heading)
+    world.place(0, observe(world).x, observe(world).y, heading)
     percept = world.sense(list_reading_keys(world))
     for row in range(2):
-        view = seen(world, row)
+        view = observe(world, row)
         spots = {"station": view.station}
         ranges = [hypot(x - view.x, y - view.y) if amount else inf for x, y, amount in view.sources]
         if ranges:

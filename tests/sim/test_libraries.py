@@ -90,17 +90,17 @@ def test_who_has_failed_is_counted_no_more() -> None:
     assert isinstance(world, World)
     squads = orders(team)
 
-    def left() -> list[float]:
+    def list_present() -> list[float]:
         team.tick()
         return list(squads.sense([("present", None)])["present", None])
 
-    assert left() == [4.0]
+    assert list_present() == [4.0]
     world.freeze(1)
     world.freeze(3)
-    assert left() == [2.0]
+    assert list_present() == [2.0]
     world.freeze(0)
     world.freeze(2)
-    assert left() == [0.0]
+    assert list_present() == [0.0]
     assert squads.failed.tolist() == [True]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.sim.test_sensing import rays, read, repeated, world_of
+from tests.sim.test_sensing import rays, read, read_repeatedly, world_of
 
 from understudy.errors import FileError, SettingError
 from understudy.robots.robot_file import ReadingSpec
@@ -185,7 +185,7 @@ def _names(lidar: Lidar) -> list[str]:
 def test_noise_and_dropout_come_before_summing_up() -> None:
     lidar = Lidar(beams=8, range=8.0, noise=0.05, dropout=0.2, sectors={"all": (-180.0, 180.0)})
     world = world_of(lidar)
-    values = repeated(world, "beam_4", 3000)
+    values = read_repeatedly(world, "beam_4", 3000)
     there = values[~np.isnan(values)]
     assert np.isnan(values).mean() == pytest.approx(0.2, abs=0.03)
     assert there.mean() == pytest.approx(4.8, abs=0.006)
@@ -200,7 +200,7 @@ def test_slow_lidar_keeps_its_answers() -> None:
     lidar = Lidar(beams=8, range=8.0, noise=0.05, rate_hz=2.0, sectors={"front": (-50.0, 50.0)})
     world = world_of(lidar)
     for name in ("beam_4", "front", "front_bearing", "front_width"):
-        values = repeated(world, name, 20)
+        values = read_repeatedly(world, name, 20)
         assert (values.reshape(-1, 5) == values[::5, None]).all(), name
 
 
@@ -212,10 +212,10 @@ def test_a_reading_asked_for_twice_and_a_time_since() -> None:
     assert twice["beam_35", None][0] == read(world, "beam_35")
     scout = RobotType(sensors=(lidar, ElapsedSensor(name="since", of="front")))
     with pytest.raises(SettingError, match="no such reading of a target"):  # nor is it yes or no
-        check_scenario(_replaced(world, scout))
+        check_scenario(replace_type(world, scout))
 
 
-def _replaced(world: World, scout: RobotType) -> Any:
+def replace_type(world: World, scout: RobotType) -> Any:
     import msgspec
 
     types = {**world.scenario.types, "scout": scout}
@@ -246,7 +246,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 @pytest.mark.parametrize(("settings", "message"), WRONG)
 def test_settings_that_cannot_be(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(SettingError) as caught:
-        check_scenario(_replaced(world_of(Lidar()), RobotType(sensors=(Lidar(**settings),))))
+        check_scenario(replace_type(world_of(Lidar()), RobotType(sensors=(Lidar(**settings),))))
     assert message in str(caught.value)
 
 

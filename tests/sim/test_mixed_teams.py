@@ -39,22 +39,29 @@ robots = [{ type = "red" }, { type = "blue" }]
 )
 
 
-def doing(name: str, behavior: str) -> Automaton:
+def make_constant_automaton(name: str, behavior: str) -> Automaton:
     """An automaton that does one thing for good."""
     states = (START, State("on", behavior))
     return Automaton(name, states, (), (), False, {"start": Tree((make_leaf(1),))})
 
 
-def known() -> Libraries:
+def make_libraries() -> Libraries:
     """Scouts and carriers who both roam, and carriers who haul; a crew that is led."""
-    scouts = Library.from_automata(KITS["scout"], doing("roam", "forward"), doing("explore", "forward"))
+    scouts = Library.from_automata(
+        KITS["scout"],
+        make_constant_automaton("roam", "forward"),
+        make_constant_automaton("explore", "forward"),
+    )
     carriers = Library.from_automata(
-        KITS["carrier"], doing("roam", "rotate_left"), doing("haul", "load"), doing("gather", "unload")
+        KITS["carrier"],
+        make_constant_automaton("roam", "rotate_left"),
+        make_constant_automaton("haul", "load"),
+        make_constant_automaton("gather", "unload"),
     )
     return collect_libraries(
         SALVAGE,
         {"scout": scouts, "carrier": carriers},
-        lambda name, kit: Library.from_automata(kit, doing("lead", "share")),
+        lambda name, kit: Library.from_automata(kit, make_constant_automaton("lead", "share")),
     )
 
 
@@ -90,7 +97,9 @@ def test_where_automata_of_a_type_are(
 ) -> None:
     for path in there:
         *folders, name = path.split("/")
-        save_automaton(tmp_path.joinpath(*folders), TrainedAutomaton(doing(name, "forward")))
+        save_automaton(
+            tmp_path.joinpath(*folders), TrainedAutomaton(make_constant_automaton(name, "forward"))
+        )
     found = find_type_folders(SALVAGE, tmp_path, KIT)
     assert {name: where for name, (where, _) in found.items()} == {
         name: tmp_path / folder if folder else tmp_path for name, folder in expected.items()
@@ -99,7 +108,7 @@ def test_where_automata_of_a_type_are(
 
 
 def test_whose_behavior_is_meant() -> None:
-    libraries = known()
+    libraries = make_libraries()
     names = ("explore", "haul", "lead", "load", "carrier/roam", None)
     assert [find_behavior_sort(libraries, name) for name in names] == [
         "scout", "carrier", "crew", "carrier", "carrier", "crew",
@@ -109,16 +118,18 @@ def test_whose_behavior_is_meant() -> None:
 
 
 def test_a_basic_behavior_is_run_by_all_who_have_it() -> None:
-    libraries = known()
+    libraries = make_libraries()
     assert list_running_sorts(libraries, "scout", "forward") == ["scout", "carrier"]
     assert list_running_sorts(libraries, "carrier", "load") == ["carrier"]
     assert list_running_sorts(libraries, "carrier", "roam") == ["carrier"]
-    alike = collect_libraries(ALIKE, Library.from_automata(make_scenario_kit(ALIKE), doing("on", "go")))
+    alike = collect_libraries(
+        ALIKE, Library.from_automata(make_scenario_kit(ALIKE), make_constant_automaton("on", "go"))
+    )
     assert list_running_sorts(alike, "red", "on") == ["red", "blue"]
 
 
 def test_each_type_runs_its_own_automaton_of_a_name() -> None:
-    team = make_team(SALVAGE, [3], known(), {"scout": ("roam", {}), "carrier": ("roam", {})})
+    team = make_team(SALVAGE, [3], make_libraries(), {"scout": ("roam", {}), "carrier": ("roam", {})})
     headings = team.ground.sense([("bearing", "harbor")])
     team.run(10)
     turned = team.ground.sense([("bearing", "harbor")])["bearing", "harbor"] - headings["bearing", "harbor"]
@@ -128,14 +139,14 @@ def test_each_type_runs_its_own_automaton_of_a_name() -> None:
 
 def test_an_order_to_both_roles_splits_one_of_them() -> None:
     """Four scouts explore; of eight carriers a third, that is three, gather, and the others haul."""
-    team = make_team(SALVAGE, [3], known(), {"crew": ("lead", {})})
+    team = make_team(SALVAGE, [3], make_libraries(), {"crew": ("lead", {})})
     team.run(2)
     assert [path[0] for path in team.paths] == ["explore"] * 4 + ["gather"] * 3 + ["haul"] * 5
 
 
 def test_an_order_asks_of_nobody_what_their_own_library_has_not() -> None:
-    libraries = dict(known())
-    libraries["scout"] = Library.from_automata(KITS["scout"], doing("roam", "forward"))
+    libraries = dict(make_libraries())
+    libraries["scout"] = Library.from_automata(KITS["scout"], make_constant_automaton("roam", "forward"))
     with pytest.raises(DefinitionError, match=r"its scouts \(scout\) have no behavior 'explore'"):
         make_team(SALVAGE, [3], libraries, {"crew": ("lead", {})})
 

@@ -13,13 +13,13 @@ from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
 
-def saved(world: World) -> Scenario:
+def save_and_load(world: World) -> Scenario:
     """The scenario of a world as it stands, written to a file and read again."""
     made = make_scenario_snapshot(world.scenario, world.view(), name="mine")
     return parse_scenario(format_scenario(made))
 
 
-def placed(view: WorldView, scenario: Scenario) -> dict[str, list[tuple[float, ...]]]:
+def list_places(view: WorldView, scenario: Scenario) -> dict[str, list[tuple[float, ...]]]:
     """Where things are, by what they are; without what comes and goes."""
     passing = {thing.name for thing in scenario.objects if thing.presence is not None} | {MOUSE}
     found: dict[str, list[tuple[float, ...]]] = {}
@@ -39,9 +39,9 @@ def placed(view: WorldView, scenario: Scenario) -> dict[str, list[tuple[float, .
 @pytest.mark.parametrize("name", list_builtin_scenarios())
 def test_all_is_where_it_was(name: str) -> None:
     world = World(find_scenario(name), [3])
-    before = placed(world.view(), world.scenario)
-    again = World(saved(world), [11])
-    after = placed(again.view(), world.scenario)
+    before = list_places(world.view(), world.scenario)
+    again = World(save_and_load(world), [11])
+    after = list_places(again.view(), world.scenario)
     assert after.keys() == before.keys()
     for what, places in before.items():
         assert np.allclose(after[what], places, atol=1e-5), what
@@ -56,7 +56,7 @@ def test_what_was_edited_is_kept() -> None:
     for slot in world.view().objects.slot[world.view().objects.kind == food].tolist():
         world.remove_object(slot)
     world.add_object("food", 9.0, 3.0, amount=10)
-    made = saved(world)
+    made = save_and_load(world)
     view = World(made, [0]).view()
     assert (view.robots.x[0], view.robots.y[0]) == (6.0, 6.0)
     assert view.robots.heading[0] == pytest.approx(1.0, abs=1e-5)
@@ -68,7 +68,7 @@ def test_what_was_edited_is_kept() -> None:
 
 
 def test_a_world_without_markers_declares_none() -> None:
-    made = saved(World(find_scenario("forage"), [3]))
+    made = save_and_load(World(find_scenario("forage"), [3]))
     assert all(thing.name != MARKER for thing in made.objects)
     assert made.name == "mine"
 
@@ -76,6 +76,6 @@ def test_a_world_without_markers_declares_none() -> None:
 def test_sources_that_differ_are_drawn_between() -> None:
     world = World(find_scenario("forage"), [0])
     amounts = [each for each in world.view().objects.at_first.tolist() if each]
-    made = saved(world)
+    made = save_and_load(world)
     (food,) = (thing for thing in made.objects if thing.name == "food")
     assert food.amount == (min(amounts), max(amounts))

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from tests.sim.laws import pieces
-from tests.sim.random_scenarios import random_commands, random_world
+from tests.sim.random_scenarios import draw_commands, draw_world
 from tests.sim.test_collisions import drive
 
 from understudy.errors import SettingError, UnknownName
@@ -95,7 +95,7 @@ def quiet(sensor: Sensor) -> Sensor:
 
 def noiseless(number: int) -> World:
     """A random world whose sensors have no noise and always answer; a few ticks on."""
-    noisy = random_world(number)
+    noisy = draw_world(number)
     types = {
         name: replace(kind, sensors=tuple(map(quiet, kind.sensors)))
         for name, kind in noisy.scenario.types.items()
@@ -104,7 +104,7 @@ def noiseless(number: int) -> World:
     draw = np.random.default_rng(number)
     world.place_pointer(*draw.uniform(0, 1, 2) * world.scenario.size)
     for _ in range(int(draw.integers(8))):
-        world.act(random_commands(draw, world))
+        world.act(draw_commands(draw, world))
     return world
 
 
@@ -401,7 +401,7 @@ def test_a_bumper_feels_all_that_is_near(gap: float) -> None:
             assert read(world, "bumper") == 1.0
 
 
-def carrying(**more: Any) -> World:
+def make_carrying_world(**more: Any) -> World:
     scenario = Scenario(
         size=(10.0, 8.0),
         types={"ant": RobotType(capacity=2, reach=0.5, load_s=0.3, unload_s=0.2, sensors=(CargoSensor(),))},
@@ -416,7 +416,7 @@ def carrying(**more: Any) -> World:
 
 
 def test_cargo() -> None:
-    world = carrying()
+    world = make_carrying_world()
     names = ("food_stored", "food_here", "food_left", "station_here")
     assert [read(world, name) for name in names] == [0.0, 3.0, 1.0, 1.0]
     two = {"load": np.ones(2)}
@@ -477,9 +477,9 @@ def test_since_has_a_rate_and_drops_out_like_any_sensor() -> None:
     world.place_pointer(9.0, 5.0)
     drive(world, 2, drive=0.0)
     world.place_pointer(None)
-    lost = repeated(world, "lost", 11, "pointer")  # from tick 2 on; measured at 0, 4, 8 and 12
+    lost = read_repeatedly(world, "lost", 11, "pointer")  # from tick 2 on; measured at 0, 4, 8 and 12
     assert lost.tolist() == pytest.approx([0.0] * 2 + [0.3] * 4 + [0.7] * 4 + [1.1])
-    fresh = repeated(world, "fresh", 2000, "pointer")
+    fresh = read_repeatedly(world, "fresh", 2000, "pointer")
     assert np.isnan(fresh).mean() == pytest.approx(0.3, abs=0.04)
     there = ~np.isnan(fresh)
     assert fresh[there] == pytest.approx(1.2 + 0.1 * np.arange(2000)[there])
@@ -500,7 +500,7 @@ def test_a_rate_holds_the_last_answer() -> None:
     assert held[3] != held[5]
 
 
-def repeated(world: World, name: str, ticks: int, target: str | None = None) -> Floats:
+def read_repeatedly(world: World, name: str, ticks: int, target: str | None = None) -> Floats:
     """What the first robot reads in so many ticks, standing still."""
     found = []
     for _ in range(ticks):
@@ -511,7 +511,7 @@ def repeated(world: World, name: str, ticks: int, target: str | None = None) -> 
 
 def test_dropout() -> None:
     world = world_of(PoseSensor(dropout=0.3), TargetLocator(dropout=1.0))
-    absent = np.isnan(repeated(world, "x", 3000))
+    absent = np.isnan(read_repeatedly(world, "x", 3000))
     assert absent.mean() == pytest.approx(0.3, abs=0.03)
     assert (absent[1:] & absent[:-1]).mean() == pytest.approx(0.09, abs=0.02)  # each time anew
     assert isnan(read(world, "range", "flag"))
@@ -529,7 +529,7 @@ NOISES: list[tuple[Sensor, str, str | None, float, float]] = [
 
 @pytest.mark.parametrize(("sensor", "name", "target", "mean", "spread"), NOISES)
 def test_noise(sensor: Sensor, name: str, target: str | None, mean: float, spread: float) -> None:
-    values = repeated(world_of(sensor), name, 3000, target)
+    values = read_repeatedly(world_of(sensor), name, 3000, target)
     assert values.mean() == pytest.approx(mean, abs=5 * spread / 3000**0.5)
     assert values.std() == pytest.approx(spread, rel=0.05)
     assert abs(np.corrcoef(values[1:], values[:-1])[0, 1]) < 0.08
@@ -541,32 +541,32 @@ def test_what_is_absent_stays_absent_in_noise() -> None:
         Camera(noise_x=3.0, noise_size=1.0, range=0.2),
     )
     for name in ("range", "bearing", "blob_x", "blob_size"):
-        assert np.isnan(repeated(world, name, 20, "flag")).all()
+        assert np.isnan(read_repeatedly(world, name, 20, "flag")).all()
 
 
 def test_misses_and_ghosts() -> None:
     seldom = world_of(Camera(misses=0.25))
-    assert np.isnan(repeated(seldom, "blob_x", 2000, "flag")).mean() == pytest.approx(0.25, abs=0.04)
+    assert np.isnan(read_repeatedly(seldom, "blob_x", 2000, "flag")).mean() == pytest.approx(0.25, abs=0.04)
     haunted = world_of(Camera(ghosts=0.2))
-    ghosts = repeated(haunted, "blob_x", 2000, "pointer")
+    ghosts = read_repeatedly(haunted, "blob_x", 2000, "pointer")
     assert np.isnan(ghosts).mean() == pytest.approx(1.0)  # of no color: nothing to take for it
     nowhere = world_of(Camera(ghosts=0.2), objects=(ObjectClass(name="flag", color="red", at=((1.0, 7.0),)),))
-    ghosts = repeated(nowhere, "blob_x", 2000, "flag")
+    ghosts = read_repeatedly(nowhere, "blob_x", 2000, "flag")
     assert (~np.isnan(ghosts)).mean() == pytest.approx(0.2, abs=0.04)
     there = ghosts[~np.isnan(ghosts)]
     assert there.min() < 20 < 140 < there.max() <= 160
 
 
 def test_chance() -> None:
-    values = repeated(world_of(RandomSensor(every_s=0.5)), "random", 2000)
+    values = read_repeatedly(world_of(RandomSensor(every_s=0.5)), "random", 2000)
     assert (values.reshape(-1, 5) == values[::5, None]).all()
     fresh = values[::5]
     assert len(set(fresh)) == len(fresh)
     assert ((fresh >= 0) & (fresh < 1)).all()
     assert fresh.mean() == pytest.approx(0.5, abs=0.06)
     assert (
-        repeated(world_of(RandomSensor(), seed=1), "random", 5).tolist()
-        != repeated(world_of(RandomSensor()), "random", 5).tolist()
+        read_repeatedly(world_of(RandomSensor(), seed=1), "random", 5).tolist()
+        != read_repeatedly(world_of(RandomSensor()), "random", 5).tolist()
     )
 
 

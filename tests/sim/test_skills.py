@@ -28,7 +28,7 @@ SCENARIO = load_scenario(SCENARIO_FILE)
 OUTCOMES = ("succeeded", "aborted", "rejected", "timed_out")
 
 
-def varied(skill: str, **changes: object) -> Scenario:
+def change_skill(skill: str, **changes: object) -> Scenario:
     """The scenario with another skill."""
     kind = SCENARIO.types["rover"]
     skills = {**kind.skills, skill: msgspec.structs.replace(kind.skills[skill], **changes)}
@@ -96,7 +96,7 @@ def test_a_state_that_is_left_ends_it_where_it_is() -> None:
     [({"success": 0.0}, "aborted"), ({"timeout_s": 1.0}, "timed_out"), ({"ends": "dock"}, "succeeded")],
 )
 def test_it_ends_as_the_scenario_says(changes: dict[str, object], outcome: str) -> None:
-    world = World(varied("go_to", **changes))
+    world = World(change_skill("go_to", **changes))
     for _ in range(40):
         tick(world, "go_to", A="home")
     assert outcomes(world) == [outcome]
@@ -166,7 +166,7 @@ WRONG = [
 @pytest.mark.parametrize(("changes", "said"), WRONG)
 def test_a_skill_that_cannot_be_is_one_error(changes: dict[str, object], said: str) -> None:
     with pytest.raises(SettingError, match=said):
-        check_scenario(varied("go_to", **changes))
+        check_scenario(change_skill("go_to", **changes))
 
 
 def test_a_name_is_for_a_skill_or_a_behavior() -> None:

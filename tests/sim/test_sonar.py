@@ -25,24 +25,24 @@ Fields: TypeAlias = tuple[float, float, float, float, int]
 FAR = 9.0
 
 
-def prepared(degrees: Degrees) -> Fields:
+def prepare(degrees: Degrees) -> Fields:
     row = make_sector(radians(degrees[0]), radians(degrees[1]))
     return row["from_x"], row["from_y"], row["to_x"], row["to_y"], int(row["span"])
 
 
 def to_disc(disc: Disc, degrees: Degrees, best: float = FAR) -> float:
-    return float(measure_sector_to_disc(*(*disc, *prepared(degrees), best)))
+    return float(measure_sector_to_disc(*(*disc, *prepare(degrees), best)))
 
 
 def to_segment(segment: Segment, degrees: Degrees, best: float = FAR) -> float:
-    return float(measure_sector_to_segment(*(*segment, *prepared(degrees), best)))
+    return float(measure_sector_to_segment(*(*segment, *prepare(degrees), best)))
 
 
 def to_bounds(pose: Disc, degrees: Degrees, best: float = FAR) -> float:
     """In an arena of 10 x 6; a pose is x, y and heading in degrees."""
     x, y, heading = pose[0], pose[1], radians(pose[2])
     placed = x, y, cos(heading), sin(heading), 10.0, 6.0
-    return float(measure_sector_to_bounds(*(*placed, *prepared(degrees), best)))
+    return float(measure_sector_to_bounds(*(*placed, *prepare(degrees), best)))
 
 
 SPANS = [

@@ -6,15 +6,15 @@ import sys
 from types import FrameType
 
 import numpy as np
-from tests.sim.made import SQUARE, crossing, scenario, state_of
+from tests.make.run_frames import SQUARE, make_crossing, make_scenario, make_state
 
 from understudy.sim.params import collect_names, make_world_params
 from understudy.sim.view import make_world_view
 
 
 def test_a_world_of_two() -> None:
-    made = scenario(3)
-    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
+    made = make_scenario(3)
+    rules, names, state = make_world_params(made), collect_names(made), make_state(made)
     empty, full = (make_world_view(state, rules, names, world) for world in (0, 1))
     assert (full.width, full.height, full.time_s) == (12.0, 8.0, 0.0)
     assert np.array_equal(full.robots.x, state.robots["x"][3:])
@@ -33,8 +33,8 @@ def test_a_world_of_two() -> None:
 
 
 def test_two_polygons_are_told_apart() -> None:
-    made = scenario(2)
-    state = state_of(made)
+    made = make_scenario(2)
+    state = make_state(made)
     state.segments[1, 1] = (1.0, 1.0, 2.0, 1.0, 0)
     state.segments[1, 2] = (2.0, 1.0, 1.0, 2.0, 0)
     state.segments[1, 3] = (1.0, 2.0, 1.0, 1.0, 0)
@@ -47,9 +47,9 @@ def test_two_polygons_are_told_apart() -> None:
 
 
 def test_a_view_stays_as_it_was() -> None:
-    first = crossing(5)[0].view
-    made = scenario(3)
-    again = make_world_view(state_of(made), make_world_params(made), collect_names(made), 1)
+    first = make_crossing(5)[0].view
+    made = make_scenario(3)
+    again = make_world_view(make_state(made), make_world_params(made), collect_names(made), 1)
     for part in ("robots", "objects", "discs"):
         for name in getattr(first, part).__slots__:
             one, two = (getattr(getattr(view, part), name) for view in (first, again))
@@ -63,8 +63,8 @@ def test_ten_thousand_robots_cost_no_more_than_their_columns() -> None:
 
 def count_calls(robots: int) -> int:
     """How many functions, of Python and in C, are called for a view of so many robots."""
-    made, calls = scenario(robots), 0
-    rules, names, state = make_world_params(made), collect_names(made), state_of(made)
+    made, calls = make_scenario(robots), 0
+    rules, names, state = make_world_params(made), collect_names(made), make_state(made)
 
     def count(frame: FrameType, event: str, argument: object) -> None:
         nonlocal calls

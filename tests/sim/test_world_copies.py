@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sim.random_scenarios import random_commands, random_world
+from tests.sim.random_scenarios import draw_commands, draw_world
 from tests.sim.test_editing import world
 from tests.ui.cli.forage_parts import AUTOMATA
 
@@ -40,7 +40,7 @@ def assert_goes_on_alike(original: World, copied: World, ticks: int = 40) -> Non
     before, keys = original.snapshot(), list_reading_keys(original)
     assert copied.snapshot() == before
     assert copied.time_s == original.time_s
-    commands = [random_commands(np.random.default_rng(seed), original) for seed in range(ticks)]
+    commands = [draw_commands(np.random.default_rng(seed), original) for seed in range(ticks)]
     seen = []
     for each in commands:
         seen.append(copied.sense(keys))
@@ -57,9 +57,9 @@ def assert_goes_on_alike(original: World, copied: World, ticks: int = 40) -> Non
 @pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)
 @pytest.mark.parametrize("number", range(4))
 def test_a_copy_goes_on_as_the_original(number: int, copied: Copy) -> None:
-    original = random_world(number)
+    original = draw_world(number)
     for tick in range(37):
-        original.act(random_commands(np.random.default_rng(100 + tick), original))
+        original.act(draw_commands(np.random.default_rng(100 + tick), original))
     assert_goes_on_alike(original, copied(original))
 
 

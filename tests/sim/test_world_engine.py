@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from tests.runtime.random_libraries import random_tree
-from tests.sim.random_scenarios import random_pulling_world, random_world
+from tests.runtime.random_libraries import draw_tree
+from tests.sim.random_scenarios import draw_pulling_world, draw_world
 from tests.sim.test_world_laws import states
 
 from understudy.model.automaton import START, Automaton, State
@@ -65,24 +65,24 @@ def _automaton(random: Random, library: Library, name: str) -> Automaton:
     features = {
         str(bound): bound
         for bound in (
-            *(_bound(random, random.choice(readings), targets) for _ in range(4)),
-            _bound(random, random.choice(own), targets),
+            *(bind_feature(random, random.choice(readings), targets) for _ in range(4)),
+            bind_feature(random, random.choice(own), targets),
         )
     }
     bound = list(features.values())
     transitions = {
-        state.name: _fitting(random, random_tree(random, states, bound, 3), bound)
+        state.name: fit_cuts(random, draw_tree(random, states, bound, 3), bound)
         for state in states
         if state.flag is None
     }
     return Automaton(name, states, tuple(bound), (), False, transitions)
 
 
-def _bound(random: Random, feature: AnyFeature, targets: list[str]) -> BoundFeature:
+def bind_feature(random: Random, feature: AnyFeature, targets: list[str]) -> BoundFeature:
     return BoundFeature(feature, Binding({each: random.choice(targets) for each in feature.parameters}))
 
 
-def _fitting(random: Random, tree: Tree, features: list[BoundFeature]) -> Tree:
+def fit_cuts(random: Random, tree: Tree, features: list[BoundFeature]) -> Tree:
     """A tree whose cuts are where readings of worlds are: most lengths are within a few m."""
     nodes = []
     for node in tree.nodes:
@@ -92,13 +92,13 @@ def _fitting(random: Random, tree: Tree, features: list[BoundFeature]) -> Tree:
     return Tree(tuple(nodes))
 
 
-def drawn(number: int, *, worlds: int = 1) -> tuple[World, list[Program]]:
+def draw_world_and_programs(number: int, *, worlds: int = 1) -> tuple[World, list[Program]]:
     """A random world - every third with boxes to pull, and signals - and a program for each of its robots."""
-    make = random_pulling_world if number % 3 == 0 else random_world
+    make = draw_pulling_world if number % 3 == 0 else draw_world
     random, world = Random(number), make(number, worlds=worlds)
     kit = world.kit
     if not any(isinstance(feature, Feature) and feature.reading for feature in kit.features.values()):
-        return drawn(number + 9_999, worlds=worlds)
+        return draw_world_and_programs(number + 9_999, worlds=worlds)
     libraries = [random_library(random, kit) for _ in range(2)]
     programs = [link(random.choice(libraries), "a1") for _ in range(world.robots)]
     return world, programs * worlds
@@ -115,7 +115,7 @@ def again(world: World) -> World:
 
 @pytest.mark.parametrize("number", range(3000, 3040))
 def test_the_engine_runs_as_interpreters_do(number: int) -> None:
-    world, programs = drawn(number)
+    world, programs = draw_world_and_programs(number)
     run = Run(world, [Interpreter(program, now=world.time_s) for program in programs])
     ticked = Engine(again(world), programs)
     fused = Engine(again(world), programs)
@@ -164,7 +164,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("number", range(3030, 3058))
 def test_every_way_to_run_is_the_same(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    world, programs = drawn(number)
+    world, programs = draw_world_and_programs(number)
     plain = Engine(again(world), programs)
     plain.run(TICKS, threads=1)
     expected = outcome(plain.body, plain)  # type: ignore[arg-type]
@@ -182,7 +182,7 @@ def test_every_way_to_run_is_the_same(number: int, monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("number", range(3050, 3060))
 def test_threads_at_work_in_one_world(number: int, small: None) -> None:
     """At least 64 robots a thread: random worlds with many of them."""
-    world, _ = drawn(number)
+    world, _ = draw_world_and_programs(number)
     scenario = replace(
         world.scenario,
         size=(60.0, 60.0),
@@ -201,7 +201,7 @@ def test_threads_at_work_in_one_world(number: int, small: None) -> None:
 @pytest.mark.parametrize("threads", [1, 2, 3])
 @pytest.mark.parametrize("number", range(3060, 3070))
 def test_worlds_side_by_side_run_as_alone(number: int, threads: int) -> None:
-    world, programs = drawn(number, worlds=5)
+    world, programs = draw_world_and_programs(number, worlds=5)
     engine = Engine(world, programs)
     engine.run(TICKS, threads=threads)
     size = world.robots
@@ -353,13 +353,13 @@ def test_an_interrupted_run_leaves_whole_ticks(small: None, monkeypatch: pytest.
     program = link(make_base_library(), BASE)
     engine, other = (Engine.from_program(World(full_task(50), (1,)), program) for _ in range(2))
 
-    def interrupted(*args: Any, **more: Any) -> None:
+    def interrupt(*args: Any, **more: Any) -> None:
         run(*args, **more)
         raise KeyboardInterrupt
 
     run = advancing.run_worlds
     with monkeypatch.context() as patch:
-        patch.setattr(advancing, "run_worlds", interrupted)
+        patch.setattr(advancing, "run_worlds", interrupt)
         with pytest.raises(KeyboardInterrupt):
             engine.run(TICKS, threads=1)
     other.run(int(engine.body.state.tick[0]))  # type: ignore[attr-defined]

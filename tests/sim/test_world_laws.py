@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from tests.sim.laws import Kept, check_percept, check_state, check_tick, kept
-from tests.sim.random_scenarios import random_commands, random_pulling_world, random_world
+from tests.sim.laws import Kept, check_percept, check_state, check_tick, copy_state
+from tests.sim.random_scenarios import draw_commands, draw_pulling_world, draw_world
 
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.sim.scenario.schema import (
@@ -39,14 +39,14 @@ def states(world: World) -> dict[str, bytes]:
 
 def check_scene(number: int, *, ticks: int = TICKS) -> None:
     """Every law in one random world."""
-    check_world(random_world(number), number, ticks=ticks)
+    check_world(draw_world(number), number, ticks=ticks)
 
 
 def check_world(world: World, number: int, *, ticks: int = TICKS) -> None:
     """Every law in a world."""
     draw, keys = np.random.default_rng(number), list_reading_keys(world)
     check_state(world)
-    commands = random_commands(draw, world)
+    commands = draw_commands(draw, world)
     for tick in range(ticks):
         if tick == ticks // 2:
             world.freeze(int(draw.integers(world.agents)))
@@ -54,8 +54,8 @@ def check_world(world: World, number: int, *, ticks: int = TICKS) -> None:
         if tick % 8 == 0:
             check_percept(world, world.sense(keys))
         if tick % 6 == 0:
-            commands = random_commands(draw, world)
-        before = kept(world)
+            commands = draw_commands(draw, world)
+        before = copy_state(world)
         world.act(commands)
         check_tick(world, before, commands)
         check_state(world)
@@ -75,8 +75,8 @@ def test_laws_of_boxes_and_signals() -> None:
     """The same where robots pull boxes, and all of it happens: they hold, go, gather, and boxes appear again."""
     happened = np.zeros(4, np.int64)
     for number in range(2000, 2050):
-        world = random_pulling_world(number)
-        at_first = kept(world).objects
+        world = draw_pulling_world(number)
+        at_first = copy_state(world).objects
         try:
             check_world(world, number)
         except Exception as error:
@@ -94,21 +94,21 @@ def test_laws_of_ten_thousand_scenes(first: int) -> None:
     for number in range(first, first + 250):
         try:
             check_scene(number, ticks=60)
-            check_world(random_pulling_world(number), number, ticks=60)
+            check_world(draw_pulling_world(number), number, ticks=60)
         except Exception as error:
             raise AssertionError(f"scene {number}: {error!r}") from error
 
 
 def any_world(number: int, *, worlds: int) -> World:
     """Every third is one with boxes to pull, and signals."""
-    return (random_pulling_world if number % 3 == 0 else random_world)(number, worlds=worlds)
+    return (draw_pulling_world if number % 3 == 0 else draw_world)(number, worlds=worlds)
 
 
 @pytest.mark.parametrize("number", range(1000, 1050))
 def test_a_snapshot_goes_on_bit_for_bit(number: int) -> None:
     world = any_world(number, worlds=2)
     keys, draw = list_reading_keys(world), np.random.default_rng(number)
-    drawn = [random_commands(draw, world) for _ in range(4)]
+    drawn = [draw_commands(draw, world) for _ in range(4)]
     commands = [each for each in drawn for _ in range(5)]
     for each in commands:
         world.act(each)
@@ -135,7 +135,7 @@ def test_a_world_runs_alone_as_among_others_and_again_by_its_seed(number: int) -
     draw, keys = np.random.default_rng(number), list_reading_keys(among)
     own = slice(among.robots, 2 * among.robots)
     for _ in range(25):
-        commands = random_commands(draw, among)
+        commands = draw_commands(draw, among)
         percepts = [each.sense(keys) for each in (among, again, alone)]
         for key in keys:
             assert np.array_equal(percepts[0][key], percepts[1][key], equal_nan=True)
@@ -174,11 +174,11 @@ def test_some_readings_are_as_among_all(number: int) -> None:
             found = world.sense(chosen)
             for key in chosen:
                 assert np.array_equal(found[key], whole[key], equal_nan=True), key
-        world.act(random_commands(draw, world))
+        world.act(draw_commands(draw, world))
 
 
 def test_other_seeds_other_worlds() -> None:
-    world = random_world(3, worlds=2)
+    world = draw_world(3, worlds=2)
     scenario = replace(world.scenario, name="other")
     assert states(World(scenario, (1,))) != states(World(scenario, (2,)))
 
@@ -238,7 +238,7 @@ def test_the_laws_catch_what_breaks_them(what: str) -> None:
     )
     world = World(scenario, (0,))
     commands = {"drive": np.array([1.0, 0.0]), "turn": np.zeros(2)}
-    before = kept(world)
+    before = copy_state(world)
     world.act(commands)
     check_tick(world, before, commands)
     check_state(world)

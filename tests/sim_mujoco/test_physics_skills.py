@@ -21,7 +21,7 @@ SCENARIO = load_scenario(Path(__file__).parents[1] / "sim" / "skilled.toml")
 READINGS = [(f"go_to_{each}", None) for each in ("succeeded", "aborted", "timed_out", "distance_remaining")]
 
 
-def varied(**changes: object) -> Scenario:
+def change_skill(**changes: object) -> Scenario:
     """The scenario with another skill go_to."""
     kind = SCENARIO.types["rover"]
     skills = {**kind.skills, "go_to": replace(kind.skills["go_to"], **changes)}
@@ -55,7 +55,7 @@ CASES = [{}, {"success": 0.0}, {"timeout_s": 1.0}, {"duration_s": (0.5, 4.0)}, {
 
 @pytest.mark.parametrize("changes", CASES)
 def test_it_goes_to_the_same_places_and_ends_the_same_as_in_the_2d_world(changes: dict[str, object]) -> None:
-    flat, body = World(varied(**changes), [3]), MujocoBody(varied(**changes), [3])
+    flat, body = World(change_skill(**changes), [3]), MujocoBody(change_skill(**changes), [3])
     for tick in range(40):
         for each in (flat, body):
             command(each, "dock" if tick < 20 else "home", issued=0.0 if tick < 20 else 2.0)

@@ -53,7 +53,7 @@ DOMAIN = str(own_domain())
 SHIPPED = ["arena", "forage", "patrol", "soccer", "rooms"]
 
 
-def simulated(name: str, tick_s: float = 0.05) -> tuple[Simulation, Wire]:
+def make_simulation(name: str, tick_s: float = 0.05) -> tuple[Simulation, Wire]:
     wire = Wire()
     return Simulation(MujocoBody(replace(load_scenario(name), tick_s=tick_s), [0]), wire), wire
 
@@ -94,7 +94,7 @@ def test_a_team_is_its_robots(tmp_path: Path) -> None:
 
 
 def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
-    simulation, wire = simulated("arena")
+    simulation, wire = make_simulation("arena")
     start = simulation.body.arenas[0].pose(0)
     wire.deliver("/rover/cmd_vel", encode_twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
     for tick in range(3):
@@ -109,7 +109,7 @@ def test_a_twist_moves_it_and_it_stops_by_itself() -> None:
 
 
 def test_its_frame_is_where_its_odometry_says() -> None:
-    simulation, wire = simulated("arena")
+    simulation, wire = make_simulation("arena")
     wire.deliver("/rover/cmd_vel", encode_twist(TWIST, speed_m_s=0.3, turn_rad_s=0.5), 10.0)
     for tick in range(3):
         simulation.tick(10.0 + 0.05 * tick)
@@ -126,7 +126,7 @@ BAD = [b"", b"\x00\x01\x00\x00", encode_twist(TWIST, speed_m_s=inf, turn_rad_s=0
 
 @pytest.mark.parametrize("data", BAD, ids=range(len(BAD)))
 def test_what_is_no_twist_moves_nothing(data: bytes) -> None:
-    simulation, wire = simulated("arena")
+    simulation, wire = make_simulation("arena")
     wire.deliver("/rover/cmd_vel", data, 10.0)
     for tick in range(4):
         simulation.tick(10.0 + 0.05 * tick)
@@ -134,7 +134,7 @@ def test_what_is_no_twist_moves_nothing(data: bytes) -> None:
 
 
 def test_sonar_is_as_rep_117_has_it() -> None:
-    simulation, wire = simulated("arena")
+    simulation, wire = make_simulation("arena")
     simulation.body.place(0, 0.6, 5.0, np.pi)  # 0.4 m from the left wall, facing it
     simulation.tick(0.0)
     ahead = last(wire, "/rover/sonar/sonar_ahead", RANGE)
@@ -149,7 +149,7 @@ def test_sonar_is_as_rep_117_has_it() -> None:
 @draws
 def test_what_is_published_reads_as_the_body_senses_it() -> None:
     """Through messages and a robot's own senses: the same sonar, pose and blobs."""
-    simulation, wire = simulated("patrol")
+    simulation, wire = make_simulation("patrol")
     file = parse_robot(format_robot_file(load_scenario("patrol"), 0, world="patrol", domain=0, rate_hz=20.0))
     there = Wire()
     senses = SensorInputs(file, there)
@@ -256,7 +256,7 @@ def test_a_robot_that_is_not_there_is_named() -> None:
     assert "no robot 'rower'; did you mean 'rover'? It has rover and referee" in result.output
 
 
-def simulated_for_a_moment(*arguments: object) -> str:
+def simulate_for_a_moment(*arguments: object) -> str:
     """What the command says on one line."""
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     result = run("robots", "simulate", *arguments, "--domain", DOMAIN, "--seconds", "0.1")
@@ -266,9 +266,9 @@ def simulated_for_a_moment(*arguments: object) -> str:
 def test_a_file_that_a_person_changed_is_left_and_that_is_said(tmp_path: Path) -> None:
     file = tmp_path / "rover.toml"
     for _ in range(2):
-        assert f"Wrote {file}" in simulated_for_a_moment("arena", "--write-files", tmp_path)
+        assert f"Wrote {file}" in simulate_for_a_moment("arena", "--write-files", tmp_path)
     file.write_text(mine := file.read_text() + "# of my own\n")
-    said = simulated_for_a_moment("arena", "--write-files", tmp_path)
+    said = simulate_for_a_moment("arena", "--write-files", tmp_path)
     assert "exists with other content and was left as it is; remove it" in said
     assert file.read_text() == mine
 
@@ -287,7 +287,7 @@ def test_a_world_may_lie_anywhere() -> None:
     assert file.world == world
 
 
-def named(name: str) -> Scenario:
+def rename_type(name: str) -> Scenario:
     """The arena, whose robot is of a type of that name."""
     scenario = load_scenario("arena")
     (group,), (kind,) = scenario.robots, scenario.types.values()
@@ -297,8 +297,8 @@ def named(name: str) -> Scenario:
 @pytest.mark.parametrize("name", ["my rover", "2d", "r\u00f6ver", "r-1"])
 def test_names_that_topics_cannot_have_are_refused(name: str) -> None:
     with pytest.raises(SettingError, match=f"types.{name} is not a valid name in ROS 2; begin with a letter"):
-        check_ros(named(name))
-    check_ros(named("rover_2"))
+        check_ros(rename_type(name))
+    check_ros(rename_type("rover_2"))
 
 
 def test_without_robots_there_is_nothing_to_simulate() -> None:

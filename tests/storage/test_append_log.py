@@ -13,7 +13,7 @@ MAGIC = b"a log 1\n"
 RECORDS = [b"one", b"two" * 20, b"\1\2", b"four"]
 
 
-def written(path: Path, records: list[bytes]) -> bytes:
+def write_log(path: Path, records: list[bytes]) -> bytes:
     log = AppendLog.create(path, MAGIC)
     for record in records:
         log.write(record, sync=record == b"four")
@@ -22,7 +22,7 @@ def written(path: Path, records: list[bytes]) -> bytes:
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    written(tmp_path / "log", RECORDS)
+    write_log(tmp_path / "log", RECORDS)
     assert list(read_log(tmp_path / "log", MAGIC)) == RECORDS
 
 
@@ -37,7 +37,7 @@ def test_a_record_is_in_the_file_when_write_returns(tmp_path: Path) -> None:
 def test_cut_off_at_every_byte(tmp_path: Path, tail: bytes) -> None:
     """What is complete stays, what is torn is cut off, and writing goes on behind it."""
     path = tmp_path / "log"
-    whole = written(path, RECORDS)
+    whole = write_log(path, RECORDS)
     ends = [len(MAGIC)]
     for record in RECORDS:
         ends.append(ends[-1] + 8 + len(record))
@@ -54,7 +54,7 @@ def test_cut_off_at_every_byte(tmp_path: Path, tail: bytes) -> None:
 
 def test_a_changed_byte_in_the_last_record_ends_it(tmp_path: Path) -> None:
     path = tmp_path / "log"
-    whole = bytearray(written(path, RECORDS))
+    whole = bytearray(write_log(path, RECORDS))
     whole[-1] ^= 1
     path.write_bytes(whole)
     assert list(read_log(path, MAGIC)) == RECORDS[:-1]
@@ -62,7 +62,7 @@ def test_a_changed_byte_in_the_last_record_ends_it(tmp_path: Path) -> None:
 
 def test_damage_before_complete_records_is_refused_and_nothing_is_cut_off(tmp_path: Path) -> None:
     path = tmp_path / "log"
-    whole = bytearray(written(path, RECORDS))
+    whole = bytearray(write_log(path, RECORDS))
     second = len(MAGIC) + 8 + 3
     whole[second + 8 + 5] ^= 1
     path.write_bytes(whole)
@@ -84,14 +84,14 @@ def test_no_log_at_all(tmp_path: Path) -> None:
 
 
 def test_a_log_is_never_written_over(tmp_path: Path) -> None:
-    before = written(tmp_path / "log", RECORDS)
+    before = write_log(tmp_path / "log", RECORDS)
     with pytest.raises(FileError, match="exists already"):
         AppendLog.create(tmp_path / "log", MAGIC)
     assert (tmp_path / "log").read_bytes() == before
 
 
 def test_the_folder_is_made(tmp_path: Path) -> None:
-    written(tmp_path / "a" / "b" / "log", [b"x"])
+    write_log(tmp_path / "a" / "b" / "log", [b"x"])
     assert [path.name for path in (tmp_path / "a" / "b").iterdir()] == ["log"]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.model.lessons import ANGLE, READY, goto, kit_of
+from tests.make.automata import ANGLE, READY, make_goto, make_kit
 
 from understudy.errors import FileError
 from understudy.model.features import Feature, FlagFeature
@@ -20,8 +20,8 @@ from understudy.model.library import Kit
 from understudy.storage.document import decode_document, encode_document
 from understudy.storage.library_folder import open_library
 
-KIT = kit_of(goto().automaton)
-DATA = encode_document(goto())
+KIT = make_kit(make_goto().automaton)
+DATA = encode_document(make_goto())
 
 
 def raw() -> Any:
@@ -36,7 +36,7 @@ def example(document: Any, **changes: Any) -> None:
     document["lesson"]["examples"][0].update(changes)
 
 
-def watched(document: Any, **changes: Any) -> None:
+def change_watched(document: Any, **changes: Any) -> None:
     document["lesson"]["watched"][0].update(changes)
 
 
@@ -107,13 +107,17 @@ EDITS: dict[str, tuple[Edit, str, str]] = {  # what is done -> where and what th
     "moment too late": (lambda d: example(d, moment=5), "$.lesson.examples[0].moment", "record has 5"),
     "window too long": (lambda d: example(d, window=3), "$.lesson.examples[0].window", "no more"),
     "unknown field": (lambda d: example(d, weight=2), "$.lesson.examples[0]", "weight"),
-    "watched too short": (lambda d: watched(d, state=["forward"]), "$.lesson.watched[0].state", "2"),
+    "watched too short": (lambda d: change_watched(d, state=["forward"]), "$.lesson.watched[0].state", "2"),
     "watched column gone": (
-        lambda d: watched(d, values=[[1, 2]]),
+        lambda d: change_watched(d, values=[[1, 2]]),
         "$.lesson.watched[0].values",
         "4 features",
     ),
-    "watched nowhere": (lambda d: watched(d, next=["x", "start"]), "$.lesson.watched[0].next[0]", "forward"),
+    "watched nowhere": (
+        lambda d: change_watched(d, next=["x", "start"]),
+        "$.lesson.watched[0].next[0]",
+        "forward",
+    ),
     "watched label": (
         lambda d: d["lesson"]["watched"][0]["values"][2].__setitem__(0, "?"),
         "values[2][0]",

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from tests.model.lessons import goto, kit_of, taught
+from tests.make.automata import draw_automaton, make_goto, make_kit
 
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
@@ -33,11 +33,11 @@ def exact(value: Any) -> str:
 
 
 @pytest.mark.long
-@given(taught())
+@given(draw_automaton())
 @settings(max_examples=150)
 def test_round_trip(original: TrainedAutomaton) -> None:
     data = encode_document(original)
-    opened = decode_document(data, kit_of(original.automaton), path="x.json")
+    opened = decode_document(data, make_kit(original.automaton), path="x.json")
     lesson, back = original.lesson, opened.taught.lesson
     assert lesson is not None
     assert back is not None
@@ -53,7 +53,7 @@ def test_round_trip(original: TrainedAutomaton) -> None:
     assert encode_document(opened.taught) == data
 
 
-@given(taught())
+@given(draw_automaton())
 @settings(max_examples=50)
 def test_a_document_can_be_looked_at_without_a_kit(original: TrainedAutomaton) -> None:
     opened = decode_document(encode_document(original), None, path="x.json").taught.automaton
@@ -62,7 +62,7 @@ def test_a_document_can_be_looked_at_without_a_kit(original: TrainedAutomaton) -
 
 
 def test_one_thing_per_line() -> None:
-    lines = encode_document(goto()).decode().splitlines()
+    lines = encode_document(make_goto()).decode().splitlines()
     assert sum('"kind": "directive"' in line for line in lines) == 1
     assert sum(line.strip().startswith('{"node": "below"') for line in lines) == 2
     assert [line for line in lines if '"reading": "range"' in line] != []
@@ -70,13 +70,13 @@ def test_one_thing_per_line() -> None:
 
 
 def test_the_same_lesson_gives_the_same_document_whatever_the_order_of_examples() -> None:
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     turned = replace(original.lesson, examples=original.lesson.examples[::-1])
     assert encode_document(TrainedAutomaton(original.automaton, turned)) == encode_document(original)
 
 
-def rebuilding(lesson: Lesson) -> dict[str, Transition]:
+def rebuild(lesson: Lesson) -> dict[str, Transition]:
     return {"start": Tree((make_leaf(1),))}
 
 
@@ -90,23 +90,23 @@ EDITS = [
 
 @pytest.mark.parametrize(("old", "new"), EDITS)
 def test_edited_lessons_are_learned_again(old: str, new: str) -> None:
-    original = goto()
+    original = make_goto()
     data = encode_document(original).decode()
     assert old in data
     edited = data.replace(old, new, 1).encode()
-    opened = decode_document(edited, kit_of(original.automaton), path="x.json", learn=rebuilding)
+    opened = decode_document(edited, make_kit(original.automaton), path="x.json", learn=rebuild)
     assert opened.rebuilt is not None
     assert opened.taught.automaton.transitions == {"start": Tree((make_leaf(1),))}
     with pytest.raises(FileError, match="understudy rebuild"):
-        decode_document(edited, kit_of(original.automaton), path="x.json")
+        decode_document(edited, make_kit(original.automaton), path="x.json")
 
 
 def test_an_unlearned_lesson_is_learned_on_opening() -> None:
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     data = encode_document(TrainedAutomaton(original.lesson.automaton, original.lesson))
     assert (
-        decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding).rebuilt
+        decode_document(data, make_kit(original.automaton), path="x", learn=rebuild).rebuilt
         == "it has none yet"
     )
 
@@ -122,11 +122,11 @@ def test_an_unlearned_lesson_is_learned_on_opening() -> None:
 )
 def test_whole_numbers_are_as_good_as_others(options: LearnerOptions) -> None:
     """Written as they were given, they made a document that misses its own hash, or none."""
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     lesson = replace(original.lesson, options=options)
     data = encode_document(replace(original, lesson=lesson))
-    opened = decode_document(data, kit_of(original.automaton), path="x.json")
+    opened = decode_document(data, make_kit(original.automaton), path="x.json")
     assert opened.taught.lesson is not None
     assert opened.taught.lesson.options == options
 
@@ -161,7 +161,7 @@ NOTHING_LEFT: dict[str, Callable[[Lesson], Lesson]] = {
 @pytest.mark.parametrize("left", NOTHING_LEFT.values(), ids=NOTHING_LEFT)
 def test_a_lesson_that_teaches_nothing_needs_no_learner(left: Callable[[Lesson], Lesson]) -> None:
     """Neither as it is written now, nor as 0.1.0 did, without trees."""
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     lesson = left(original.lesson)
     assert not lesson.teaches
@@ -169,12 +169,12 @@ def test_a_lesson_that_teaches_nothing_needs_no_learner(left: Callable[[Lesson],
     assert b'"built": null' not in data
     without = json.dumps({**json.loads(data), "built": None}).encode()
     for each in (data, without):
-        opened = decode_document(each, kit_of(original.automaton), path="x")
+        opened = decode_document(each, make_kit(original.automaton), path="x")
         assert (opened.rebuilt, opened.taught.automaton.transitions) == (None, {})
 
 
 def test_classifiers_are_fitted_on_opening() -> None:
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     options = LearnerOptions(
         learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 1, "weights": "distance"})
@@ -191,7 +191,7 @@ def test_classifiers_are_fitted_on_opening() -> None:
     data = encode_document(
         TrainedAutomaton(replace(original.automaton, transitions={"start": Fitted()}), lesson)
     )
-    opened = decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding)
+    opened = decode_document(data, make_kit(original.automaton), path="x", learn=rebuild)
     assert opened.rebuilt is not None
     assert opened.taught.lesson is not None
     assert opened.taught.lesson.options == options
@@ -218,7 +218,7 @@ def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each older format is brought to the next by a function."""
     monkeypatch.setattr(schema, "MIGRATIONS", {})
     data = (
-        encode_document(goto())
+        encode_document(make_goto())
         .replace(b'"format": 1', b'"format": 0')
         .replace(b'"name": "goto"', b'"called": "goto"')
     )
@@ -228,11 +228,11 @@ def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
         return raw
 
     monkeypatch.setattr("understudy.storage.document.MIGRATIONS", {0: to_1})
-    assert decode_document(data, kit_of(goto().automaton), path="x").taught == goto()
+    assert decode_document(data, make_kit(make_goto().automaton), path="x").taught == make_goto()
 
 
 def test_what_could_not_be_opened_again_is_not_stored() -> None:
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     with pytest.raises(DefinitionError, match="other states"):
         encode_document(TrainedAutomaton(replace(original.automaton, parameters=("B",)), original.lesson))
@@ -255,7 +255,7 @@ def test_trees_of_the_first_learner_are_built_again_only_where_they_differ(
     value: float, changed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """They do where a watched example has seen absence."""
-    original = goto()
+    original = make_goto()
     assert original.lesson is not None
     values = (value,) * len(original.automaton.features)
     seen = Example(99, "start", values, "start", ExampleKind.WATCHED)
@@ -264,5 +264,5 @@ def test_trees_of_the_first_learner_are_built_again_only_where_they_differ(
     monkeypatch.setattr(document, "LEARNER_VERSION", 1)
     data = encode_document(replace(original, lesson=lesson))
     monkeypatch.undo()
-    opened = decode_document(data, kit_of(original.automaton), path="x", learn=rebuilding)
+    opened = decode_document(data, make_kit(original.automaton), path="x", learn=rebuild)
     assert (opened.rebuilt is not None) == changed

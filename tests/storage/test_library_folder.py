@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.model.lessons import goto, kit_of
+from tests.make.automata import make_goto, make_kit
 from tests.processes import end_with_tests
 
 from understudy.errors import DefinitionError, FileError, RecursionRefused, UnderstudyError, UnknownName
@@ -34,11 +34,11 @@ from understudy.storage.library_folder import (
     save_automaton,
 )
 
-KIT = kit_of(goto().automaton)
+KIT = make_kit(make_goto().automaton)
 
 
 def variant(reaction_s: float, name: str = "goto") -> TrainedAutomaton:
-    original = goto(name)
+    original = make_goto(name)
     assert original.lesson is not None
     return TrainedAutomaton(original.automaton, replace(original.lesson, options=LearnerOptions(reaction_s)))
 
@@ -48,10 +48,10 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_save_and_open(tmp_path: Path) -> None:
-    path = save_automaton(tmp_path / "new" / "library", goto())
+    path = save_automaton(tmp_path / "new" / "library", make_goto())
     assert path.name == "goto.json"
     opened = open_library(tmp_path / "new" / "library", KIT)
-    assert opened.library.taught["goto"] == goto()
+    assert opened.library.taught["goto"] == make_goto()
     assert opened.rebuilt == {}
 
 
@@ -86,10 +86,10 @@ def test_a_folder_may_be_given_as_a_text(tmp_path: Path) -> None:
 
 NO_AUTOMATA: dict[str, tuple[Any, str]] = {
     "a lesson": (
-        goto().lesson,
+        make_goto().lesson,
         r"lesson 'goto': .* give TrainedAutomaton\(learn_automaton\(lesson\), lesson\)",
     ),
-    "an automaton": (goto().automaton, r"automaton 'goto': .* give TrainedAutomaton\(automaton\)"),
+    "an automaton": (make_goto().automaton, r"automaton 'goto': .* give TrainedAutomaton\(automaton\)"),
     "a name": ("goto", "'goto': it is not a trained automaton; give a TrainedAutomaton"),
     "nothing": (None, "None: it is not a trained automaton"),
 }
@@ -140,7 +140,7 @@ ODD = [
 
 @pytest.mark.parametrize("name", ODD)
 def test_odd_names(name: str, tmp_path: Path) -> None:
-    save_automaton(tmp_path, goto(name))
+    save_automaton(tmp_path, make_goto(name))
     save_automaton(tmp_path, variant(0.7, name))
     assert [path.parent for path in tmp_path.glob("*.json")] == [tmp_path]
     assert list(open_library(tmp_path, KIT).library.taught) == [name]
@@ -162,21 +162,21 @@ def test_file_names_are_safe_and_tell_names_apart(one: str, other: str) -> None:
 @pytest.mark.parametrize("name", ["", "a\nb", "x" * (LONGEST + 1), "\ud800", "\0"])
 def test_impossible_names(name: str, tmp_path: Path) -> None:
     with pytest.raises(DefinitionError, match="no file can be called so"):
-        save_automaton(tmp_path, goto(name))
+        save_automaton(tmp_path, make_goto(name))
     assert contents(tmp_path) == {}
 
 
 @pytest.mark.parametrize(("first", "second"), [("goto", "GoTo"), ("straße", "STRASSE"), ("é", "e\u0301")])
 def test_names_that_some_file_systems_confuse(first: str, second: str, tmp_path: Path) -> None:
-    save_automaton(tmp_path, goto(first))
+    save_automaton(tmp_path, make_goto(first))
     before = contents(tmp_path)
     with pytest.raises(DefinitionError, match="has that name already"):
-        save_automaton(tmp_path, goto(second))
+        save_automaton(tmp_path, make_goto(second))
     assert contents(tmp_path) == before
 
 
 def test_two_files_for_one_automaton(tmp_path: Path) -> None:
-    path = save_automaton(tmp_path, goto())
+    path = save_automaton(tmp_path, make_goto())
     (tmp_path / "goto copy.json").write_bytes(path.read_bytes())
     with pytest.raises(
         FileError, match=r"goto copy\.json.*contains automaton 'goto', as goto\.json beside it does"
@@ -194,7 +194,7 @@ def test_recursion_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_basic_behavior_has_the_name(tmp_path: Path) -> None:
-    save_automaton(tmp_path, goto())
+    save_automaton(tmp_path, make_goto())
     with pytest.raises(FileError, match=r"goto\.json.*basic behavior"):
         open_library(tmp_path, KIT + Kit.from_parts(Behavior("goto")))
 
@@ -207,14 +207,14 @@ def test_what_is_not_a_file_is_no_document(tmp_path: Path, make: Callable[[Path]
 
 
 def test_a_folder_may_be_named_by_text(tmp_path: Path) -> None:
-    save_automaton(str(tmp_path / "library"), goto())
+    save_automaton(str(tmp_path / "library"), make_goto())
     assert list(open_library(str(tmp_path / "library"), KIT).library.taught) == ["goto"]
 
 
 def test_the_folder_is_a_file(tmp_path: Path) -> None:
     (tmp_path / "library").write_text("kept")
     with pytest.raises(FileError, match=r"library: it is a file, not a folder"):
-        save_automaton(tmp_path / "library", goto())
+        save_automaton(tmp_path / "library", make_goto())
     assert (tmp_path / "library").read_text() == "kept"
 
 
@@ -230,7 +230,7 @@ def test_no_folder(tmp_path: Path) -> None:
 
 
 def test_what_is_not_finished_is_no_document(tmp_path: Path) -> None:
-    save_automaton(tmp_path, goto())
+    save_automaton(tmp_path, make_goto())
     left = tmp_path / f".goto.json.1{atomic_write.UNFINISHED}"
     left.write_text("{")
     (tmp_path / ".DS_Store.json").write_text("{")
@@ -243,7 +243,7 @@ def test_what_is_not_finished_is_no_document(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("failing", ["fsync", "replace"])
 def test_nothing_changes_on_an_error(failing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    save_automaton(tmp_path, goto())
+    save_automaton(tmp_path, make_goto())
     before = contents(tmp_path)
 
     def full(*_: object) -> None:
@@ -258,7 +258,7 @@ def test_nothing_changes_on_an_error(failing: str, tmp_path: Path, monkeypatch: 
 def test_a_library_that_may_not_be_written(tmp_path: Path) -> None:
     (tmp_path / "library").write_text("a file")
     with pytest.raises(FileError):
-        save_automaton(tmp_path / "library", goto())
+        save_automaton(tmp_path / "library", make_goto())
     assert (tmp_path / "library").read_text() == "a file"
 
 

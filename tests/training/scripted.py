@@ -14,7 +14,7 @@ from pathlib import Path
 from random import Random
 
 from tests.killed_at_operation import kill_self_after
-from tests.training.steps import do, drawn
+from tests.training.steps import do, draw_step
 
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions
@@ -60,14 +60,14 @@ def play(folder: Path, seed: int, acknowledge: Callable[[int, Session], None]) -
     more = (("teach",),) * 12 if is_live(seed) else ()
     acknowledge(-1, session)
     for index in range(STEPS):
-        do(session, drawn(random, STATES, FEATURES, more=more))
+        do(session, draw_step(random, STATES, FEATURES, more=more))
         if random.random() < 0.2:
             save_automaton(folder / "library", session.make_trained_automaton())
         acknowledge(index, session)
     session.close()
 
 
-def killed(folder: Path, seed: int, *, steps: int, operations: int) -> None:
+def play_until_killed(folder: Path, seed: int, *, steps: int, operations: int) -> None:
     """Play until so many steps are acknowledged, and so many operations on files followed."""
     said = os.open(folder / "said", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
 
@@ -90,7 +90,7 @@ def main() -> None:
         folder, seed, steps, operations = line.rsplit(maxsplit=3)
         child = os.fork()
         if child == 0:
-            killed(Path(folder), int(seed), steps=int(steps), operations=int(operations))
+            play_until_killed(Path(folder), int(seed), steps=int(steps), operations=int(operations))
             os._exit(0)
         os.waitpid(child, 0)
         os.write(1, b"ended\n")

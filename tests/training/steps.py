@@ -19,7 +19,7 @@ STATES = ("forward", "left", "right", "done", "start")
 FEATURES = ("range_of(ball)", "bearing_of(goal)", "load", "seen", "time_in_state", "done", "watch")
 
 
-def drawn(
+def draw_step(
     random: Random,
     states: tuple[str, ...] = STATES,
     features: tuple[str, ...] = FEATURES,
@@ -75,7 +75,7 @@ def do(session: Session, step: Step) -> None:
         pass
 
 
-def told(session: Session) -> str:
+def describe_acknowledged(session: Session) -> str:
     """What must outlast a kill: everything acknowledged, absent equal to absent."""
     lesson = session._log.lesson
     return repr((lesson.automaton, lesson.options, lesson.examples))

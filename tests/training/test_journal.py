@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.training.lessons import WITH_GO, play, rows, session
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
 
 from understudy.errors import FileError
 from understudy.model.kinds import Continuous
@@ -26,15 +26,15 @@ LOGS: list[AppendLog] = []
 
 
 @pytest.fixture(autouse=True)
-def killed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def killed_processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a killed process held is closed for it, and nothing is flushed that was not: writing flushes."""
     begin = AppendLog.__init__
 
-    def remembered(self: AppendLog, path: Path, lock: JournalLock | None = None) -> None:
+    def remember_log(self: AppendLog, path: Path, lock: JournalLock | None = None) -> None:
         begin(self, path, lock)
         LOGS.append(self)
 
-    monkeypatch.setattr(AppendLog, "__init__", remembered)
+    monkeypatch.setattr(AppendLog, "__init__", remember_log)
     yield
     for log in LOGS:
         log._file.close()
@@ -54,7 +54,7 @@ def in_a_test(taught: Session) -> Session:
     return play(taught, 25)
 
 
-def unwatched(taught: Session) -> Session:
+def stop_watching(taught: Session) -> Session:
     taught.is_watching = False
     return play(taught, "left", 9)
 
@@ -94,18 +94,18 @@ def chosen_while_a_press_waits(taught: Session) -> None:
     taught.change_design(states=["forward", "left"])
 
 
-def edited(taught: Session) -> None:
+def edit(taught: Session) -> None:
     play(taught, "forward", 5)
     taught.edit(1, values={"range_of(ball)": 3.0})
 
 
-def deleted(taught: Session) -> None:
+def delete(taught: Session) -> None:
     play(taught, "forward", 5, "left", 5)
     taught.delete(2, 4)
     play(taught, "right", 2)
 
 
-def doubted(taught: Session) -> None:
+def doubt(taught: Session) -> None:
     play(taught, "forward", 5, "left", 5)
     taught.quarantine({1: "too early", 3: "too late"})
     taught.quarantine({3: ""})
@@ -128,11 +128,11 @@ BEFORE: dict[str, Before] = {
     "a parameter": with_a_parameter,
     "choosing back": chosen_back,
     "choosing while a press waits": chosen_while_a_press_waits,
-    "edit": edited,
-    "delete": deleted,
-    "quarantine": doubted,
+    "edit": edit,
+    "delete": delete,
+    "quarantine": doubt,
     "watched": lambda taught: play(taught, "forward", 30, "left", 30, "restart", 5),
-    "not watched": unwatched,
+    "not watched": stop_watching,
     "testing": in_a_test,
     "a corrected flag": lambda taught: play(in_a_test(taught), "right", 4),
     "a corrected flag, undone": lambda taught: play(in_a_test(taught), "right", 4, "undo"),
@@ -140,8 +140,8 @@ BEFORE: dict[str, Before] = {
 }
 
 
-def journaled(folder: Path, body: Scripted | None = None) -> Session:
-    return session(
+def begin_journal(folder: Path, body: Scripted | None = None) -> Session:
+    return make_session(
         ["forward", "left", "right", "go", "click"],
         FEATURES,
         flags=["done"],
@@ -152,25 +152,25 @@ def journaled(folder: Path, body: Scripted | None = None) -> Session:
     )
 
 
-def resumed(folder: Path, body: Scripted | None = None) -> Session:
+def resume(folder: Path, body: Scripted | None = None) -> Session:
     """Go on as after a kill: what the former process held is released."""
     for log in LOGS:
         log._lock.release()
     return Session.resume(folder / "journal", body or Scripted(), WITH_GO)
 
 
-def told(examples: Sequence[Example]) -> list[str]:
+def describe_examples(examples: Sequence[Example]) -> list[str]:
     """Examples to compare: absent equals absent."""
     return [repr(example) for example in examples]
 
 
-def known(taught: Session) -> Any:
+def describe_acknowledged(taught: Session) -> Any:
     """What must outlast a kill: everything acknowledged. What was only seen in silence may be lost."""
     view = taught.view()
     log = taught._log
     return (
         taught.automaton,
-        told(taught.examples),
+        describe_examples(taught.examples),
         log.lesson.options,
         view.targets,
         taught.mode,
@@ -182,62 +182,62 @@ def known(taught: Session) -> Any:
 
 @pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
 def test_resuming_gives_the_identical_lesson(tmp_path: Path, before: Before) -> None:
-    taught = journaled(tmp_path)
+    taught = begin_journal(tmp_path)
     before(taught)
-    again = resumed(tmp_path)
-    assert known(again) == known(taught)
+    again = resume(tmp_path)
+    assert describe_acknowledged(again) == describe_acknowledged(taught)
     assert again.view().waiting == taught.view().waiting
     taught.is_watching = False  # compared without what was seen in silence since
     taught._log._watched.clear()
-    assert told(again.lesson.examples) == told(taught.lesson.examples)
+    assert describe_examples(again.lesson.examples) == describe_examples(taught.lesson.examples)
     assert again.lesson.record == taught.lesson.record
     play(again, "confirm", 1, "left", 3, "undo", "undo", "redo")
-    once_more = resumed(tmp_path)  # a journal that was gone on with is as good
-    assert known(once_more) == known(again)
+    once_more = resume(tmp_path)  # a journal that was gone on with is as good
+    assert describe_acknowledged(once_more) == describe_acknowledged(again)
     while again.view().undoable:
         assert again.undo() == once_more.undo()
-        assert told(again.examples) == told(once_more.examples)
+        assert describe_examples(again.examples) == describe_examples(once_more.examples)
 
 
 @pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
 def test_undoing_everything_after_resuming(tmp_path: Path, before: Before) -> None:
-    taught = journaled(tmp_path)
+    taught = begin_journal(tmp_path)
     before(taught)
-    again = resumed(tmp_path)
+    again = resume(tmp_path)
     while taught.view().undoable:
         assert again.undo() == taught.undo()
-        assert known(again)[:3] == known(taught)[:3]
+        assert describe_acknowledged(again)[:3] == describe_acknowledged(taught)[:3]
 
 
 def test_a_press_that_waits_acts_after_resuming_as_it_would_have(tmp_path: Path) -> None:
     """The body goes on from the snapshot at the press, and the readings before it are there to shift to."""
-    taught = journaled(tmp_path)
+    taught = begin_journal(tmp_path)
     taught.is_watching = False
     play(taught, 3, "forward", 7, "left")
-    again = resumed(tmp_path)
+    again = resume(tmp_path)
     assert again.body.time_s == taught.body.time_s
     play(taught, 1)
     play(again, 1)
-    assert told(again.examples) == told(taught.examples)
-    assert rows(again)[2][:2] == ("forward", 92)  # pressed at 90 m
-    assert known(again) == known(taught)
+    assert describe_examples(again.examples) == describe_examples(taught.examples)
+    assert list_rows(again)[2][:2] == ("forward", 92)  # pressed at 90 m
+    assert describe_acknowledged(again) == describe_acknowledged(taught)
 
 
 def test_no_reading_is_taken_from_before_the_kill(tmp_path: Path) -> None:
     """The body is back at its last snapshot: what was sensed since then is not its past."""
-    play(journaled(tmp_path, Slow()), "forward", 30)
-    again = resumed(tmp_path, Slow())
+    play(begin_journal(tmp_path, Slow()), "forward", 30)
+    again = resume(tmp_path, Slow())
     assert again.body.time_s == 5.0
     here = again.view().features["range_of(ball)"]
     play(again, "left", 1)
-    assert rows(again)[2][1] == here
+    assert list_rows(again)[2][1] == here
 
 
 def test_a_body_that_cannot_be_rewound_goes_on_from_where_it_is(tmp_path: Path) -> None:
-    play(journaled(tmp_path, Real()), 3, "forward", 7)
+    play(begin_journal(tmp_path, Real()), 3, "forward", 7)
     body = Real()
     body.tick = 500
-    again = resumed(tmp_path, body)
+    again = resume(tmp_path, body)
     assert again.view().path == ("forward",)
     assert again.view().features["time_in_state"] == 0.0
     play(again, 2)
@@ -258,25 +258,25 @@ class Real(Scripted):
 
 
 def test_body_and_automaton_go_back_to_the_last_snapshot(tmp_path: Path) -> None:
-    taught = play(journaled(tmp_path), "go", 60)
-    again = resumed(tmp_path)
+    taught = play(begin_journal(tmp_path), "go", 60)
+    again = resume(tmp_path)
     assert again.body.time_s == 5.0  # every 5 s
     assert again.view().path == taught.view().path == ("go", "done")
     taught.reset(0)
     play(taught, 3)
-    assert resumed(tmp_path).body.time_s == 0.0  # and whenever the robot was moved
+    assert resume(tmp_path).body.time_s == 0.0  # and whenever the robot was moved
 
 
 def test_a_journal_may_be_named_by_a_text(tmp_path: Path) -> None:
     path = str(tmp_path / "journal")
-    taught = play(session(["forward", "left"], ["done"], journal=path), "forward", 3)
+    taught = play(make_session(["forward", "left"], ["done"], journal=path), "forward", 3)
     taught.close()
     resumed = Session.resume(path, Scripted(), Library(kit))
     assert resumed.lesson == taught.lesson
 
 
 def test_about_is_kept(tmp_path: Path) -> None:
-    body, first = Scripted(), session()
+    body, first = Scripted(), make_session()
     Session(body, first.library, first.lesson, journal=tmp_path / "j", about={"world": "forage", "seed": 7})
     assert ReplayedSession.from_journal(tmp_path / "j", first.library, list_reading_keys(body)).about == {
         "world": "forage",
@@ -285,7 +285,7 @@ def test_about_is_kept(tmp_path: Path) -> None:
 
 
 def test_every_tick_is_in_the_journal(tmp_path: Path) -> None:
-    taught = play(journaled(tmp_path), 3, "forward", 120)
+    taught = play(begin_journal(tmp_path), 3, "forward", 120)
     taught.close()
     ticks = [entry for entry in read_journal(tmp_path / "journal") if isinstance(entry, TicksLogged)]
     keys = 7
@@ -298,13 +298,13 @@ def test_every_tick_is_in_the_journal(tmp_path: Path) -> None:
 
 
 def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> None:
-    taught = journaled(tmp_path)
+    taught = begin_journal(tmp_path)
     steps: list[str | int] = ["forward", 4, "left", 4, "undo", "right", 2, "test", 3, "left", 1]
-    moments = [known(taught)[:3]]
+    moments = [describe_acknowledged(taught)[:3]]
     for step in steps:
         for each in [step] if isinstance(step, str) else [1] * step:
             play(taught, each)
-            moments.append(known(taught)[:3])
+            moments.append(describe_acknowledged(taught)[:3])
     whole = (tmp_path / "journal").read_bytes()
     readable = refused = 0
     for cut in range(0, len(whole), 11):
@@ -315,7 +315,7 @@ def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> Non
             refused = cut
             continue
         assert not refused or cut > refused
-        assert known(again)[:3] in moments
+        assert describe_acknowledged(again)[:3] in moments
         again.close()
         readable += 1
     assert readable > 100
@@ -326,7 +326,7 @@ def test_cut_off_anywhere_it_is_the_lesson_of_some_moment(tmp_path: Path) -> Non
 
 def test_a_journal_that_a_session_is_writing(tmp_path: Path) -> None:
     """Two writers would mix a lesson that nobody showed; the body is left as it is."""
-    taught = play(journaled(tmp_path), "forward", 5)
+    taught = play(begin_journal(tmp_path), "forward", 5)
     before, body = (tmp_path / "journal").read_bytes(), Scripted()
     for _ in range(2):
         with pytest.raises(FileError, match="another session is writing it; end that"):
@@ -338,16 +338,16 @@ def test_a_journal_that_a_session_is_writing(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="journal"):  # one that fails leaves the journal to others
         Session.resume(tmp_path / "journal", Scripted(), without)
     again = Session.resume(tmp_path / "journal", body, WITH_GO)
-    assert known(again) == known(taught)
+    assert describe_acknowledged(again) == describe_acknowledged(taught)
     with pytest.raises(FileError, match="another session"):
         Session.resume(tmp_path / "journal", Scripted(), WITH_GO)
 
 
 def test_refused(tmp_path: Path) -> None:
-    taught = journaled(tmp_path)
+    taught = begin_journal(tmp_path)
     path = tmp_path / "journal"
     with pytest.raises(FileError, match=r"journal.*exists already"):
-        journaled(tmp_path)
+        begin_journal(tmp_path)
     taught.close()
     with pytest.raises(FileError, match="cannot be read"):
         Session.resume(tmp_path / "none", Scripted(), WITH_GO)

@@ -10,8 +10,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, play, rows, session
-from tests.training.steps import Step, do, drawn, told
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
+from tests.training.steps import Step, describe_acknowledged, do, draw_step
 
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
@@ -24,7 +24,7 @@ def test_every_prefix(seed: int, count: int) -> None:
     random = Random(seed)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "journal"
-        taught = session(
+        taught = make_session(
             features=["range_of(ball)", "seen"],
             flags=["done"],
             library=WITH_GO,
@@ -33,10 +33,10 @@ def test_every_prefix(seed: int, count: int) -> None:
         )
         moments = []
         for _ in range(count):
-            do(taught, drawn(random, more=(("teach",),) * 3))
+            do(taught, draw_step(random, more=(("teach",),) * 3))
             view = taught.view()
             seen = (taught.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
-            moments.append((path.stat().st_size, told(taught), seen))
+            moments.append((path.stat().st_size, describe_acknowledged(taught), seen))
         taught.close()
         whole = path.read_bytes()
         cut = Path(folder) / "cut"
@@ -45,7 +45,7 @@ def test_every_prefix(seed: int, count: int) -> None:
             again = Session.resume(cut, Scripted(), WITH_GO)
             again.close()
             view = again.view()
-            assert told(again) == lesson
+            assert describe_acknowledged(again) == lesson
             found = (again.mode, view.waiting is not None, view.undoable, view.redoable, view.targets)
             assert found == seen
 
@@ -82,7 +82,7 @@ def act(taught: Session, step: Step) -> None:
         do(taught, step)
 
 
-def killed(taught: Session, path: Path) -> Session:
+def resume_after_kill(taught: Session, path: Path) -> Session:
     """The session as it goes on after a kill, in the tick in which it was killed."""
     taught._log.journal.flush()
     taught._log.journal._snapshot_tick = None
@@ -95,7 +95,7 @@ def killed(taught: Session, path: Path) -> Session:
     return again
 
 
-def known(taught: Session) -> Any:
+def describe_session(taught: Session) -> Any:
     """What a demonstrator sees of a session, and where its flag was raised."""
     view, entry = taught.view(), taught.trainee.entry
     raised = (
@@ -104,7 +104,7 @@ def known(taught: Session) -> Any:
         else (entry.state, dict(entry.own), taught._log._recorder.record.values[entry.moment, 0])
     )
     learned = taught.trainee.taught.automaton.transitions if taught.mode is Mode.LIVE else {}
-    return repr((told(taught), view, raised, learned))
+    return repr((describe_acknowledged(taught), view, raised, learned))
 
 
 @settings(max_examples=40)
@@ -114,7 +114,7 @@ def test_a_session_that_is_killed_is_as_one_that_is_not(mode: str, steps: list[S
     with TemporaryDirectory() as folder:
         path = Path(folder) / "journal"
         both = [
-            session(
+            make_session(
                 ["forward", "left"],
                 ["range_of(ball)"],
                 flags=["done", "failed"],
@@ -130,23 +130,23 @@ def test_a_session_that_is_killed_is_as_one_that_is_not(mode: str, steps: list[S
             assert each.view().flag == "done"
         for step in steps:
             if step == ("kill",):
-                both[1] = killed(both[1], path)
+                both[1] = resume_after_kill(both[1], path)
             else:
                 for each in both:
                     act(each, step)
-            assert known(both[0]) == known(both[1])
+            assert describe_session(both[0]) == describe_session(both[1])
         both[1].close()
 
 
 def test_a_press_after_a_kill_still_judges_the_switch_before_it(tmp_path: Path) -> None:
-    taught = session(["forward", "left"], flags=["done"], library=WITH_GO, journal=tmp_path / "journal")
+    taught = make_session(["forward", "left"], flags=["done"], library=WITH_GO, journal=tmp_path / "journal")
     play(taught, "teach", "forward", 5, "left", 2)
     taught.reset(0)
     play(taught, 7)
     assert taught.view().state == "left"
-    again = killed(taught, tmp_path / "journal")
+    again = resume_after_kill(taught, tmp_path / "journal")
     again.direct("forward")
-    again = killed(again, tmp_path / "journal")  # the press waits, and still knows what it judges
+    again = resume_after_kill(again, tmp_path / "journal")  # the press waits, and still knows what it judges
     play(again, 1)
-    assert rows(again)[-1] == ("forward", 95, "forward", "confirmation")
+    assert list_rows(again)[-1] == ("forward", 95, "forward", "confirmation")
     again.close()

@@ -13,7 +13,7 @@ from typing import IO
 import pytest
 from tests.processes import end_with_tests
 from tests.training import scripted
-from tests.training.steps import told
+from tests.training.steps import describe_acknowledged
 
 from understudy.learning.fit import learn
 from understudy.model.library import TrainedAutomaton
@@ -27,7 +27,7 @@ MOST_OPERATIONS = 60
 """After how many operations on files that follow a step a session is killed at most: several steps take as many."""
 
 
-def shown(taught: TrainedAutomaton) -> str:
+def describe_lesson(taught: TrainedAutomaton) -> str:
     """What a saved automaton was shown."""
     lesson = taught.lesson
     return repr([(e.state, e.values, e.next, str(e.kind)) for e in lesson.examples] if lesson else None)
@@ -44,23 +44,23 @@ class Reference:
         self._session: Session | None = None
         write = Journal.write
 
-        def noted(journal: Journal, entry: AnyEntry, *, sync: bool = False) -> None:
+        def write_and_note(journal: Journal, entry: AnyEntry, *, sync: bool = False) -> None:
             if self._session is not None:
-                self._lessons.append(told(self._session))
+                self._lessons.append(describe_acknowledged(self._session))
             write(journal, entry, sync=sync)
 
-        def saved(library: Path, taught: TrainedAutomaton) -> Path:
-            self.saved.add(shown(taught))
+        def save_and_note(library: Path, taught: TrainedAutomaton) -> Path:
+            self.saved.add(describe_lesson(taught))
             return save_automaton(library, taught)
 
         with monkeypatch.context() as patched:
-            patched.setattr(Journal, "write", noted)
-            patched.setattr(scripted, "save_automaton", saved)
+            patched.setattr(Journal, "write", write_and_note)
+            patched.setattr(scripted, "save_automaton", save_and_note)
             scripted.play(folder, seed, self._acknowledge)
 
     def _acknowledge(self, index: int, session: Session) -> None:
         self._session = session
-        self.after[index] = told(session)
+        self.after[index] = describe_acknowledged(session)
         self.during[index] = self._lessons
         self._lessons = []
 
@@ -83,7 +83,7 @@ class Nursery:
             stdout=subprocess.PIPE,
             text=True,
         )
-        if self._said() != "ready":
+        if self._read_line() != "ready":
             raise RuntimeError("the nursery did not start")
 
     def _pipe(self, pipe: IO[str] | None) -> IO[str]:
@@ -91,7 +91,7 @@ class Nursery:
             raise RuntimeError("the nursery has no pipes")
         return pipe
 
-    def _said(self) -> str:
+    def _read_line(self) -> str:
         return self._pipe(self.process.stdout).readline().strip()
 
     def kill_one(self, folder: Path, seed: int, random: Random) -> int:
@@ -101,7 +101,7 @@ class Nursery:
         stdin = self._pipe(self.process.stdin)
         stdin.write(f"{folder} {seed} {steps} {random.randrange(MOST_OPERATIONS)}\n")
         stdin.flush()
-        assert self._said() == "ended"
+        assert self._read_line() == "ended"
         lines = said.read_text().split("\n")[:-1] if said.exists() else []
         return int(lines[-1]) if lines else -2
 
@@ -133,7 +133,7 @@ def kill_and_check(
         (folder / f"{seed}-reference").mkdir()
         reference = Reference(folder / f"{seed}-reference", seed, monkeypatch)
         again = Session.resume(here / "journal", Forage([seed]), scripted.LIBRARY)
-        assert told(again) in reference.may_be(acknowledged), (seed, acknowledged)
+        assert describe_acknowledged(again) in reference.may_be(acknowledged), (seed, acknowledged)
         mode = again.mode
         if mode is Mode.LIVE:  # it decides by all that was acknowledged
             decides = again.trainee.taught.automaton.transitions
@@ -142,7 +142,7 @@ def kill_and_check(
         again.close()
         if (here / "library").exists():
             opened = open_library(here / "library", FORAGE_KIT, learn)
-            assert {shown(taught) for taught in opened.library.taught.values()} <= reference.saved
+            assert {describe_lesson(taught) for taught in opened.library.taught.values()} <= reference.saved
         checked += not live or mode is Mode.LIVE
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import ROBOT, play, session, ticks
+from tests.make.sessions import ROBOT, make_session, play, ticks
 
 from understudy.errors import UnknownName
 from understudy.learning.lesson_change import LessonStep, list_new_presses
@@ -18,15 +18,15 @@ from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.training.session import Session
 
 
-def turning(*, live: bool = True) -> Session:
+def make_turning_session(*, live: bool = True) -> Session:
     """Forward from the start, left at 95 m; 94 m now."""
-    taught = session(flags=["done"], options=LearnerOptions(live=live))
+    taught = make_session(flags=["done"], options=LearnerOptions(live=live))
     return play(taught, "forward", 5, "left", 2)
 
 
-def turned() -> Session:
+def turn_once() -> Session:
     """It has turned left by itself a moment ago, at 95 m."""
-    taught = turning()
+    taught = make_turning_session()
     taught.reset(1)
     ticks(taught, 7)
     assert taught.view().state == "left"
@@ -69,13 +69,13 @@ STEPS: list[tuple[str, Callable[[Session], object], str | None]] = [
 
 @pytest.mark.parametrize("step", [row[1:] for row in STEPS], ids=[row[0] for row in STEPS])
 def test_what_is_said(step: tuple[Callable[[Session], object], str | None]) -> None:
-    taught = turned()
+    taught = turn_once()
     step[0](taught)
     assert say(taught) == step[1]
 
 
 def test_what_is_refused_changes_nothing() -> None:
-    taught = turned()
+    taught = turn_once()
     taught.delete(3)
     with pytest.raises(UnknownName):
         taught.direct("fly")
@@ -83,7 +83,7 @@ def test_what_is_refused_changes_nothing() -> None:
 
 
 def test_a_press_that_records_nothing_says_nothing() -> None:
-    taught = turned()
+    taught = turn_once()
     play(taught, 25, "done", 1)
     taught.delete(1)
     assert say(taught) is not None
@@ -93,7 +93,7 @@ def test_a_press_that_records_nothing_says_nothing() -> None:
 
 
 def test_training_as_in_the_paper_says_it_too() -> None:
-    taught = turning(live=False)
+    taught = make_turning_session(live=False)
     assert say(taught) is None
     taught.delete(3)
     assert say(taught) == GONE
@@ -101,7 +101,7 @@ def test_training_as_in_the_paper_says_it_too() -> None:
 
 def test_a_resumed_session_has_nothing_to_say(tmp_path: Path) -> None:
     journal = tmp_path / "taught.journal"
-    taught = play(session(journal=journal), "forward", 5, "left", 2)
+    taught = play(make_session(journal=journal), "forward", 5, "left", 2)
     taught.delete(3)
     assert say(taught) == GONE
     taught.close()
@@ -112,13 +112,13 @@ def test_a_resumed_session_has_nothing_to_say(tmp_path: Path) -> None:
 
 def test_classifiers_are_not_compared() -> None:
     options = LearnerOptions(learner=SklearnOptions("DecisionTreeClassifier"))
-    taught = play(session(options=options), "forward", 5, "left", 2)
+    taught = play(make_session(options=options), "forward", 5, "left", 2)
     taught.delete(3)
     assert say(taught) is None
 
 
 def test_a_step_is_learned_only_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = turning(live=False).lesson
+    before = make_turning_session(live=False).lesson
     learned: list[object] = []
 
     def learn(lesson: object) -> object:
@@ -131,7 +131,7 @@ def test_a_step_is_learned_only_when_it_is_asked_for(monkeypatch: pytest.MonkeyP
 
 
 def test_only_presses_that_are_new_or_edited_count() -> None:
-    taught = turning()
+    taught = make_turning_session()
     before = taught.lesson
     taught.edit(3, next="right")
     taught.delete(2)

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import pytest
 from tests.bodies import Scripted, kit
-from tests.runtime.automata import automaton
-from tests.training.lessons import ROBOT, WITH_GO, play, row, rows, session
+from tests.make.programs import make_automaton
+from tests.make.sessions import ROBOT, WITH_GO, list_rows, make_row, make_session, play
 
 from understudy.errors import (
     DefinitionError,
@@ -65,7 +65,7 @@ def test_labels_are_read_as_they_are_written() -> None:
     """With two parameters they would swap what these stand for."""
     library = Library(Kit.from_parts(*kit.parts, nearer))
     labels = ["nearer(ball, goal)", "nearer(goal, ball)", "range_of(goal)"]
-    taught = session(features=labels, library=library)
+    taught = make_session(features=labels, library=library)
     before = taught.automaton
     assert [str(bound) for bound in before.features] == labels
     assert list(taught.view().features.items())[:2] == [
@@ -83,7 +83,7 @@ def test_calls_are_read_as_they_are_written() -> None:
     """In a state, too."""
     between = Automaton("between", (START,), parameters=("here", "aim"))
     library = Library(kit).with_automaton(TrainedAutomaton(between))
-    (state,) = session(["between(ball, goal)"], library=library).automaton.states[1:]
+    (state,) = make_session(["between(ball, goal)"], library=library).automaton.states[1:]
     assert state.binding == Binding(here="ball", aim="goal")
     call = library.format_call("between", state.binding)
     assert call == "between(ball, goal)"
@@ -92,16 +92,21 @@ def test_calls_are_read_as_they_are_written() -> None:
     assert library.format_call("unknown", state.binding) == "unknown(goal, ball)"
 
 
-def begun() -> Session:
+def begin_session() -> Session:
     """Two presses, in a state and then in a flag-less other; now in forward."""
     return play(
-        session(["forward", "left"], ["range_of(ball)", "load"], flags=["done"]), 3, "left", 4, "forward", 3
+        make_session(["forward", "left"], ["range_of(ball)", "load"], flags=["done"]),
+        3,
+        "left",
+        4,
+        "forward",
+        3,
     )
 
 
 @pytest.mark.parametrize(("step", "what"), STEPS.values(), ids=STEPS)
 def test_undo_and_redo(step: Callable[[Session], Any], what: str) -> None:
-    taught = begun()
+    taught = begin_session()
     before, path = taught.lesson, taught.view().path
     step(taught)
     after, path_after = taught.lesson, taught.view().path
@@ -123,7 +128,7 @@ def test_undo_and_redo(step: Callable[[Session], Any], what: str) -> None:
 
 def test_undo_restores_the_run_state_as_it_was_when_pressed() -> None:
     """Counters, timers, time in state and what runs below; the world and its clock go on."""
-    taught = session(["go", "left"], ["time_in_state"], library=WITH_GO)
+    taught = make_session(["go", "left"], ["time_in_state"], library=WITH_GO)
     play(taught, "go", 5)
     before = taught.run_state
     play(taught, "left", 10)
@@ -136,7 +141,7 @@ def test_undo_restores_the_run_state_as_it_was_when_pressed() -> None:
 
 
 def test_undo_in_another_world_has_no_negative_times() -> None:
-    taught = play(session(features=["time_in_state"]), 20, "forward", 5, "left", 1)
+    taught = play(make_session(features=["time_in_state"]), 20, "forward", 5, "left", 1)
     taught.reset(1)
     taught.undo()
     assert taught.run_state[0].time_in_state == 0.5
@@ -146,32 +151,32 @@ def test_undo_in_another_world_has_no_negative_times() -> None:
 
 def test_undo_takes_back_a_press_that_waits() -> None:
     """And nothing but that press; the next undo takes back the step before it."""
-    taught = play(session(), "forward", 1)
-    before = rows(taught)
+    taught = play(make_session(), "forward", 1)
+    before = list_rows(taught)
     play(taught, "left")
     assert taught.view().undoable == "forward → left"
     assert taught.undo() == "forward → left"
     play(taught, 1)
-    assert (rows(taught), taught.view().path) == (before, ("forward",))
+    assert (list_rows(taught), taught.view().path) == (before, ("forward",))
     taught.undo()
-    assert rows(taught) == []
+    assert list_rows(taught) == []
 
 
 def test_undo_of_a_first_press_that_waits() -> None:
-    taught = play(session(), 1, "left", "undo", 1)
-    assert (rows(taught), taught.view().path) == ([], ("start",))
+    taught = play(make_session(), 1, "left", "undo", 1)
+    assert (list_rows(taught), taught.view().path) == ([], ("start",))
     assert taught.view().undoable is None
 
 
 def test_undo_of_a_correction_that_waits_goes_on_testing() -> None:
-    taught = play(session(), "forward", 2, "test", 1, "left", "undo")
+    taught = play(make_session(), "forward", 2, "test", 1, "left", "undo")
     assert taught.mode is Mode.TESTING
     play(taught, 2, "right", 1)
     assert [example.correction for example in taught.examples] == [False, False, True, True]
 
 
 def test_a_new_step_ends_redoing() -> None:
-    taught = play(session(), "forward", 1, "undo", "left", 1)
+    taught = play(make_session(), "forward", 1, "undo", "left", 1)
     with pytest.raises(SessionError, match="nothing to redo"):
         taught.redo()
     taught.undo()
@@ -180,7 +185,7 @@ def test_a_new_step_ends_redoing() -> None:
 
 
 def test_undo_restarts_where_the_state_is_gone() -> None:
-    taught = session(["forward"])
+    taught = make_session(["forward"])
     taught.change_design(states=["forward", "left"])
     play(taught, "left", 1)
     taught.undo()
@@ -194,7 +199,7 @@ def test_undo_restarts_where_the_state_is_gone() -> None:
 
 
 def test_undo_while_testing_learns_again() -> None:
-    taught = play(session(["forward", "left"]), "forward", 5, "left", 1)
+    taught = play(make_session(["forward", "left"]), "forward", 5, "left", 1)
     taught.reset(0)
     taught.test()
     taught.undo()
@@ -221,7 +226,7 @@ def test_examples_go_with_a_state_that_gets_another_name(
     states: list[str], names: dict[str, str], examples: list[tuple[str, ...]]
 ) -> None:
     """Those of a state that is left out do not go to another that gets its name."""
-    taught = play(session(["forward", "left"]), "forward", 5)
+    taught = play(make_session(["forward", "left"]), "forward", 5)
     taught.change_design(states=states, names=names)
     assert [(each.state, each.next) for each in taught.examples[:2]] == examples
     assert taught.undo() == "choose states and names"
@@ -232,7 +237,7 @@ def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> Non
     """It needs three examples of a state; with fewer there is nothing to test, and it waits for presses."""
     nearest = LearnerOptions(learner=SklearnOptions("KNeighborsClassifier", {"n_neighbors": 3}))
     taught = play(
-        session(["forward", "left"], options=nearest), "forward", 2, "left", 2, "forward", 2, "left", 2
+        make_session(["forward", "left"], options=nearest), "forward", 2, "left", 2, "forward", 2, "left", 2
     )
     taught.test()
     assert (taught.undo(), taught.mode, len(taught.examples)) == ("forward → left", Mode.TRAINING, 6)
@@ -242,7 +247,7 @@ def test_undo_in_testing_to_where_too_little_is_left_for_the_classifier() -> Non
 
 
 def test_delete() -> None:
-    taught = begun()
+    taught = begin_session()
     taught.delete(2, 3)
     assert [example.number for example in taught.examples] == [1, 4]
     play(taught, "left", 1)
@@ -251,7 +256,7 @@ def test_delete() -> None:
 
 def test_quarantine_and_back() -> None:
     """What is in quarantine is still there, says why, teaches nothing, and comes back."""
-    taught = begun()
+    taught = begin_session()
     before = taught.make_trained_automaton()
     number = next(example.number for example in taught.examples if example.kind == ExampleKind.DIRECTIVE)
     taught.quarantine({number: "pressed by mistake"})
@@ -274,10 +279,10 @@ def test_quarantine_and_back() -> None:
 
 def test_a_slip_is_mended_with_what_it_recorded_on_its_way() -> None:
     """Example 1 led from start to left, with default 2 there; what was meant was forward, so 2 shows nothing."""
-    taught = begun()
+    taught = begin_session()
     before = taught.examples
     taught.correct_slip(1, "forward")
-    assert rows(taught)[0] == (*rows(taught)[0][:-2], "forward", "directive")
+    assert list_rows(taught)[0] == (*list_rows(taught)[0][:-2], "forward", "directive")
     assert [each.quarantined for each in taught.examples[:2]] == ["", "Example 1 was a slip."]
     assert taught.undo() == "mend example 1"
     assert taught.examples == before
@@ -294,89 +299,89 @@ EDITS = [  # what is given for example 2, (left, 97 m, left, default); what it i
 
 @pytest.mark.parametrize(("edit", "expected"), EDITS)
 def test_edit(edit: dict[str, Any], expected: tuple[Any, ...]) -> None:
-    taught = begun()
+    taught = begin_session()
     taught.edit(2, **edit)
-    assert rows(taught)[1] == expected
+    assert list_rows(taught)[1] == expected
     assert taught.examples[1].edited == ("values" in edit)
 
 
 def test_edited_values_stay_when_features_and_options_change() -> None:
-    taught = begun()
+    taught = begin_session()
     taught.edit(1, values={"range_of(ball)": 50.0})
     taught.change_design(options=LearnerOptions(reaction_s=0.2))
-    assert rows(taught)[0] == ("start", 50, 0, "left", "directive")
+    assert list_rows(taught)[0] == ("start", 50, 0, "left", "directive")
     taught.change_design(features=["seen", "range_of(ball)"])
-    assert rows(taught)[0] == ("start", 1, 50, "left", "directive")
-    assert rows(taught)[1] == ("left", 1, 99, "left", "default")
+    assert list_rows(taught)[0] == ("start", 1, 50, "left", "directive")
+    assert list_rows(taught)[1] == ("left", 1, 99, "left", "default")
 
 
 # Choosing anew
 
 
 def test_features_added_and_dropped() -> None:
-    taught = begun()
+    taught = begin_session()
     taught.change_design(features=["load", "bearing_of(goal)", "time_in_state", "seen", "range_of(goal)"])
-    assert rows(taught) == [
+    assert list_rows(taught) == [
         ("start", 0, 1, 0.3, 1, 1003, "left", "directive"),
         ("left", 0, 1, 0.0, 1, 1003, "left", "default"),
         ("left", 1, 1, 0.4, 1, 1007, "forward", "directive"),
         ("forward", 1, 1, 0.0, 1, 1007, "forward", "default"),
     ]
     taught.change_design(features=["range_of(ball)", "load"])
-    assert rows(taught) == rows(begun())
+    assert list_rows(taught) == list_rows(begin_session())
 
 
 def test_a_child_flag_can_be_asked_for_later() -> None:
-    taught = session(["go", "left"], ["range_of(ball)"], library=WITH_GO)
+    taught = make_session(["go", "left"], ["range_of(ball)"], library=WITH_GO)
     play(taught, "go", 5, "left", 1)
     taught.change_design(features=["done"])
     assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
 
 
 def test_a_flag_of_any_name_is_a_feature_of_what_is_taught_later() -> None:
-    spots = automaton(
+    spots = make_automaton(
         "spot", ["forward"], {"start": lambda d: "near"}, flags=["near"], features=["range_of(ball)"]
     )
-    taught = session(["spot", "left"], ["near"], library=Library.from_automata(kit, spots))
+    taught = make_session(["spot", "left"], ["near"], library=Library.from_automata(kit, spots))
     play(taught, "spot", 2, "left", 1)
     assert [example.values for example in taught.examples] == [(0.0,), (0.0,), (1.0,), (0.0,)]
     with pytest.raises(UnknownName, match="no feature 'near'"):
-        session(["forward"], ["near"])
+        make_session(["forward"], ["near"])
 
 
 def test_features_of_a_reopened_lesson_can_change() -> None:
-    saved = begun().make_trained_automaton()
-    again = Session(Scripted(), ROBOT.with_automaton(saved), saved.lesson or begun().lesson)
-    assert rows(again) == rows(begun())
+    saved = begin_session().make_trained_automaton()
+    again = Session(Scripted(), ROBOT.with_automaton(saved), saved.lesson or begin_session().lesson)
+    assert list_rows(again) == list_rows(begin_session())
     again.change_design(features=["range_of(goal)"])
     assert [example.values for example in again.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
     play(again, 2, "left", 1)
-    assert rows(again)[-1] == ("left", 1002, "left", "default")
+    assert list_rows(again)[-1] == ("left", 1002, "left", "default")
     assert again.examples[-1].number == 6
 
 
 def test_states_that_go_take_their_examples_along() -> None:
-    taught = begun()
+    taught = begin_session()
     taught.change_design(states=["forward"])
-    assert rows(taught) == [("forward", 93, 1, "forward", "default")]
+    assert list_rows(taught) == [("forward", 93, 1, "forward", "default")]
     assert taught.view().path == ("forward",)
 
 
 def test_a_press_for_a_state_that_goes_is_dropped() -> None:
-    taught = play(begun(), "left")
+    taught = play(begin_session(), "left")
     taught.change_design(states=["forward"])
-    assert len(rows(play(taught, 1))) == 1
+    assert len(list_rows(play(taught, 1))) == 1
 
 
 def test_a_flag_raised_from_a_state_that_goes_is_not_corrected() -> None:
-    taught = play(session(["forward", "left"], flags=["done"]), "forward", 5, "done", 1)
+    taught = play(make_session(["forward", "left"], flags=["done"]), "forward", 5, "done", 1)
     taught.reset(0)
     taught.test()
     play(taught, 8)
     assert taught.view().state == "done"
     taught.change_design(states=["left"])
     play(taught, "left", 1)
-    assert rows(taught) == []
+    assert list_rows(taught) == []
     taught.test()
 
 
@@ -391,25 +396,25 @@ def test_a_table_can_be_gone_on_with() -> None:
     taught = Session(Scripted(), ROBOT, table_lesson())
     taught.change_design(states=["forward", "left"], options=LearnerOptions(reaction_s=0.2))
     taught.change_design(features=["load"])
-    assert rows(taught) == [("start", 1, "forward", "directive")]
+    assert list_rows(taught) == [("start", 1, "forward", "directive")]
     with pytest.raises(SessionError, match=r"example 1 .* written by hand"):
         taught.change_design(features=["load", "seen"])
-    assert rows(taught) == [("start", 1, "forward", "directive")]
+    assert list_rows(taught) == [("start", 1, "forward", "directive")]
     play(taught, "left", 1)
-    assert len(rows(taught)) == 3
+    assert len(list_rows(taught)) == 3
 
 
 # Parameters
 
 
 def test_parameters_stand_for_targets_kept_per_example() -> None:
-    taught = session(["toward(A)"], ["range_of(A)"], parameters=["A"], targets={"A": "ball"})
+    taught = make_session(["toward(A)"], ["range_of(A)"], parameters=["A"], targets={"A": "ball"})
     play(taught, 1, "toward", 1)
     taught.bind_targets(A="goal")
     assert taught.view().targets == {"A": "goal"}
     assert taught.view().features == {"range_of(A)": 1002.0}
     play(taught, 1, "start", 1)
-    assert [(row(e)[1], e.binding["A"]) for e in taught.examples] == [
+    assert [(make_row(e)[1], e.binding["A"]) for e in taught.examples] == [
         (99, "ball"),
         (99, "ball"),
         (1003, "goal"),
@@ -422,7 +427,7 @@ def test_parameters_stand_for_targets_kept_per_example() -> None:
 
 def test_the_robot_acts_on_what_the_parameter_stands_for() -> None:
     body = Scripted()
-    taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"}, body=body)
+    taught = make_session(["toward(A)"], parameters=["A"], targets={"A": "goal"}, body=body)
     play(taught, "toward", 1)
     taught.bind_targets(A="ball")
     play(taught, 1)
@@ -430,14 +435,14 @@ def test_the_robot_acts_on_what_the_parameter_stands_for() -> None:
 
 
 def test_standing_for_another_target_keeps_the_state() -> None:
-    taught = session(["toward(A)"], parameters=["A"], targets={"A": "goal"})
+    taught = make_session(["toward(A)"], parameters=["A"], targets={"A": "goal"})
     play(taught, "toward", 3)
     taught.bind_targets(A="ball")
     assert taught.view().path == ("toward",)
 
 
 def test_a_parameter_can_be_added() -> None:
-    taught = begun()
+    taught = begin_session()
     with pytest.raises(UnboundParameter, match="'A'"):
         taught.change_design(parameters=["A"])
     assert taught.automaton.parameters == ()
@@ -445,7 +450,7 @@ def test_a_parameter_can_be_added() -> None:
     taught.change_design(parameters=["A"], features=["range_of(A)"], targets={"A": "goal"})
     assert [example.values for example in taught.examples] == [(1003.0,), (1003.0,), (1007.0,), (1007.0,)]
     taught.undo()
-    assert rows(taught) == rows(begun())
+    assert list_rows(taught) == list_rows(begin_session())
 
 
 # The others
@@ -453,7 +458,7 @@ def test_a_parameter_can_be_added() -> None:
 
 def test_what_the_others_do_meanwhile() -> None:
     body = Scripted(3)
-    taught = session(body=body, library=WITH_GO)
+    taught = make_session(body=body, library=WITH_GO)
     play(taught, "forward", 1)
     taught.set_other_agents("left")
     play(taught, 1)
@@ -473,14 +478,14 @@ def test_what_the_others_do_meanwhile() -> None:
 
 def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
     """Three ticks of forward, then left for good; undo, testing and driving restart nobody."""
-    three = automaton(
+    three = make_automaton(
         "three",
         ["forward", "left"],
         {"start": lambda s: "forward", "forward": lambda s: "left" if s >= 0.3 else None},
         features=["time_in_state"],
     )
     body = Scripted(2)
-    taught = session(body=body, library=Library.from_automata(kit, three))
+    taught = make_session(body=body, library=Library.from_automata(kit, three))
     taught.set_other_agents("three")
     play(taught, "right", 2, "undo", 1)
     taught.drive("left")
@@ -495,14 +500,14 @@ def test_the_others_go_on_whatever_happens_to_the_lesson() -> None:
 
 def test_back_to_a_moment() -> None:
     """World, automaton, mode and the others are as they were; the lesson stays, and what follows is the same again."""
-    three = automaton(
+    three = make_automaton(
         "three",
         ["forward", "left"],
         {"start": lambda s: "forward", "forward": lambda s: "left" if s >= 0.3 else None},
         features=["time_in_state"],
     )
     body = Scripted(2)
-    taught = session(body=body, library=Library.from_automata(kit, three))
+    taught = make_session(body=body, library=Library.from_automata(kit, three))
     taught.set_other_agents("three")
     play(taught, "forward", 2)
     instant = taught.capture()
@@ -524,14 +529,14 @@ def test_a_body_that_cannot_be_rewound() -> None:
     class Real(Scripted):
         snapshot = restore = None  # type: ignore[assignment]
 
-    taught = session(body=Real(1))
+    taught = make_session(body=Real(1))
     with pytest.raises(SessionError, match=r"this body cannot be rewound: it is not simulated; drive"):
         taught.capture()
 
 
 def test_the_others_may_need_a_binding() -> None:
     body = Scripted(2)
-    taught = session(body=body)
+    taught = make_session(body=body)
     with pytest.raises(UnboundParameter, match="toward"):
         taught.set_other_agents("toward")
     taught.set_other_agents("toward", {"A": "goal"})
@@ -543,11 +548,11 @@ def test_the_others_may_need_a_binding() -> None:
 
 
 def test_a_saved_automaton_is_a_state_of_the_next() -> None:
-    first = play(session(["forward"], flags=["done"]), "forward", 3, "done", 1)
+    first = play(make_session(["forward"], flags=["done"]), "forward", 3, "done", 1)
     library = ROBOT.with_automaton(first.make_trained_automaton())
     lesson = new_lesson(library, "next", states=["taught", "left"], features=["done"], live=False)
     taught = play(Session(Scripted(), library, lesson), "taught", 6, "left", 1)
-    assert rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]
+    assert list_rows(taught)[2:] == [("taught", 1, "left", "directive"), ("left", 0, "left", "default")]
     taught.reset(0)
     taught.test()
     paths = [play(taught, 1).view().path for _ in range(6)]
@@ -555,12 +560,12 @@ def test_a_saved_automaton_is_a_state_of_the_next() -> None:
 
 
 def test_a_correction_goes_to_the_automaton_of_the_session_alone() -> None:
-    taught = session(["go", "left"], ["done"], library=WITH_GO)
+    taught = make_session(["go", "left"], ["done"], library=WITH_GO)
     play(taught, "go", 3)
     taught.test()
     play(taught, 2, "left", 1)
     assert taught.library is WITH_GO
-    assert rows(taught)[-2][0] == "go"
+    assert list_rows(taught)[-2][0] == "go"
 
 
 # What is refused, and changes nothing
@@ -610,7 +615,7 @@ REFUSED: dict[str, tuple[Callable[[Session], Any], type[UnderstudyError], str]] 
 
 @pytest.mark.parametrize(("attempt", "error", "said"), REFUSED.values(), ids=REFUSED)
 def test_refused(attempt: Callable[[Session], Any], error: type[UnderstudyError], said: str) -> None:
-    taught = begun()
+    taught = begin_session()
     before, run = taught.lesson, taught.run_state
     with pytest.raises(error, match=said):
         attempt(taught)
@@ -636,7 +641,7 @@ def test_a_session_that_cannot_begin(given: dict[str, Any], error: type[Understu
 
 
 def test_stand_for_unknown_targets() -> None:
-    taught = session(["toward(A)"], parameters=["A"], targets={"A": "ball"})
+    taught = make_session(["toward(A)"], parameters=["A"], targets={"A": "ball"})
     with pytest.raises(UnknownName, match="target 'moon'"):
         taught.bind_targets(A="moon")
     assert taught.view().targets == {"A": "ball"}
@@ -649,4 +654,4 @@ def test_one_text_where_a_list_is_expected(choice: str) -> None:
     with pytest.raises(DefinitionError, match=said):
         new_lesson(ROBOT, "taught", **chosen)
     with pytest.raises(DefinitionError, match=said):
-        begun().change_design(**cast("DesignChange", {choice: "left"}))
+        begin_session().change_design(**cast("DesignChange", {choice: "left"}))

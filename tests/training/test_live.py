@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import RANGE, Scripted, kit
-from tests.training.lessons import ROBOT, WITH_GO, play, rows, session, ticks
+from tests.make.sessions import ROBOT, WITH_GO, list_rows, make_session, play, ticks
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous
@@ -25,7 +25,7 @@ from understudy.training.trainee import Mode
 
 def live(*steps: str | int, **choice: Any) -> Session:
     """A session in live teaching, after some steps."""
-    taught = session(flags=["done"], **choice)
+    taught = make_session(flags=["done"], **choice)
     taught.teach()
     return play(taught, *steps)
 
@@ -67,12 +67,12 @@ PRESSES: list[tuple[list[Any], list[tuple[Any, ...]], str]] = [
 @pytest.mark.parametrize(("steps", "expected", "state"), PRESSES)
 def test_presses(steps: list[Any], expected: list[tuple[Any, ...]], state: str) -> None:
     taught = live(*steps)
-    assert rows(taught) == expected
+    assert list_rows(taught) == expected
     assert taught.view().state == state
     assert taught.mode is Mode.LIVE
 
 
-def turned() -> Session:
+def turn_once() -> Session:
     """Forward from the start, left at 95 m, and again at 100 m: it turns left by itself at 95 m. Now at 94 m."""
     taught = live("forward", 5, "left", 2)
     taught.reset(1)
@@ -86,24 +86,24 @@ def corrections(taught: Session) -> list[bool]:
 
 
 def test_taking_back_a_switch_says_that_it_should_not_have_switched() -> None:
-    taught = turned()
+    taught = turn_once()
     play(taught, 10, "forward", 1)  # within 2 s
-    assert rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
+    assert list_rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
     assert corrections(taught)[4:] == [True]
     assert taught.view().state == "forward"
 
 
 def test_a_press_long_after_a_switch_is_about_the_present_state() -> None:
-    taught = turned()
+    taught = turn_once()
     play(taught, 25, "forward", 1)
-    state, _, following, kind = rows(taught)[4]
+    state, _, following, kind = list_rows(taught)[4]
     assert (state, following, kind) == ("left", "forward", "directive")
 
 
 def test_a_press_soon_after_a_switch_names_the_right_one() -> None:
-    taught = turned()
+    taught = turn_once()
     play(taught, 1, "right", 1)
-    assert rows(taught)[4:] == [("forward", 95, "right", "directive"), ("right", 95, "right", "default")]
+    assert list_rows(taught)[4:] == [("forward", 95, "right", "directive"), ("right", 95, "right", "default")]
     assert corrections(taught)[4:] == [True, True]
 
 
@@ -125,11 +125,11 @@ def test_a_switch_through_states_that_nobody_sees_is_judged_where_it_began(
     assert taught.view().state == "right"
     before = len(taught.examples)
     play(taught, 2, pressed, 1)
-    assert rows(taught)[before] == example
+    assert list_rows(taught)[before] == example
 
 
-def turned_back() -> Session:
-    """As `turned`, and left to forward was directed once, at 80 m. Now at 94 m, in left."""
+def turn_back() -> Session:
+    """As `turn_once`, and left to forward was directed once, at 80 m. Now at 94 m, in left."""
     taught = live("forward", 5, "left", 15, "forward", 2)
     taught.reset(1)
     ticks(taught, 7)
@@ -139,9 +139,9 @@ def turned_back() -> Session:
 
 def test_a_switch_that_was_shown_from_here_is_meant_from_here_unless_it_comes_soon() -> None:
     for waited, judged in ((2, "forward"), (4, "left")):
-        taught = turned_back()
+        taught = turn_back()
         play(taught, waited, "forward", 1)
-        assert rows(taught)[6][0] == judged
+        assert list_rows(taught)[6][0] == judged
 
 
 def test_another_state_that_was_shown_from_here_only_is_meant_from_here() -> None:
@@ -151,7 +151,7 @@ def test_another_state_that_was_shown_from_here_only_is_meant_from_here() -> Non
         ticks(taught, 7)
         assert taught.view().state == "left"
         play(taught, "right", 1)
-        assert rows(taught)[2 * len([step for step in shown if isinstance(step, str)])][0] == judged
+        assert list_rows(taught)[2 * len([step for step in shown if isinstance(step, str)])][0] == judged
 
 
 @pytest.mark.parametrize(
@@ -166,33 +166,33 @@ def test_another_state_that_was_shown_from_here_only_is_meant_from_here() -> Non
 def test_a_press_back_from_where_a_flag_was_raised_is_meant_from_there(
     shown: tuple[str | int, ...], waited: int, judged: str
 ) -> None:
-    taught = session(states=["forward", "go"], features=["range_of(ball)", "done"], library=WITH_GO)
+    taught = make_session(states=["forward", "go"], features=["range_of(ball)", "done"], library=WITH_GO)
     taught.teach()
     play(taught, *shown)
     taught.reset(1)
     while taught.view().state != "go":
         taught.tick()
-    assert len(rows(taught)) == 4
+    assert len(list_rows(taught)) == 4
     play(taught, waited, "forward", 1)
-    assert rows(taught)[4][0] == judged
+    assert list_rows(taught)[4][0] == judged
 
 
 def test_soon_depends_on_the_reaction_time() -> None:
     for reaction_s, judged in ((0.0, "left"), (0.5, "forward")):
-        taught = turned()
+        taught = turn_once()
         taught.change_design(options=LearnerOptions(reaction_s=reaction_s))
         play(taught, 4, "right", 1)
-        assert rows(taught)[4][0] == judged
+        assert list_rows(taught)[4][0] == judged
 
 
 def test_a_paused_press_is_about_the_present_state_unless_it_takes_a_switch_back() -> None:
     for wanted, judged in (("right", "left"), ("forward", "forward")):
-        taught = turned()
+        taught = turn_once()
         taught.paused = True
         taught.direct(wanted)
         taught.paused = False
         ticks(taught, 1)
-        assert rows(taught)[4][0] == judged
+        assert list_rows(taught)[4][0] == judged
 
 
 def test_a_flag_that_it_raised_is_corrected_where_it_was_raised() -> None:
@@ -201,7 +201,7 @@ def test_a_flag_that_it_raised_is_corrected_where_it_was_raised() -> None:
     ticks(taught, 9)
     assert taught.view().flag == "done"
     play(taught, "forward", 1)
-    assert rows(taught)[-1] == ("forward", 95, "forward", "confirmation")
+    assert list_rows(taught)[-1] == ("forward", 95, "forward", "confirmation")
     assert corrections(taught)[-1]
     assert taught.view().state == "forward"
 
@@ -211,7 +211,7 @@ def test_a_flag_that_it_raised_rightly_is_kept_as_evidence() -> None:
     taught.reset(1)
     ticks(taught, 9)
     play(taught, "done", 1)
-    assert rows(taught)[-1] == ("forward", 95, "done", "directive")
+    assert list_rows(taught)[-1] == ("forward", 95, "done", "directive")
     assert not corrections(taught)[-1]
     assert taught.view().flag == "done"
 
@@ -232,7 +232,7 @@ def test_a_press_that_soon_leads_out_of_a_directed_flag_says_that_it_was_a_slip(
     steps: list[Any], expected: tuple[Any, ...]
 ) -> None:
     taught = live("forward", 5, "done", *steps)
-    assert rows(taught)[:3] == [
+    assert list_rows(taught)[:3] == [
         ("start", 100, "forward", "directive"),
         ("forward", 100, "forward", "default"),
         expected,
@@ -241,15 +241,15 @@ def test_a_press_that_soon_leads_out_of_a_directed_flag_says_that_it_was_a_slip(
 
 
 def test_a_slip_to_a_flag_can_be_undone_and_is_in_the_journal(tmp_path: Path) -> None:
-    taught = session(flags=["done"], journal=tmp_path / "a.journal")
+    taught = make_session(flags=["done"], journal=tmp_path / "a.journal")
     taught.teach()
     play(taught, "forward", 5, "done", 2, "left", 1)
-    mended = rows(taught)
+    mended = list_rows(taught)
     taught.close()
     resumed = Session.resume(tmp_path / "a.journal", Scripted(), WITH_GO)
-    assert rows(resumed) == mended
+    assert list_rows(resumed) == mended
     assert resumed.undo() == "mend example 3"
-    assert rows(resumed)[2] == ("forward", 95, "done", "directive")
+    assert list_rows(resumed)[2] == ("forward", 95, "done", "directive")
     resumed.close()
 
 
@@ -262,20 +262,20 @@ def test_a_press_that_agrees_is_no_correction_and_one_that_disagrees_is() -> Non
 
 
 def test_watched_ticks_after_a_switch_that_is_taken_back_teach_nothing() -> None:
-    taught = session(flags=["done"], options=LearnerOptions(watched=True))
+    taught = make_session(flags=["done"], options=LearnerOptions(watched=True))
     taught.teach()
     play(taught, "forward", 5, "left", 2)
     taught.reset(1)
-    before = [row for row in rows(taught) if row[0] == "left"]
+    before = [row for row in list_rows(taught) if row[0] == "left"]
     play(taught, 12, "forward", 1)
-    assert [row[0] for row in rows(taught) if row[3] == "confirmation"] == ["forward"]
-    assert [row for row in rows(taught) if row[0] == "left"] == before
+    assert [row[0] for row in list_rows(taught) if row[3] == "confirmation"] == ["forward"]
+    assert [row for row in list_rows(taught) if row[0] == "left"] == before
 
 
 def test_any_recorded_press_ends_that_it_switched_by_itself() -> None:
-    taught = turned()
+    taught = turn_once()
     play(taught, 1, "left", 1, "right", 1)  # 0.4 s after the switch
-    assert [each[0] for each in rows(taught)[4:]] == ["left", "left", "right"]
+    assert [each[0] for each in list_rows(taught)[4:]] == ["left", "left", "right"]
 
 
 def test_a_switch_made_in_testing_counts_after_it() -> None:
@@ -285,34 +285,39 @@ def test_a_switch_made_in_testing_counts_after_it() -> None:
     ticks(taught, 7)
     taught.teach()
     play(taught, "forward", 1)
-    assert rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
+    assert list_rows(taught)[4:] == [("forward", 95, "forward", "confirmation")]
 
 
 @pytest.mark.parametrize(("waited", "shown"), [(10, "left"), (18, "left"), (19, "failed")])
 def test_a_slip_that_is_mended_by_another_flag_may_be_mended_within_2_s_of_the_first(
     waited: int, shown: str
 ) -> None:
-    taught = session(flags=["done", "failed"])
+    taught = make_session(flags=["done", "failed"])
     taught.teach()
     play(taught, "forward", 5, "done", 2, "failed", waited, "left", 1)
-    assert rows(taught)[2] == ("forward", 95, shown, "directive")
+    assert list_rows(taught)[2] == ("forward", 95, shown, "directive")
 
 
 def test_the_default_of_a_press_soon_after_a_switch_has_the_counters_of_now() -> None:
     """Lap counts once when it starts, so that the robot has counted one lap when left is pressed."""
-    taught = session(states=["forward", "lap", "left"], features=["range_of(ball)", "laps"])
+    taught = make_session(states=["forward", "lap", "left"], features=["range_of(ball)", "laps"])
     taught.teach()
     play(taught, "forward", 5, "lap", 2)
     taught.reset(1)
     ticks(taught, 7)
     assert taught.view().state == "lap"
     play(taught, "left", 1)
-    assert rows(taught)[4:] == [("forward", 95, 0, "left", "directive"), ("left", 95, 1, "left", "default")]
+    assert list_rows(taught)[4:] == [
+        ("forward", 95, 0, "left", "directive"),
+        ("left", 95, 1, "left", "default"),
+    ]
 
 
 def test_after_a_kill_watched_stays_need_no_distance_from_those_before(tmp_path: Path) -> None:
     """Stays at 99 and 96 m; the next would come at 93 m, but it is killed at 95 m."""
-    taught = session(flags=["done"], options=LearnerOptions(watched=True), journal=tmp_path / "a.journal")
+    taught = make_session(
+        flags=["done"], options=LearnerOptions(watched=True), journal=tmp_path / "a.journal"
+    )
     taught.teach()
     play(taught, "forward", 5)
     taught.teach()  # what was watched so far counts
@@ -321,7 +326,7 @@ def test_after_a_kill_watched_stays_need_no_distance_from_those_before(tmp_path:
     resumed = Session.resume(tmp_path / "a.journal", body, WITH_GO)
     body.tick = 5
     play(resumed, 1)
-    watched = [each[1] for each in rows(resumed.lesson) if each[-1] == "watched"]
+    watched = [each[1] for each in list_rows(resumed.lesson) if each[-1] == "watched"]
     resumed.close()
     assert watched == [99, 96, 95]
 
@@ -371,7 +376,7 @@ def test_the_body_of_a_live_session_is_decided_by_what_was_just_shown() -> None:
 
 
 def test_a_lesson_that_is_taught_live_begins_live_and_goes_back_to_it() -> None:
-    taught = session(flags=["done"], options=LearnerOptions(live=True))
+    taught = make_session(flags=["done"], options=LearnerOptions(live=True))
     modes = [taught.mode]
     play(taught, "forward", 5)
     taught.test()
@@ -413,7 +418,7 @@ def test_a_press_back_after_something_has_appeared_is_meant_from_here(
     """Forward at once, and left from tick 5 on, as shown before; the press comes at tick 15."""
     distances = [100.0] * 5 + [then] * 5 + [now] * 20
     script = {**RANGE, ("range", "ball"): lambda tick: distances[tick]}
-    taught = session(
+    taught = make_session(
         flags=["done"], features=[decides_on], library=WITH_FUNCTION, body=Scripted(script=script)
     )
     taught.teach()
@@ -422,12 +427,12 @@ def test_a_press_back_after_something_has_appeared_is_meant_from_here(
     ticks(taught, 15)
     assert taught.view().state == "left"
     play(taught, "forward", 1)
-    assert rows(taught)[4][0] == judged
+    assert list_rows(taught)[4][0] == judged
 
 
 def test_a_press_after_a_parameter_was_added_is_meant_from_here() -> None:
     """Forward at once, as shown; what the robot sensed of the new target before it switched is not known."""
-    taught = session(parameters=["A"], features=["range_of(A)"], targets={"A": "ball"})
+    taught = make_session(parameters=["A"], features=["range_of(A)"], targets={"A": "ball"})
     taught.teach()
     play(taught, "forward", 2, "restart", 1)
     assert taught.view().state == "forward"
@@ -451,16 +456,16 @@ def test_when_a_lesson_begins_changes_nothing(waited: int, pressed: str, judged:
     """Times of the clock such as 0.1, 0.2 and 0.3 are not exactly as far apart: 0.4 s is soon at each of them."""
     seen = set()
     for idle in range(200):
-        taught = session(flags=["done"], body=Scripted(script=begun_after(idle)))
+        taught = make_session(flags=["done"], body=Scripted(script=begin_after(idle)))
         taught.teach()
         play(taught, idle, "forward", 5, "left", 2, "restart", 7)
         assert taught.view().state == "left"
         play(taught, waited - 2, pressed, 1)
-        seen.add(rows(taught)[4][0])
+        seen.add(list_rows(taught)[4][0])
     assert seen == {judged}
 
 
-def begun_after(idle: int) -> dict[Any, Any]:
+def begin_after(idle: int) -> dict[Any, Any]:
     """The ball is 100 m away after so many ticks and again 7 ticks later, and meanwhile a meter nearer each tick."""
     return {
         **RANGE,

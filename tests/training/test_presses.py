@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import RANGE, Scripted
-from tests.training.lessons import WITH_GO, play, rows, session, tried
+from tests.make.sessions import WITH_GO, decide_once, list_rows, make_session, play
 
 from understudy.errors import UnknownName
 from understudy.training.session import Session
@@ -68,14 +68,14 @@ PRESSES: list[tuple[list[Any], list[tuple[Any, ...]]]] = [
 
 @pytest.mark.parametrize(("steps", "expected"), PRESSES)
 def test_presses(steps: list[Any], expected: list[tuple[Any, ...]]) -> None:
-    assert rows(play(session(flags=["done"]), *steps)) == expected
+    assert list_rows(play(make_session(flags=["done"]), *steps)) == expected
 
 
 def test_what_the_switch_resets() -> None:
     """Time in state and child flags stand at their reset values in the default, and only there."""
-    taught = session(["go", "left"], ["range_of(ball)", "done", "time_in_state"], library=WITH_GO)
+    taught = make_session(["go", "left"], ["range_of(ball)", "done", "time_in_state"], library=WITH_GO)
     play(taught, 1, "go", 3, "left", 2, "confirm", 1)  # go is started at tick 1, and done at tick 2
-    assert rows(taught) == [
+    assert list_rows(taught) == [
         ("start", 99, 0, 0.1, "go", "directive"),
         ("go", 99, 0, 0.0, "go", "default"),
         ("go", 96, 1, 0.3, "left", "directive"),
@@ -85,32 +85,32 @@ def test_what_the_switch_resets() -> None:
 
 
 def test_a_confirmation_resets_and_restarts_nothing() -> None:
-    taught = session(["go"], ["done", "time_in_state"], library=WITH_GO)
+    taught = make_session(["go"], ["done", "time_in_state"], library=WITH_GO)
     play(taught, "go", 5, "confirm", 1)
-    assert rows(taught)[-1] == ("go", 1, 0.5, "go", "confirmation")
+    assert list_rows(taught)[-1] == ("go", 1, 0.5, "go", "confirmation")
     assert taught.run_state[1].state == "done"
     play(taught, "go", 1)
     assert taught.run_state[1].state == "done"
 
 
 def test_directing_again_from_elsewhere_restarts_the_child() -> None:
-    taught = session(["go", "left"], ["done"], library=WITH_GO)
+    taught = make_session(["go", "left"], ["done"], library=WITH_GO)
     play(taught, "go", 5, "left", 1, "go", 1)
-    assert rows(taught)[-2:] == [("left", 0, "go", "directive"), ("go", 0, "go", "default")]
+    assert list_rows(taught)[-2:] == [("left", 0, "go", "directive"), ("go", 0, "go", "default")]
 
 
 def test_counters_and_timers_as_they_are_when_pressed() -> None:
     """The switch to lap counts one: the default, which is lap's first vector, has it counted."""
-    taught = session(["lap", "click", "left"], ["laps", "watch"])
+    taught = make_session(["lap", "click", "left"], ["laps", "watch"])
     play(taught, "lap", 2, "click", 2, "left", 1)
-    ((*_, watch, _, _), *_) = found = rows(taught)
+    ((*_, watch, _, _), *_) = found = list_rows(taught)
     assert watch != watch  # absent: never set
     assert [row[1] for row in found] == [0, 1, 1, 1, 1, 1]
     assert [row[2] for row in found[3:]] == [0.0, 0.2, 0.2]
 
 
 def test_absent_readings_are_recorded_as_absent() -> None:
-    taught = session(body=Scripted(script={**RANGE, ("range", "ball"): lambda tick: nan}))
+    taught = make_session(body=Scripted(script={**RANGE, ("range", "ball"): lambda tick: nan}))
     play(taught, "forward", 1)
     assert all(example.values[0] != example.values[0] for example in taught.examples)
 
@@ -119,7 +119,7 @@ def test_absent_readings_are_recorded_as_absent() -> None:
 
 
 def test_a_paused_press_records_the_snapshot_on_display() -> None:
-    taught = session()
+    taught = make_session()
     play(taught, 3)
     taught.paused = True
     shown = taught.view().features["range_of(ball)"]
@@ -127,15 +127,15 @@ def test_a_paused_press_records_the_snapshot_on_display() -> None:
     taught.paused = False
     play(taught, 1)
     assert shown == 97
-    assert rows(taught)[0] == ("start", 97, "forward", "directive")
+    assert list_rows(taught)[0] == ("start", 97, "forward", "directive")
 
 
 # Testing
 
 
-def learned() -> Any:
+def learn_and_test() -> Any:
     """Forward at once, left at 95 m, done at 90 m; then testing. Ticks go on from 12."""
-    taught = session(flags=["done"])
+    taught = make_session(flags=["done"])
     play(taught, "forward", 5, "left", 5, "done", 2)
     taught.reset(0)
     taught.test()
@@ -143,7 +143,7 @@ def learned() -> Any:
 
 
 def test_testing_learns_and_restarts() -> None:
-    taught = learned()
+    taught = learn_and_test()
     assert taught.mode is Mode.TESTING
     assert taught.view().path == ("start",)
     seen = [play(taught, 1).view().path[0] for _ in range(12)]
@@ -152,11 +152,11 @@ def test_testing_learns_and_restarts() -> None:
 
 
 def test_directing_while_testing_is_a_correction_and_drops_to_training() -> None:
-    taught = learned()
+    taught = learn_and_test()
     play(taught, 3, "right")
     assert taught.mode is Mode.TRAINING
     play(taught, 5)
-    assert rows(taught)[5:] == [("forward", 97, "right", "directive"), ("right", 97, "right", "default")]
+    assert list_rows(taught)[5:] == [("forward", 97, "right", "directive"), ("right", 97, "right", "default")]
     assert [example.correction for example in taught.examples] == [False] * 5 + [True] * 2
     assert taught.view().state == "right"  # the demonstrator decides now
     play(taught, "left", 1)
@@ -164,14 +164,14 @@ def test_directing_while_testing_is_a_correction_and_drops_to_training() -> None
 
 
 def test_a_second_press_before_the_tick_is_still_a_correction() -> None:
-    taught = play(learned(), 3, "right", "left", 1)
-    assert rows(taught)[5:] == [("forward", 97, "left", "directive"), ("left", 97, "left", "default")]
+    taught = play(learn_and_test(), 3, "right", "left", 1)
+    assert list_rows(taught)[5:] == [("forward", 97, "left", "directive"), ("left", 97, "left", "default")]
     assert all(example.correction for example in taught.examples[5:])
 
 
 def test_confirming_while_testing() -> None:
-    taught = play(learned(), 3, "confirm", 1)
-    assert rows(taught)[5:] == [("forward", 97, "forward", "confirmation")]
+    taught = play(learn_and_test(), 3, "confirm", 1)
+    assert list_rows(taught)[5:] == [("forward", 97, "forward", "confirmation")]
     assert taught.examples[5].correction
 
 
@@ -188,8 +188,8 @@ FLAG_CORRECTIONS = [  # pressed while done is up, what is recorded: where it was
 def test_out_of_a_flag_in_testing_corrects_its_entry(
     press: str, recorded: tuple[Any, ...], after: str
 ) -> None:
-    taught = play(learned(), 20, press, 1)
-    assert rows(taught)[5:] == [recorded]
+    taught = play(learn_and_test(), 20, press, 1)
+    assert list_rows(taught)[5:] == [recorded]
     assert taught.examples[5].correction
     assert taught.view().state == after
     play(taught, "right", 1)  # in training now: from where it is
@@ -197,14 +197,14 @@ def test_out_of_a_flag_in_testing_corrects_its_entry(
 
 
 def test_a_corrected_flag_is_no_longer_raised_there() -> None:
-    taught = play(learned(), 20, "left", 1)
-    assert tried(taught.make_trained_automaton().automaton, "left", 90.0) == "left"
-    assert tried(taught.make_trained_automaton().automaton, "left", 80.0) == "left"
+    taught = play(learn_and_test(), 20, "left", 1)
+    assert decide_once(taught.make_trained_automaton().automaton, "left", 90.0) == "left"
+    assert decide_once(taught.make_trained_automaton().automaton, "left", 80.0) == "left"
 
 
 def at_a_flag() -> Session:
     """What was learned has raised done, at 90 m."""
-    taught = play(session(["forward", "left"], flags=["done"]), "forward", 10, "done", 1)
+    taught = play(make_session(["forward", "left"], flags=["done"]), "forward", 10, "done", 1)
     taught.reset(0)
     return play(taught, "test", 13)
 
@@ -215,7 +215,7 @@ def test_a_flag_can_be_corrected_after_an_edit_is_undone() -> None:
     taught.undo()
     assert taught.view().flag == "done"
     play(taught, "forward", 1)
-    assert rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
+    assert list_rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
     assert taught.examples[-1].correction
 
 
@@ -225,28 +225,28 @@ def test_a_flag_can_be_corrected_after_rewinding_to_it() -> None:
     play(taught, "restart", 5)
     taught.rewind(instant)
     play(taught, "forward", 1)
-    assert rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
+    assert list_rows(taught)[3:] == [("forward", 90, "forward", "confirmation")]
 
 
 def test_switching_to_training_at_a_flag_records_nothing() -> None:
-    taught = play(learned(), 20, "train", "right", 1)
+    taught = play(learn_and_test(), 20, "train", "right", 1)
     assert len(taught.examples) == 5
     assert taught.view().state == "right"
 
 
 def test_a_flag_directed_into_is_not_corrected_in_a_later_test() -> None:
     """The entry of a flag belongs to the test in which it was raised."""
-    taught = play(learned(), 20)
+    taught = play(learn_and_test(), 20)
     taught.restart()
     play(taught, "done", 1, "right", 1)
-    assert rows(taught)[5:] == [("start", 80, "done", "directive")]
+    assert list_rows(taught)[5:] == [("start", 80, "done", "directive")]
 
 
 # What records nothing
 
 
 def test_driving_records_nothing_and_the_robot_obeys() -> None:
-    taught = session()
+    taught = make_session()
     play(taught, "forward", 2)
     body = taught.body
     assert isinstance(body, Scripted)
@@ -260,19 +260,19 @@ def test_driving_records_nothing_and_the_robot_obeys() -> None:
 
 
 def test_a_press_ends_driving() -> None:
-    taught = session()
+    taught = make_session()
     taught.drive("left")
     play(taught, 2, "forward", 1)
-    assert rows(taught)[0] == ("start", 98, "forward", "directive")
+    assert list_rows(taught)[0] == ("start", 98, "forward", "directive")
 
 
 def test_driving_takes_basic_behaviors_of_the_kit() -> None:
     with pytest.raises(UnknownName, match="basic behavior 'fly'"):
-        session().drive("fly")
+        make_session().drive("fly")
 
 
 def test_reset_begins_anew() -> None:
-    taught = play(session(), "forward", 5)
+    taught = play(make_session(), "forward", 5)
     taught.reset(7)
     assert taught.body.time_s == 0
     assert taught.view().path == ("start",)
@@ -280,19 +280,19 @@ def test_reset_begins_anew() -> None:
 
 
 def test_a_press_is_numbered() -> None:
-    taught = session()
+    taught = make_session()
     assert [taught.direct("forward"), taught.confirm(), taught.direct("left")] == [1, 2, 3]
     assert taught.view().waiting == "left"
 
 
 def test_the_demonstrator_decides_in_training() -> None:
     """What was learned before does not act in training mode; nested automata do."""
-    taught = play(learned(), 1, "train", 8)
+    taught = play(learn_and_test(), 1, "train", 8)
     assert taught.view().path == ("forward",)
 
 
 def test_stateless_lessons() -> None:
-    taught = session(["forward", "left"], stateless=True, flags=["done"])
+    taught = make_session(["forward", "left"], stateless=True, flags=["done"])
     play(taught, "forward", 5, "left", 5, "done", 1)
     taught.reset(0)
     taught.test()
@@ -300,5 +300,5 @@ def test_stateless_lessons() -> None:
     policy = taught.make_trained_automaton().automaton
     assert seen[0] == "forward"
     assert seen[-1] in ("left", "done")
-    assert tried(policy, "start", 100.0) == tried(policy, "left", 100.0) == "forward"
-    assert tried(policy, "forward", 95.0) == tried(policy, "left", 95.0) == "left"
+    assert decide_once(policy, "start", 100.0) == decide_once(policy, "left", 100.0) == "forward"
+    assert decide_once(policy, "forward", 95.0) == decide_once(policy, "left", 95.0) == "left"

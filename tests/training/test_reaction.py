@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.bodies import Scripted
-from tests.training.lessons import WITH_GO, play, rows, session
+from tests.make.sessions import WITH_GO, list_rows, make_session, play
 
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session
@@ -26,8 +26,8 @@ NEAREST = [  # reaction, s; the value at the press, at tick 6: 100 m and one les
 
 @pytest.mark.parametrize(("reaction_s", "value"), NEAREST)
 def test_nearest_tick(reaction_s: float, value: float) -> None:
-    taught = play(session(options=LearnerOptions(reaction_s=reaction_s)), 6, "forward", 1)
-    assert rows(taught) == [
+    taught = play(make_session(options=LearnerOptions(reaction_s=reaction_s)), 6, "forward", 1)
+    assert list_rows(taught) == [
         ("start", value, "forward", "directive"),
         ("forward", value, "forward", "default"),
     ]
@@ -35,7 +35,7 @@ def test_nearest_tick(reaction_s: float, value: float) -> None:
 
 @pytest.mark.parametrize(("reaction_s", "value"), NEAREST)
 def test_it_can_be_chosen_afterwards(reaction_s: float, value: float) -> None:
-    taught = play(session(options=LearnerOptions(reaction_s=0.3)), 6, "forward", 1)
+    taught = play(make_session(options=LearnerOptions(reaction_s=0.3)), 6, "forward", 1)
     taught.change_design(options=LearnerOptions(reaction_s=reaction_s))
     assert [example.values[0] for example in taught.examples] == [value, value]
 
@@ -43,17 +43,19 @@ def test_it_can_be_chosen_afterwards(reaction_s: float, value: float) -> None:
 def test_only_continuous_and_toroidal_readings_of_the_body_are_earlier() -> None:
     """Categorical readings and the automaton's own features are those of the press itself."""
     features = ["range_of(ball)", "bearing_of(ball)", "load", "seen", "done", "time_in_state"]
-    taught = session(["go", "left"], features, library=WITH_GO, options=LearnerOptions(reaction_s=0.3))
+    taught = make_session(["go", "left"], features, library=WITH_GO, options=LearnerOptions(reaction_s=0.3))
     play(taught, "go", 5, "left", 1)  # pressed at tick 5; readings of tick 2
-    assert rows(taught)[2] == ("go", 98, 6.2, 0, 1, 1, 0.5, "left", "directive")
+    assert list_rows(taught)[2] == ("go", 98, 6.2, 0, 1, 1, 0.5, "left", "directive")
 
 
 def test_the_demonstrators_own_clock_counts() -> None:
     """A demonstrator whose clock runs at twice the body's pace reacts in half as many ticks."""
     body = Scripted()
-    taught = session(body=body, clock=lambda: 50 + 2 * body.time_s, options=LearnerOptions(reaction_s=0.4))
+    taught = make_session(
+        body=body, clock=lambda: 50 + 2 * body.time_s, options=LearnerOptions(reaction_s=0.4)
+    )
     play(taught, 6, "forward", 1)
-    assert rows(taught)[0][1] == 96
+    assert list_rows(taught)[0][1] == 96
 
 
 def drive(taught: Session) -> None:
@@ -72,40 +74,40 @@ CUTS: dict[str, Callable[[Session], Any]] = {
 
 @pytest.mark.parametrize("cut", CUTS.values(), ids=CUTS)
 def test_never_from_before(cut: Callable[[Session], Any]) -> None:
-    taught = play(session(options=LearnerOptions(reaction_s=0.5)), 5)
+    taught = play(make_session(options=LearnerOptions(reaction_s=0.5)), 5)
     cut(taught)
     here = taught.view().features["range_of(ball)"]
     play(taught, 2, "forward", 1)
-    assert rows(taught)[0][1] == here
+    assert list_rows(taught)[0][1] == here
 
 
 def test_never_from_before_a_reset() -> None:
-    taught = play(session(options=LearnerOptions(reaction_s=0.5)), 5)
+    taught = play(make_session(options=LearnerOptions(reaction_s=0.5)), 5)
     taught.reset(3)
     play(taught, 2, "forward", 1)
-    assert rows(taught)[0][1] == 100
+    assert list_rows(taught)[0][1] == 100
 
 
 def test_unshifted_while_paused() -> None:
-    taught = play(session(options=LearnerOptions(reaction_s=0.3)), 5)
+    taught = play(make_session(options=LearnerOptions(reaction_s=0.3)), 5)
     taught.paused = True
     play(taught, "forward")
     taught.paused = False
     play(taught, 1)
-    assert rows(taught)[0][1] == 95
+    assert list_rows(taught)[0][1] == 95
     taught.change_design(options=LearnerOptions(reaction_s=0.5))
-    assert rows(taught)[0][1] == 95
+    assert list_rows(taught)[0][1] == 95
 
 
 def test_a_corrected_flag_is_corrected_where_it_was_raised() -> None:
     """What was learned has no reaction time: the vector is the very one that it decided on."""
-    taught = session(flags=["done"])
+    taught = make_session(flags=["done"])
     play(taught, "forward", 5, "done", 1)
     taught.change_design(options=LearnerOptions(reaction_s=0.3))
     taught.reset(0)
     taught.test()
     play(taught, 8)
-    assert rows(taught)[2] == ("forward", 98, "done", "directive")  # pressed at 95 m
+    assert list_rows(taught)[2] == ("forward", 98, "done", "directive")  # pressed at 95 m
     assert taught.view().state == "done"
     play(taught, "forward", 1)
-    assert rows(taught)[-1] == ("forward", 98, "forward", "confirmation")
+    assert list_rows(taught)[-1] == ("forward", 98, "forward", "confirmation")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.bodies import Scripted
-from tests.training.lessons import play, session
+from tests.make.sessions import make_session, play
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -25,7 +25,7 @@ from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.traits import draw_traits
 
 
-def demonstrated(
+def demonstrate(
     late_s: float, presses: int = 20, *, kind: Kind = Continuous(), seed: int = 1, spread_s: float = 0.03
 ) -> Lesson:
     """Presses for `done` when x falls below 2, each so late, at speeds from 0.2/s to 1/s; y is by the way.
@@ -56,7 +56,7 @@ def demonstrated(
 @pytest.mark.parametrize("kind", [Continuous(), Toroidal()])
 @pytest.mark.parametrize("late_s", [0.0, 0.1, 0.3, 0.5, 0.7])
 def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
-    found = estimate_reaction_time(demonstrated(late_s, kind=kind))
+    found = estimate_reaction_time(demonstrate(late_s, kind=kind))
     assert found is not None
     assert found.reaction_s == pytest.approx(late_s, abs=0.051)
     assert found.presses == 20
@@ -68,14 +68,14 @@ def test_a_known_reaction_time_is_found(late_s: float, kind: Kind) -> None:
 def test_the_evidence_says_how_far_apart(kind: Kind) -> None:
     """Who is 0.03 s off on either side, at 0.6 m/s, is about 2 cm off; half of what a tick changes comes on top. Who
     is 0.3 s late at between 0.2 and 1 m/s, is 10 cm off."""
-    then, now = re.findall(r"(0\.\d+) m", str(estimate_reaction_time(demonstrated(0.3, kind=kind))))
+    then, now = re.findall(r"(0\.\d+) m", str(estimate_reaction_time(demonstrate(0.3, kind=kind))))
     assert float(then) == pytest.approx(0.03, abs=0.015)
     assert float(now) == pytest.approx(0.1, abs=0.05)
 
 
 def test_even_of_a_machine() -> None:
     """None undercuts half of what a tick changes, so that a single shift that fits to the digit is not everything."""
-    found = estimate_reaction_time(demonstrated(0.3, spread_s=0.0))
+    found = estimate_reaction_time(demonstrate(0.3, spread_s=0.0))
     assert found is not None
     assert found.reaction_s == 0.3
 
@@ -83,9 +83,9 @@ def test_even_of_a_machine() -> None:
 def test_what_tells_most_is_the_evidence() -> None:
     """Three sorts of presses, one of them by somebody who hardly knows what they want."""
     parts = [
-        demonstrated(0.3, 10, spread_s=0.2, seed=4),
-        demonstrated(0.3, 10, seed=5),
-        demonstrated(0.3, 6, seed=6),
+        demonstrate(0.3, 10, spread_s=0.2, seed=4),
+        demonstrate(0.3, 10, seed=5),
+        demonstrate(0.3, 6, seed=6),
     ]
     examples: list[Example] = []
     values: list[NDArray[np.float64]] = []
@@ -103,17 +103,17 @@ def test_what_tells_most_is_the_evidence() -> None:
 
 
 def test_the_evidence_says_by_what() -> None:
-    late = str(estimate_reaction_time(demonstrated(0.3)))
+    late = str(estimate_reaction_time(demonstrate(0.3)))
     assert late.startswith("Taken 0.3 s earlier, the 20 presses from go to done lie about 0.0")
     assert " by x, instead of 0.0" in late
-    assert str(estimate_reaction_time(demonstrated(0.0))).endswith(
+    assert str(estimate_reaction_time(demonstrate(0.0))).endswith(
         "hardly agree better at any earlier moment: they do not seem late."
     )
 
 
 def test_the_evidence_speaks_of_angles_in_degrees() -> None:
     """As everything else that people read: 0.3 rad are 17 degrees."""
-    lesson = demonstrated(0.3, kind=Toroidal())
+    lesson = demonstrate(0.3, kind=Toroidal())
     angle, aside = lesson.automaton.features
     bound = BoundFeature(Feature("x", angle.kind, reading="x", unit="rad"))
     features = replace(lesson.automaton, features=(bound, aside))
@@ -126,26 +126,26 @@ def test_the_evidence_speaks_of_angles_in_degrees() -> None:
 
 
 def test_too_little_gives_no_estimate() -> None:
-    assert estimate_reaction_time(demonstrated(0.3, presses=7)) is None
-    lesson = demonstrated(0.3)
+    assert estimate_reaction_time(demonstrate(0.3, presses=7)) is None
+    lesson = demonstrate(0.3)
     of_many_sorts = tuple(replace(each, next=f"to {each.number % 7}") for each in lesson.examples)
     assert estimate_reaction_time(replace(lesson, examples=of_many_sorts)) is None
-    assert estimate_reaction_time(Lesson(demonstrated(0.3).automaton)) is None
-    assert estimate_reaction_time(session().lesson) is None
+    assert estimate_reaction_time(Lesson(demonstrate(0.3).automaton)) is None
+    assert estimate_reaction_time(make_session().lesson) is None
 
 
 def test_who_is_not_clearly_late_is_not_told_so() -> None:
     """Presses that were 0.05 s late agree a little better 0.1 s before. Where they vary by 0.1 s, nobody can tell."""
-    found = estimate_reaction_time(demonstrated(0.05, 12, seed=3))
+    found = estimate_reaction_time(demonstrate(0.05, 12, seed=3))
     assert found is not None
     assert (found.reaction_s, found.least_s) == (0.0, 0.0)
     assert found.evidence.endswith("they do not seem late.")
-    assert estimate_reaction_time(demonstrated(0.05, 8, spread_s=0.1, seed=4)) is None
+    assert estimate_reaction_time(demonstrate(0.05, 8, spread_s=0.1, seed=4)) is None
 
 
 def test_what_never_scatters_gives_no_estimate() -> None:
     """At one speed every shift agrees as well as any other."""
-    taught = session(body=Scripted())
+    taught = make_session(body=Scripted())
     for _ in range(10):
         play(taught, "forward", 12, "left", 1)
         taught.reset(0)
@@ -153,7 +153,7 @@ def test_what_never_scatters_gives_no_estimate() -> None:
 
 
 def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     changes: tuple[dict[str, Any], ...] = (
         {"quarantined": "slipped"},
         {"edited": True},
@@ -167,11 +167,11 @@ def test_what_is_in_quarantine_edited_or_without_record_says_nothing() -> None:
 
 
 def test_what_is_steady_is_not_shifted() -> None:
-    assert estimate_reaction_time(demonstrated(0.3), steady=frozenset({"x", "y"})) is None
+    assert estimate_reaction_time(demonstrate(0.3), steady=frozenset({"x", "y"})) is None
 
 
 def test_the_reaction_time_a_lesson_has_makes_no_difference() -> None:
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     assert estimate_reaction_time(
         replace(lesson, options=LearnerOptions(reaction_s=0.5))
     ) == estimate_reaction_time(lesson)
@@ -191,7 +191,7 @@ def log_of(
 
 def test_absence_tells_of_no_boundary() -> None:
     """Of a thing that comes into sight a moment before the press, the moment before that is out of sight."""
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     values = lesson.record.values.copy()
     values[values[:, 0] > 2.3, 0] = nan
     found = estimate_reaction_time(replace(lesson, record=log_of(lesson.record, values=values)))
@@ -201,7 +201,7 @@ def test_absence_tells_of_no_boundary() -> None:
 
 def test_whatever_a_parameter_stood_for() -> None:
     """Half of the presses were for one target, half for the other, which was elsewhere then."""
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     values = np.column_stack([lesson.record.values[:, 0], 50 * np.sin(7.0 * np.arange(len(lesson.record)))])
     values[len(values) // 2 :] = values[len(values) // 2 :, ::-1]
     near = Feature("near", Continuous(), reading="range", of="what")
@@ -220,7 +220,7 @@ def test_whatever_a_parameter_stood_for() -> None:
 
 
 def test_what_never_changes_says_nothing() -> None:
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     values = lesson.record.values.copy()
     values[:, 1] = 5.0
     found = estimate_reaction_time(replace(lesson, record=log_of(lesson.record, values=values)))
@@ -228,7 +228,7 @@ def test_what_never_changes_says_nothing() -> None:
 
 
 def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     seen = np.where(np.tile(np.arange(11) > 7, 20), np.repeat(np.arange(20) % 2, 11), 0.0)[:, None]
     record = ReadingLog(
         (*lesson.record.keys, ("seen", None)), np.hstack([lesson.record.values, seen]), lesson.record.seconds
@@ -247,7 +247,7 @@ def test_labels_and_what_is_the_automatons_own_say_nothing() -> None:
 
 def test_what_was_not_recorded_says_nothing() -> None:
     """A feature whose reading the body of that time did not have; another one still tells."""
-    lesson = demonstrated(0.3)
+    lesson = demonstrate(0.3)
     record = log_of(lesson.record, keys=(("x", None), ("z", None)))
     assert estimate_reaction_time(replace(lesson, record=record)) == estimate_reaction_time(lesson)
     assert (

@@ -37,11 +37,11 @@ def coordinator_body(seed: int = 5) -> CoordinatorBody:
     return make_coordinator_body(SCENARIO, "patrol", LIBRARIES, seed=seed)
 
 
-def doing(body: CoordinatorBody) -> list[tuple[str, ...]]:
+def list_activities(body: CoordinatorBody) -> list[tuple[str, ...]]:
     return body.team.paths
 
 
-def taught(session: Session, seconds: float) -> None:
+def teach_patrol(session: Session, seconds: float) -> None:
     """Press what a person would."""
     while session.body.time_s < seconds:
         view = session.view()
@@ -62,16 +62,16 @@ def test_directing_the_coordinator_moves_the_whole_squad() -> None:
     assert isinstance(session.body, CoordinatorBody)
     session.direct("out")
     session.tick()
-    assert [path[0] for path in doing(session.body)] == ["wander"] * 4
+    assert [path[0] for path in list_activities(session.body)] == ["wander"] * 4
     session.direct("attack")
     session.tick()
-    assert [path[0] for path in doing(session.body)] == ["servo(intruder)"] * 4
+    assert [path[0] for path in list_activities(session.body)] == ["servo(intruder)"] * 4
 
 
 def test_a_default_after_a_switch_has_the_flags_down() -> None:
     """Directing restarts the members, so the automatic default sees nobody done; what they see is as it was."""
     session = Session(coordinator_body(), SQUAD, LESSON)
-    taught(session, 120.0)
+    teach_patrol(session, 120.0)
     labels = [str(bound) for bound in session.automaton.features]
     someone, all_there = labels.index("someone_done"), labels.index("all_done")
     shown = {(example.state, example.next): example for example in session.examples}
@@ -84,7 +84,7 @@ def test_a_default_after_a_switch_has_the_flags_down() -> None:
 
 def test_what_was_learned_leads() -> None:
     session = Session(coordinator_body(), SQUAD, LESSON)
-    taught(session, 200.0)
+    teach_patrol(session, 200.0)
     session.reset(11)
     session.test()
     states = set()
@@ -98,16 +98,16 @@ def test_a_troop_is_rewound() -> None:
     """World, orders, what everybody does and what is remembered; and it goes on as it did."""
     session = Session(coordinator_body(), SQUAD, LESSON)
     assert isinstance(session.body, CoordinatorBody)
-    taught(session, 40.0)
-    instant, before = session.capture(), doing(session.body)
-    taught(session, 60.0)
-    after, there = doing(session.body), session.body.ground.sense([("blob_size", "home")])
+    teach_patrol(session, 40.0)
+    instant, before = session.capture(), list_activities(session.body)
+    teach_patrol(session, 60.0)
+    after, there = list_activities(session.body), session.body.ground.sense([("blob_size", "home")])
     examples = session.examples
     session.rewind(instant)
-    assert doing(session.body) == before
+    assert list_activities(session.body) == before
     assert session.examples == examples
-    taught(session, 60.0)
-    assert doing(session.body) == after
+    teach_patrol(session, 60.0)
+    assert list_activities(session.body) == after
     again = session.body.ground.sense([("blob_size", "home")])
     assert again["blob_size", "home"].tolist() == pytest.approx(
         there["blob_size", "home"].tolist(), nan_ok=True
@@ -127,15 +127,15 @@ def test_going_back_restarts_nobody_whose_messages_are_delayed() -> None:
     slow = msgspec.structs.replace(SCENARIO, radio=CommsSpec(delay_s=0.3))
     body = make_coordinator_body(slow, "patrol", LIBRARIES, seed=5)
     session = Session(body, SQUAD, LESSON)
-    taught(session, 3.0)
+    teach_patrol(session, 3.0)
     assert session.view().state == "out"
     instant, began = session.capture(), body.squads.ordering.answering.tolist()
     assert not any(each != each for each in began)
-    taught(session, 3.5)
+    teach_patrol(session, 3.5)
     session.rewind(instant)
     starts: list[object] = []
     body.team.layers[0].runner.begin = lambda agents, program: starts.append(agents)  # type: ignore[method-assign]
-    taught(session, 3.5)
+    teach_patrol(session, 3.5)
     assert starts == []
     assert body.squads.ordering.answering.tolist() == began
 
@@ -144,14 +144,14 @@ def test_a_killed_session_of_a_squad_goes_on(tmp_path: Path) -> None:
     journal = tmp_path / "lead.journal"
     session = Session(coordinator_body(), SQUAD, LESSON, journal=journal)
     assert isinstance(session.body, CoordinatorBody)
-    taught(session, 60.0)
-    examples, path, robots = session.examples, session.view().path, doing(session.body)
+    teach_patrol(session, 60.0)
+    examples, path, robots = session.examples, session.view().path, list_activities(session.body)
     session.close()
     body = coordinator_body()
     resumed = Session.resume(journal, body, SQUAD)
     assert resumed.examples == examples
     assert resumed.view().path == path
-    assert [each[0] for each in doing(body)] == [each[0] for each in robots]
+    assert [each[0] for each in list_activities(body)] == [each[0] for each in robots]
     resumed.close()
 
 

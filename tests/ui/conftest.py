@@ -10,7 +10,7 @@ from tests.ui.web.test_failing_worlds import make_failures
 
 
 @pytest.fixture(scope="session")
-def kept_failures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def failures_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with failing worlds and the library in which they fail, to be copied."""
     folder = tmp_path_factory.mktemp("failing_worlds")
     make_failures(folder)
@@ -18,7 +18,7 @@ def kept_failures(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def failing_library(kept_failures: Path, tmp_path: Path) -> Path:
+def library_with_failures(failures_folder: Path, tmp_path: Path) -> Path:
     """A library beside whose folder are worlds in which it fails."""
-    copytree(kept_failures, tmp_path, dirs_exist_ok=True)
+    copytree(failures_folder, tmp_path, dirs_exist_ok=True)
     return tmp_path / "library"

@@ -48,7 +48,7 @@ def labels(feature: int, *outcomes: int) -> Tree:
     return Tree((Node(TestKind.LABEL, feature, branches=branches), *map(make_leaf, shown)))
 
 
-def make(name: str, states: tuple[State, ...], **trees: Tree) -> Automaton:
+def make_automaton(name: str, states: tuple[State, ...], **trees: Tree) -> Automaton:
     """An automaton with all `FEATURES`, a start state, the given states, and trees by state."""
     return Automaton(name, (START, *states), FEATURES, transitions=trees)
 

@@ -27,7 +27,7 @@ from understudy_lab.tasks.swarm_world import scenario as swarm_scenario
 METHODS = ("live", "watched")
 
 
-def coordinated(
+def list_coordinators(
     scenario: Scenario, libraries: Mapping[str, Library], others: Library
 ) -> Iterator[tuple[Library, SquadMembers]]:
     """The library of each squad's coordinator, with its members' libraries; `others` is the robots'."""
@@ -44,11 +44,11 @@ def teach_all() -> Iterator[tuple[Library, SquadMembers | None]]:
         patrol = teach_patrol(seed, method=method)
         robots = patrol.robots.library
         yield robots, None
-        yield from coordinated(patrol_scenario(), {SQUAD: patrol.coordinators.library}, robots)
+        yield from list_coordinators(patrol_scenario(), {SQUAD: patrol.coordinators.library}, robots)
     swarm = teach_swarm(0, method="live")
     yield swarm.robots.library, None
     squads = {name: each.library for name, each in swarm.squads.items()}
-    yield from coordinated(swarm_scenario(), squads, swarm.robots.library)
+    yield from list_coordinators(swarm_scenario(), squads, swarm.robots.library)
 
 
 def main() -> None:

@@ -93,7 +93,7 @@ def with_tree(taught: TrainedAutomaton, state: str, tree: Tree) -> TrainedAutoma
     return replace(taught, automaton=replace(taught.automaton, transitions=transitions))
 
 
-def mapped(tree: Tree, outcomes: Mapping[int, int]) -> Tree:
+def map_outcomes(tree: Tree, outcomes: Mapping[int, int]) -> Tree:
     """A tree whose leaves answer other states."""
     return Tree(
         tuple(
@@ -135,7 +135,7 @@ def never_entered(taught: Taught, rng: random.Random) -> Iterator[Defect]:
         for lost in states:
             changed = each
             for index, name, tree in trees_of(each.automaton, rng):
-                changed = with_tree(changed, name, mapped(tree, {lost: index}))
+                changed = with_tree(changed, name, map_outcomes(tree, {lost: index}))
             name = each.automaton.states[lost].name
             yield Defect(
                 f"no way to {name}",
@@ -149,7 +149,7 @@ def never_entered(taught: Taught, rng: random.Random) -> Iterator[Defect]:
 def never_left(taught: Taught, rng: random.Random) -> Iterator[Defect]:
     for each in automata_of(taught, rng):
         for index, name, tree in trees_of(each.automaton, rng):
-            changed = with_tree(each, name, mapped(tree, dict.fromkeys(outcomes(tree), index)))
+            changed = with_tree(each, name, map_outcomes(tree, dict.fromkeys(outcomes(tree), index)))
             yield Defect(
                 f"no way out of {name}",
                 changed,
@@ -188,7 +188,7 @@ def swapped(taught: Taught, rng: random.Random) -> Iterator[Defect]:
             for following in sorted(set(outcomes(tree)) - {index, STAY}):
                 back = each.automaton.transitions.get(names[following])
                 if isinstance(back, Tree) and index in outcomes(back):
-                    changed = with_tree(each, name, mapped(tree, {index: following, following: index}))
+                    changed = with_tree(each, name, map_outcomes(tree, {index: following, following: index}))
                     if oscillates(
                         taught.with_automaton(changed), each.automaton.name, (name, names[following]), rng
                     ):
@@ -337,7 +337,7 @@ def missing_flag(taught: Taught, rng: random.Random) -> Iterator[Defect]:
                 for lost, state in enumerate(runs.automaton.states):  # type: ignore[union-attr]
                     if state.flag == feature.name:
                         for at, other, its in trees_of(changed.automaton, rng):  # type: ignore[union-attr]
-                            changed = with_tree(changed, other, mapped(its, {lost: at}))  # type: ignore[arg-type]
+                            changed = with_tree(changed, other, map_outcomes(its, {lost: at}))  # type: ignore[arg-type]
                 yield Defect(
                     f"{changed.automaton.name} never raises {feature.name}",  # type: ignore[union-attr]
                     changed,  # type: ignore[arg-type]

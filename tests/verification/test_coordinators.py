@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tests.verification.automata import AHEAD, KIT, always, below, labels, make
+from tests.verification.automata import AHEAD, KIT, always, below, labels, make_automaton
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
@@ -20,8 +20,8 @@ from understudy.verification.coordinators import SquadMembers
 from understudy.verification.finding import Finding, FindingKind, Severity
 
 SEEN = Reading("seen", BOOLEAN)
-GO = make("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))
-AT_ONCE = make("at_once", (State("done", flag="done"),), start=below(1.0, 1, 0))
+GO = make_automaton("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))
+AT_ONCE = make_automaton("at_once", (State("done", flag="done"),), start=below(1.0, 1, 0))
 STATISTICS = (
     Statistic("all_done", "all", flag="done"),
     Statistic("someone_sees", "any", reading="seen"),

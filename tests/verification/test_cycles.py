@@ -15,7 +15,7 @@ from tests.verification.automata import (
     below,
     find,
     labels,
-    make,
+    make_automaton,
 )
 
 from understudy.model.automaton import Automaton, State
@@ -43,7 +43,7 @@ OVERLAP = [  # ahead goes back below this distance, back goes ahead from this on
 @pytest.mark.parametrize(("near", "far", "both"), OVERLAP)
 def test_a_switch_that_is_undone_in_the_same_cell(near: float, far: float, both: bool) -> None:
     found = chatter(
-        make("go", (AHEAD, BACK), start=always(1), ahead=below(near, 2, 1), back=below(far, 2, 1))
+        make_automaton("go", (AHEAD, BACK), start=always(1), ahead=below(near, 2, 1), back=below(far, 2, 1))
     )
     assert bool(found) == both
     if both:
@@ -65,7 +65,7 @@ def test_arcs_across_the_seam(
     first: tuple[float, float], second: tuple[float, float], both: list[tuple[float, float]]
 ) -> None:
     found = chatter(
-        make("go", (AHEAD, BACK), start=always(1), ahead=arc(*first, 2, 1), back=arc(*second, 1, 2))
+        make_automaton("go", (AHEAD, BACK), start=always(1), ahead=arc(*first, 2, 1), back=arc(*second, 1, 2))
     )
     assert [part for each in found for part in each.cells[0].box[0].parts] == both
 
@@ -74,18 +74,18 @@ def test_switches_that_undo_each_other_where_a_reading_is_absent() -> None:
     def tree(then: int, otherwise: int) -> object:
         return below(0.5, then, otherwise, absent=1)
 
-    there = make("go", (AHEAD, BACK), start=always(1), ahead=tree(2, 1), back=tree(1, 2))  # type: ignore[arg-type]
+    there = make_automaton("go", (AHEAD, BACK), start=always(1), ahead=tree(2, 1), back=tree(1, 2))  # type: ignore[arg-type]
     (found,) = chatter(there)
     assert found.cells[0].box[0].absent
 
 
 def test_a_cell_in_which_every_reading_chatters_is_certain() -> None:
-    (found,) = chatter(make("go", (AHEAD, BACK), start=always(1), ahead=always(2), back=always(1)))
+    (found,) = chatter(make_automaton("go", (AHEAD, BACK), start=always(1), ahead=always(2), back=always(1)))
     assert found.is_certain
 
 
 def test_the_start_state_is_part_of_cycles() -> None:
-    (found,) = chatter(make("go", (AHEAD,), start=below(1.0, 1, 0), ahead=below(2.0, 0, 1)))
+    (found,) = chatter(make_automaton("go", (AHEAD,), start=below(1.0, 1, 0), ahead=below(2.0, 0, 1)))
     assert found.states == ("start", "ahead")
 
 
@@ -93,10 +93,10 @@ ROUND = (AHEAD, BACK, State("wait", "wait"))
 
 
 def test_a_cycle_of_three_states() -> None:
-    cyclic = make(
+    cyclic = make_automaton(
         "go", ROUND, start=always(1), ahead=below(1.0, 2, 1), back=below(2.0, 3, 2), wait=below(3.0, 1, 3)
     )
-    broken = make(
+    broken = make_automaton(
         "go", ROUND, start=always(1), ahead=below(1.0, 2, 1), back=below(2.0, 3, 2), wait=below(1.0, 3, 1)
     )
     (found,) = find(cyclic, kind=FindingKind.CYCLE)
@@ -107,20 +107,24 @@ def test_a_cycle_of_three_states() -> None:
 
 def test_time_in_a_state_is_one_tick_when_it_was_just_entered() -> None:
     """Leaving after a second is a rhythm; leaving at once is chatter."""
-    slow = make("go", (AHEAD, BACK), start=always(1), ahead=below(1.0, 1, 2, feature=TIME), back=always(1))
-    quick = make("go", (AHEAD, BACK), start=always(1), ahead=below(0.05, 1, 2, feature=TIME), back=always(1))
+    slow = make_automaton(
+        "go", (AHEAD, BACK), start=always(1), ahead=below(1.0, 1, 2, feature=TIME), back=always(1)
+    )
+    quick = make_automaton(
+        "go", (AHEAD, BACK), start=always(1), ahead=below(0.05, 1, 2, feature=TIME), back=always(1)
+    )
     assert not chatter(slow)
     assert chatter(quick)
 
 
-GO = make("go", (AHEAD, ARRIVED), start=always(1), ahead=below(1.0, 2, 1))
+GO = make_automaton("go", (AHEAD, ARRIVED), start=always(1), ahead=below(1.0, 2, 1))
 FETCH = (State("go", "go"), State("load", "wait"))
 
 
 def test_a_cycle_through_a_nested_automaton() -> None:
     """Where it is near, go is done at its second tick and begins anew each time."""
-    again = make("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 1, 2))
-    ends = make("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(1.0, 2, 1))
+    again = make_automaton("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 1, 2))
+    ends = make_automaton("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(1.0, 2, 1))
     (found,) = find(GO, again, kind=FindingKind.CYCLE)
     assert found.states == ("go", "load")
     assert found.cells[0].box[0].parts[0][1] == 1.0
@@ -130,7 +134,7 @@ def test_a_cycle_through_a_nested_automaton() -> None:
 
 def test_a_nested_automaton_that_first_has_to_move_makes_no_cycle() -> None:
     """Far away go does not finish while the readings stay as they are."""
-    again = make("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 2, 1))
+    again = make_automaton("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 2, 1))
     assert not find(GO, again, kind=FindingKind.CYCLE)
 
 
@@ -147,6 +151,6 @@ def run(*automata: Automaton, row: Sequence[float], ticks: int) -> list[str]:
 
 
 def test_the_interpreter_runs_what_was_found() -> None:
-    again = make("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 1, 2))
+    again = make_automaton("fetch", FETCH, start=always(1), go=labels(DONE, 1, 2), load=below(2.0, 1, 2))
     (found,) = find(GO, again, kind=FindingKind.CYCLE)
     assert run(GO, again, row=found.cells[0].at, ticks=9) == ["go", "go", "load"] * 3

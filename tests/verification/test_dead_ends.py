@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from tests.verification.automata import AHEAD, DONE, KIT, always, below, labels, make
+from tests.verification.automata import AHEAD, DONE, KIT, always, below, labels, make_automaton
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
@@ -15,7 +15,7 @@ from understudy.verification.finding import Finding, FindingKind, Severity
 from understudy.verification.scenario_facts import ScenarioFacts
 
 FULL, FLAG, TIME = 3, 4, 5  # positions among the features
-GO = make("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))
+GO = make_automaton("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))
 """Raises done where the distance is below 1."""
 STATES = (State("go", "go"), State("wait", "wait"))
 
@@ -28,7 +28,7 @@ def dead_ends(*automata: Automaton, still: str = "") -> list[Finding]:
 
 
 def fetch(tree: Tree) -> Automaton:
-    return make("fetch", STATES, start=always(1), go=tree, wait=labels(FULL, 2, 1))
+    return make_automaton("fetch", STATES, start=always(1), go=tree, wait=labels(FULL, 2, 1))
 
 
 def flag(no: int, yes: Tree) -> Tree:
@@ -95,20 +95,22 @@ def test_what_may_still_change_is_assumed_not_to() -> None:
 
 def test_what_a_flag_needs_two_levels_below() -> None:
     """The middle is done only once go is, so only below 1, and there the top leads on."""
-    middle = make(
+    middle = make_automaton(
         "middle", (State("go", "go"), State("done", flag="done")), start=always(1), go=labels(FLAG, 1, 2)
     )
     run = (State("middle", "middle"), State("wait", "wait"))
-    top = make("top", run, start=always(1), middle=below(1.0, 2, 1), wait=labels(FULL, 2, 1))
-    late = make("top", run, start=always(1), middle=below(0.5, 2, 1), wait=labels(FULL, 2, 1))
+    top = make_automaton("top", run, start=always(1), middle=below(1.0, 2, 1), wait=labels(FULL, 2, 1))
+    late = make_automaton("top", run, start=always(1), middle=below(0.5, 2, 1), wait=labels(FULL, 2, 1))
     assert not dead_ends(GO, middle, top)
     assert len(dead_ends(GO, middle, late)) == 1
 
 
 def test_an_automaton_that_stops_it_makes_it_a_warning() -> None:
     stuck = fetch(STUCK)
-    patient = make("top", (State("fetch", "fetch"),), start=always(1), fetch=labels(FLAG, 1, 0))
-    hasty = make("top", (State("fetch", "fetch"),), start=always(1), fetch=below(5.0, 1, 0, feature=TIME))
+    patient = make_automaton("top", (State("fetch", "fetch"),), start=always(1), fetch=labels(FLAG, 1, 0))
+    hasty = make_automaton(
+        "top", (State("fetch", "fetch"),), start=always(1), fetch=below(5.0, 1, 0, feature=TIME)
+    )
     for top, severity in ((patient, Severity.ERROR), (hasty, Severity.WARNING)):
         library = Library.from_automata(KIT, GO, stuck, top)
         (found,) = [
@@ -120,7 +122,9 @@ def test_an_automaton_that_stops_it_makes_it_a_warning() -> None:
 
 def test_it_is_the_first_finding() -> None:
     stuck = fetch(STUCK)
-    lost = make("lost", (AHEAD, State("back", "backward")), start=always(1), ahead=labels(FULL, 1, 0))
+    lost = make_automaton(
+        "lost", (AHEAD, State("back", "backward")), start=always(1), ahead=labels(FULL, 1, 0)
+    )
     found = check_library(Library.from_automata(KIT, lost, GO, stuck)).findings
     assert found[0].kind is FindingKind.DEAD_END
     assert "error" in {each.severity for each in found[1:]}  # back is never entered

@@ -19,7 +19,7 @@ from tests.verification.automata import (
     find,
     labels,
     list_unused,
-    make,
+    make_automaton,
 )
 
 from understudy.learning.fit import learn_automaton
@@ -120,7 +120,7 @@ TREES = [  # the tree of ahead, and the features of which decisions depend
 
 @pytest.mark.parametrize(("tree", "deciding"), TREES)
 def test_features_that_decide_nothing(tree: object, deciding: set[str]) -> None:
-    automaton = make("go", (AHEAD, BACK), start=always(1), ahead=tree, back=always(1))  # type: ignore[arg-type]
+    automaton = make_automaton("go", (AHEAD, BACK), start=always(1), ahead=tree, back=always(1))  # type: ignore[arg-type]
     found = find(automaton, kind=FindingKind.UNUSED_FEATURE)
     unused = {name for each in found for name in list_unused(each)}
     assert unused == {str(bound) for bound in automaton.features} - deciding
@@ -154,7 +154,7 @@ def test_few_examples_have_no_outlier() -> None:
 RANGE = Feature("range", Continuous(), "range", of="A")
 
 
-def using(*, tested: bool = False, passed: str | None = None, child_uses: bool = True) -> list[Finding]:
+def find_unused(*, tested: bool = False, passed: str | None = None, child_uses: bool = True) -> list[Finding]:
     """The unused parameters of an automaton that tests its parameter A, or passes it on to another automaton."""
     near = BoundFeature(RANGE, Binding(A="A"))
     inner = Automaton(
@@ -178,11 +178,11 @@ def using(*, tested: bool = False, passed: str | None = None, child_uses: bool =
 
 
 def test_parameters_that_decide_nothing() -> None:
-    assert using()
-    assert not using(tested=True)
-    assert not using(passed="A")
-    assert using(passed="station")
-    assert using(passed="A", child_uses=False)
+    assert find_unused()
+    assert not find_unused(tested=True)
+    assert not find_unused(passed="A")
+    assert find_unused(passed="station")
+    assert find_unused(passed="A", child_uses=False)
 
 
 TARGETS = [  # what go runs, what the tree of go tests, another state, whether it is reported

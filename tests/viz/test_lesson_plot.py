@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from math import nan, radians
 from typing import Any
@@ -46,12 +45,6 @@ def lesson(*extra: Example) -> Lesson:
     kinds = {"go": ExampleKind.CONFIRMATION, "stop": ExampleKind.DIRECTIVE}
     made = [example(at, (a, b, c), after, kinds[after]) for at, (a, b, c, after) in enumerate(SHOWN)]
     return Lesson(AUTOMATON, (*made, *extra))
-
-
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open() -> Iterator[None]:
-    yield
-    pyplot.close("all")
 
 
 def regions(axes: Any) -> dict[tuple[float, float, float, float], str]:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
-from tests.sim.made import crossing
+from tests.make.run_frames import make_crossing
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
@@ -123,7 +123,7 @@ CREWS = [1, 4, 30, 80]
 
 @pytest.mark.parametrize("robots", CREWS)
 def test_any_world_as_a_path_and_in_motion(tmp_path: Path, robots: int) -> None:
-    seen = crossing(25, robots=robots)
+    seen = make_crossing(25, robots=robots)
     draw_path_png(seen, tmp_path / "path.png", title="A path")
     draw_run_gif(seen, tmp_path / "run.gif", speed=2.0)
     with Image.open(tmp_path / "path.png") as image:
@@ -135,7 +135,7 @@ def test_any_world_as_a_path_and_in_motion(tmp_path: Path, robots: int) -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(40.0, 8.0), (8.0, 40.0), (0.6, 0.5)])
 def test_arenas_of_any_shape(tmp_path: Path, width: float, height: float) -> None:
-    seen = crossing(10, width=width, height=height)
+    seen = make_crossing(10, width=width, height=height)
     draw_path_png(seen, tmp_path / "path.png")
     draw_run_gif(seen, tmp_path / "run.gif")
     with Image.open(tmp_path / "path.png") as image:
@@ -145,7 +145,7 @@ def test_arenas_of_any_shape(tmp_path: Path, width: float, height: float) -> Non
 
 
 def test_a_thousand_robots_are_drawn_at_once(tmp_path: Path) -> None:
-    seen = crossing(30, robots=1000, width=60.0, height=40.0)
+    seen = make_crossing(30, robots=1000, width=60.0, height=40.0)
     began = process_time()
     draw_path_png(seen, tmp_path / "path.png")
     draw_run_gif(seen, tmp_path / "run.gif", speed=1.0)
@@ -153,7 +153,7 @@ def test_a_thousand_robots_are_drawn_at_once(tmp_path: Path) -> None:
 
 
 def test_what_a_picture_says_of_things() -> None:
-    view = crossing(1, robots=2)[0].view
+    view = make_crossing(1, robots=2)[0].view
     known = {thing.name: thing for thing in list_object_marks(view)}
     assert [thing.label for thing in list_object_marks(view)] == [
         "3 of 8 units left",
@@ -186,7 +186,7 @@ def test_names_of_colors() -> None:
 
 
 def test_a_recording_keeps_every_so_many_frames_and_both_ends() -> None:
-    seen = crossing(100)
+    seen = make_crossing(100)
     for count in range(1, 101):
         recording = FrameBuffer(most=8)
         for frame in seen[:count]:

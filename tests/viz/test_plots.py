@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from math import tau
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
-from tests.sim.made import crossing
+from tests.make.run_frames import make_crossing
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
 from understudy.analysis.evaluation import Evaluation
@@ -33,12 +32,6 @@ from understudy.viz.axes import measure_points_per_unit
 from understudy.viz.run_plot import plot_run
 
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)
-
-
-@pytest.fixture(autouse=True)
-def _no_figure_stays_open() -> Iterator[None]:
-    yield
-    pyplot.close("all")
 
 
 def texts(axes: Any) -> list[str]:
@@ -147,7 +140,7 @@ def test_boxes_of_a_tree_do_not_overlap() -> None:
     assert not any(one.overlaps(other) for at, one in enumerate(boxes) for other in boxes[:at])
 
 
-def changed() -> tuple[TrainedAutomaton, TrainedAutomaton]:
+def make_two_versions() -> tuple[TrainedAutomaton, TrainedAutomaton]:
     """Two versions of goto: `left` is gone, `wait` is new, `right` does something else, `forward` turns later."""
     turned = Tree((Node(TestKind.ARC, 1, low=tau - 0.5, high=0.5, yes=1, no=2), make_leaf(1), make_leaf(2)))
     states = (
@@ -162,7 +155,7 @@ def changed() -> tuple[TrainedAutomaton, TrainedAutomaton]:
 
 
 def test_what_changed() -> None:
-    diff = diff_automata(*changed())
+    diff = diff_automata(*make_two_versions())
     axes: Any = diff.plot()
     said = texts(axes)
     assert {"− left", "+ wait", "± right", "start", "forward", "rotate_right → rotate_left"} <= set(said)
@@ -250,7 +243,7 @@ def test_a_run_draws_into_axes_of_others() -> None:
 
 @pytest.mark.parametrize("robots", [3, 4, 8])
 def test_paths_of_several_robots_differ_without_colors(robots: int) -> None:
-    frames = crossing(25, robots=robots)
+    frames = make_crossing(25, robots=robots)
     view = replace(frames[0].view.robots, type=np.zeros(robots, np.int64), team=np.zeros(robots, np.int64))
     alike = [
         frame._replace(

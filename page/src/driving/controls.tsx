@@ -4,19 +4,19 @@ import { useRef } from "preact/hooks";
 import { useNews } from "../news";
 import { swatch } from "../recording/scale";
 import { className, hasKeys, plain } from "../words";
-import type { Driving } from "./driving";
+import type { DriveController } from "./driving";
 import type { Arrow } from "../protocol";
-import { HOLDS, pulled, within } from "./stick";
+import { HOLDS, readPointer, maskLean } from "./stick";
 
 const SIGNS: Readonly<Record<Arrow, string>> = { up: "▲", down: "▼", left: "◀", right: "▶" };
 
 /** How far the knob goes from the middle, as a share of the size of the stick. */
 const REACH = 0.3;
 
-export function Controls({ driving }: { driving: Driving }) {
+export function Controls({ driving }: { driving: DriveController }) {
   useNews(driving.moved);
-  const held = driving.told?.held ?? [];
-  const now = new Set(driving.stick.held(held.length));
+  const held = driving.status?.held ?? [];
+  const now = new Set(driving.stick.listHeld(held.length));
   return (
     <section class="controls" aria-label="Driving">
       <StickPad driving={driving} />
@@ -49,16 +49,16 @@ export function Controls({ driving }: { driving: Driving }) {
   );
 }
 
-function StickPad({ driving }: { driving: Driving }) {
+function StickPad({ driving }: { driving: DriveController }) {
   const pad = useRef<HTMLDivElement>(null);
   const { lean } = driving.stick;
-  const ways = driving.told?.ways ?? [];
+  const ways = driving.status?.directions ?? [];
   const pull = (event: PointerEvent): void => {
     const box = pad.current?.getBoundingClientRect();
     if (box === undefined) return;
     const [x, y] = [event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2];
-    const { right, up } = pulled(x, y, box.width * REACH);
-    driving.stick.pulled = within({ right, up }, ways);
+    const { right, up } = readPointer(x, y, box.width * REACH);
+    driving.stick.pulled = maskLean({ right, up }, ways);
     driving.steer();
   };
   const release = (): void => {
@@ -95,18 +95,18 @@ function StickPad({ driving }: { driving: Driving }) {
 }
 
 /** What the drive is at this moment, as far as it is known. */
-function Moment({ driving }: { driving: Driving }) {
+function Moment({ driving }: { driving: DriveController }) {
   const { review } = driving.recording;
   const last = review?.spans.at(-1);
   if (driving.automatic)
     return (
       <p class="moment automatic" role="status">
         <span>
-          By itself: <b>{plain(driving.told?.state ?? "")}</b>. Move the stick to take over.
+          By itself: <b>{plain(driving.status?.state ?? "")}</b>. Move the stick to take over.
         </span>
       </p>
     );
-  if (driving.told?.waiting === true)
+  if (driving.status?.waiting === true)
     return <p class="moment soft">Move the stick: the world waits for you.</p>;
   if (!driving.driving || last === undefined || review === null) return null;
   const none = last.label === review.labels.length - 1;

@@ -6,9 +6,9 @@ import type { DriveNews, DriveRequest, Scene, SceneNews } from "../protocol";
 import { Recording } from "../recording/recording";
 import { makeTimer } from "../timer";
 import { Motion } from "../world/motion";
-import type { Desk } from "../world/picture";
+import type { PictureSession } from "../world/picture";
 import type { WorldSource } from "../world/stage";
-import { padded, Stick } from "./stick";
+import { readGamepad, Stick } from "./stick";
 
 /** Interval at which the stick is sent while driving, ms; after a longer silence the server takes it as at rest. */
 const EVERY_MS = 50;
@@ -16,7 +16,7 @@ const AGAIN_MS = 1000;
 const REFUSED = 4403;
 const TAKEN = 4409;
 
-export class Driving implements WorldSource {
+export class DriveController implements WorldSource {
   readonly news = new News();
   readonly framed = new News();
   /** Tells when the stick moves. */
@@ -25,12 +25,12 @@ export class Driving implements WorldSource {
   readonly recording = new Recording();
   readonly stick = new Stick();
   readonly sort = null;
-  readonly directs = false;
+  readonly hasControl = false;
   readonly live = { fixed: true };
-  told: DriveNews | null = null;
+  status: DriveNews | null = null;
   scene: Scene | null = null;
   image: ImageBitmap | null = null;
-  desk: Desk | null = null;
+  session: PictureSession | null = null;
   /** Why this page does not drive; empty while it does. */
   lost = "";
   /** The world's time, s. */
@@ -42,7 +42,7 @@ export class Driving implements WorldSource {
   private started = false;
   private begins = false;
   /** What is shown of the stick. */
-  private shown = "";
+  private lastStick = "";
 
   open(): void {
     const here = new URL("drive", document.baseURI);
@@ -58,12 +58,12 @@ export class Driving implements WorldSource {
 
   /** True while driving: labels cannot be changed then. */
   get driving(): boolean {
-    return this.told?.driving ?? false;
+    return this.status?.driving ?? false;
   }
 
   /** True while the automaton that was learned drives. */
   get automatic(): boolean {
-    return this.told?.automatic ?? false;
+    return this.status?.automatic ?? false;
   }
 
   send(request: DriveRequest): void {
@@ -103,11 +103,11 @@ export class Driving implements WorldSource {
   /** The stick moved, or may have. */
   steer(): void {
     const { right, up } = this.stick.lean;
-    const held = this.stick.held(this.told?.held.length ?? 0);
+    const held = this.stick.listHeld(this.status?.held.length ?? 0);
     if (this.driving || this.automatic) this.send({ do: "steer", right, up, held });
-    const shown = [right, up, this.stick.pulled !== null, ...held].join();
-    if (shown === this.shown) return;
-    this.shown = shown;
+    const lastStick = [right, up, this.stick.pulled !== null, ...held].join();
+    if (lastStick === this.lastStick) return;
+    this.lastStick = lastStick;
     this.moved.tell();
   }
 
@@ -146,8 +146,8 @@ export class Driving implements WorldSource {
   }
 
   private readPad(): void {
-    const found = document.hasFocus() ? navigator.getGamepads?.().find((pad) => pad !== null) : undefined;
-    const pad = found === undefined || found === null ? null : padded(found);
+    const gamepad = document.hasFocus() ? navigator.getGamepads?.().find((pad) => pad !== null) : undefined;
+    const pad = gamepad === undefined || gamepad === null ? null : readGamepad(gamepad);
     if (this.hasPad !== (pad !== null)) {
       this.hasPad = pad !== null;
       this.news.tell();
@@ -170,10 +170,10 @@ export class Driving implements WorldSource {
   private hear(news: DriveNews): void {
     const { recording } = this;
     const was = this.driving;
-    this.told = news;
+    this.status = news;
     if (news.driving || news.error !== "") this.begins = false;
     this.lost = "";
-    this.desk = { mode: "training", features: news.features, doing: [] };
+    this.session = { mode: "training", features: news.features, activities: [] };
     const { busy } = recording;
     if (busy === null || busy === "drive" || busy === "automatic") {
       recording.busy = news.automatic ? "automatic" : news.driving || !news.current ? "drive" : null;
@@ -204,8 +204,8 @@ export class Driving implements WorldSource {
   private async refresh(): Promise<void> {
     if (this.fetching) return;
     this.fetching = true;
-    while (this.fetched !== (this.told?.version ?? 0)) {
-      this.fetched = this.told?.version ?? 0;
+    while (this.fetched !== (this.status?.version ?? 0)) {
+      this.fetched = this.status?.version ?? 0;
       await this.recording.refresh();
     }
     this.fetching = false;
@@ -216,8 +216,8 @@ export class Driving implements WorldSource {
     this.socket = null;
     this.begins = false;
     this.release();
-    if (this.told !== null) {
-      this.told = { ...this.told, driving: false, waiting: false, automatic: false };
+    if (this.status !== null) {
+      this.status = { ...this.status, driving: false, waiting: false, automatic: false };
     }
     if (event.code === TAKEN)
       this.lost = "Another page drives this robot now. Load this page again to drive it.";

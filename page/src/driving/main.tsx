@@ -4,10 +4,10 @@ import { render } from "preact";
 import "../style/base.css";
 import "../style/recording.css";
 import "../style/driving.css";
-import { Driving } from "./driving";
-import { DrivingPage } from "./page";
+import { DriveController } from "./driving";
+import { DrivePage } from "./page";
 
-const driving = new Driving();
+const driving = new DriveController();
 const root = document.getElementById("app");
-if (root !== null) render(<DrivingPage driving={driving} />, root);
+if (root !== null) render(<DrivePage driving={driving} />, root);
 driving.open();

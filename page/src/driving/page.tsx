@@ -7,19 +7,19 @@ import { ReviewPane } from "../recording/pane";
 import { TimelineView } from "../recording/timeline";
 import { hasKeys } from "../words";
 import { Controls } from "./controls";
-import type { Driving } from "./driving";
+import type { DriveController } from "./driving";
 import { DrivenWorld } from "./world";
 
-export function DrivingPage({ driving }: { driving: Driving }) {
-  const { recording, told, scene } = driving;
+export function DrivePage({ driving }: { driving: DriveController }) {
+  const { recording, status, scene } = driving;
   useNews(driving.news);
   useNews(recording.news);
   useEffect(() => driving.listen(), [driving]);
   useEffect(() => steer(driving), [driving]);
   useEffect(() => listen(recording, () => driving.steers), [driving]);
-  if (told === null || scene === null) return <p class="wait">{driving.lost || "Opening the world …"}</p>;
+  if (status === null || scene === null) return <p class="wait">{driving.lost || "Opening the world …"}</p>;
   const { review, series } = recording;
-  const error = driving.lost || told.error || recording.error;
+  const error = driving.lost || status.error || recording.error;
   const idle = recording.busy === null;
   return (
     <div class="recording driving">
@@ -40,15 +40,15 @@ export function DrivingPage({ driving }: { driving: Driving }) {
       <div class="beside">
         <Controls driving={driving} />
         {review !== null && <ReviewPane recording={recording} review={review} />}
-        {review !== null && idle && told.folder !== null && (
-          <p class="tiny soft kept">Recorded in the folder {told.folder}.</p>
+        {review !== null && idle && status.folder !== null && (
+          <p class="tiny soft kept">Recorded in the folder {status.folder}.</p>
         )}
       </div>
     </div>
   );
 }
 
-function Bar({ driving }: { driving: Driving }) {
+function Bar({ driving }: { driving: DriveController }) {
   const { recording, scene } = driving;
   const { review, busy } = recording;
   const driven = review === null ? 0 : recording.ticks * review.tick_s;
@@ -112,7 +112,7 @@ function Bar({ driving }: { driving: Driving }) {
 }
 
 /** What to do, before anything was driven. */
-function Hint({ driving }: { driving: Driving }) {
+function Hint({ driving }: { driving: DriveController }) {
   return (
     <section class="driving-hint" aria-label="Timeline">
       <p>
@@ -131,7 +131,7 @@ function Hint({ driving }: { driving: Driving }) {
 }
 
 /** Keys: the space bar drives and pauses; while a person drives, arrows and letters are the stick's. */
-function steer(driving: Driving): () => void {
+function steer(driving: DriveController): () => void {
   const down = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLInputElement) return;
     if (event.key === " ") {

@@ -26,20 +26,20 @@ export const PAD_HOLDS = [0, 2, 1, 3, 4, 5];
 export const PAD_START = 9;
 
 /** The lean of a pointer, as far from the middle as it is; on the rim at most. */
-export function pulled(dx: number, dy: number, radius: number): Lean {
+export function readPointer(dx: number, dy: number, radius: number): Lean {
   const far = Math.max(radius, Math.hypot(dx, dy));
-  return { right: dx / far, up: flipped(dy / far) };
+  return { right: dx / far, up: negate(dy / far) };
 }
 
 /** The lean without the ways that command nothing. */
-export function within({ right, up }: Lean, ways: readonly Arrow[]): Lean {
+export function maskLean({ right, up }: Lean, ways: readonly Arrow[]): Lean {
   const may = (lean: number, high: Arrow, low: Arrow): number =>
     (lean > 0 && !ways.includes(high)) || (lean < 0 && !ways.includes(low)) ? 0 : lean;
   return { right: may(right, "right", "left"), up: may(up, "up", "down") };
 }
 
 /** The lean of arrows that are held; those of two axes share it. */
-export function steered(ways: Iterable<Arrow>): Lean {
+export function combineArrows(ways: Iterable<Arrow>): Lean {
   const held = new Set(ways);
   const right = Number(held.has("right")) - Number(held.has("left"));
   const up = Number(held.has("up")) - Number(held.has("down"));
@@ -54,12 +54,12 @@ export interface PadState {
 }
 
 /** What a gamepad says: its left stick or directional pad, and its buttons. */
-export function padded({ axes, buttons }: Pick<Gamepad, "axes" | "buttons">): PadState {
+export function readGamepad({ axes, buttons }: Pick<Gamepad, "axes" | "buttons">): PadState {
   const pressed = new Set(buttons.flatMap(({ pressed }, index) => (pressed ? [index] : [])));
-  const cross = steered([...pressed].flatMap((index) => PADS[index] ?? []));
+  const cross = combineArrows([...pressed].flatMap((index) => PADS[index] ?? []));
   const [x = 0, y = 0] = axes;
   const far = Math.max(1, Math.hypot(x, y));
-  const stick = Math.hypot(x, y) <= LOOSE ? REST : { right: x / far, up: flipped(y / far) };
+  const stick = Math.hypot(x, y) <= LOOSE ? REST : { right: x / far, up: negate(y / far) };
   return {
     lean: rests(cross) ? stick : cross,
     held: PAD_HOLDS.flatMap((button, index) => (pressed.has(button) ? [index] : [])),
@@ -71,7 +71,7 @@ export function rests({ right, up }: Lean): boolean {
   return right === 0 && up === 0;
 }
 
-function flipped(y: number): number {
+function negate(y: number): number {
   return y === 0 ? 0 : -y;
 }
 
@@ -88,14 +88,14 @@ export class Stick {
   get lean(): Lean {
     if (this.pulled !== null) return this.pulled;
     if (this.pad !== null && !rests(this.pad.lean)) return this.pad.lean;
-    return steered(this.arrows.values());
+    return combineArrows(this.arrows.values());
   }
 
   /** Which of so many behaviors are held. */
-  held(count: number): number[] {
-    const found = new Set([...this.pushed, ...(this.pad?.held ?? [])]);
-    for (const key of this.keys) found.add(HOLDS.indexOf(key));
-    return [...found].filter((index) => index >= 0 && index < count).sort((one, other) => one - other);
+  listHeld(count: number): number[] {
+    const pressed = new Set([...this.pushed, ...(this.pad?.held ?? [])]);
+    for (const key of this.keys) pressed.add(HOLDS.indexOf(key));
+    return [...pressed].filter((index) => index >= 0 && index < count).sort((one, other) => one - other);
   }
 
   /** A key is pressed; whether it is one of the stick's. */

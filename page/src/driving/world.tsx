@@ -6,13 +6,13 @@ import { swatch } from "../recording/scale";
 import { drawOverlays } from "../world/overlays";
 import { disc, spot, type Picture } from "../world/picture";
 import { Stage } from "../world/stage";
-import type { Driving } from "./driving";
+import type { DriveController } from "./driving";
 
 /** A robot that moves less while it has one label stands, m. */
 const STANDS_M = 0.05;
 const MARGINS = { top: 14, bottom: 14, sides: 14 };
 
-export function DrivenWorld({ driving }: { driving: Driving }) {
+export function DrivenWorld({ driving }: { driving: DriveController }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
@@ -39,7 +39,7 @@ export function DrivenWorld({ driving }: { driving: Driving }) {
 }
 
 /** The way of the present episode by its labels, what is selected of it, and the place under the pointer. */
-function drawWay(picture: Picture, { recording }: Driving): void {
+function drawWay(picture: Picture, { recording }: DriveController): void {
   const { review, series, selected, pointed } = recording;
   const begins = review?.episodes.at(-1)?.first ?? 0;
   if (review === null || series === null || series.path.length === 0) return;

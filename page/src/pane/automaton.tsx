@@ -1,40 +1,40 @@
 /** The tab Automaton: the graph, the rules in words, and why it does what it does. */
 
 import { useState } from "preact/hooks";
-import { ChangedCard } from "../changed";
+import { ChangeCard } from "../changes";
 import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
 import type { Panel } from "../panel";
-import type { Edge, Way } from "../protocol";
+import type { Edge, Transition } from "../protocol";
 import { className, plain } from "../words";
 import { GraphView } from "./graph";
-import { Pruned, SimplerCard } from "./simpler";
+import { PruningLine, SimplifyCard } from "./simplify";
 import { Why } from "./why";
 
 export function AutomatonTab() {
   const studio = useStudio();
   const panel = usePanel();
   const [simplifying, simplify] = useState(false);
-  const { desk } = studio;
-  if (desk === null) {
+  const { session } = studio;
+  if (session === null) {
     return (
       <p class="empty">
         Here you will see the automaton that you teach: its states, and when it goes from one to another.
       </p>
     );
   }
-  const picked = desk.edges.find((edge) => edgeId(edge) === panel.edge);
-  const inner = panel.edge === null ? null : innerEdge(desk.states, desk.nested, panel.edge);
-  const edges = picked === undefined ? desk.edges : [picked];
+  const picked = session.edges.find((edge) => edgeId(edge) === panel.edge);
+  const inner = panel.edge === null ? null : innerEdge(session.states, session.nested, panel.edge);
+  const edges = picked === undefined ? session.edges : [picked];
   return (
     <>
-      <GraphView desk={desk} panel={panel} last={studio.switch} />
-      {desk.path.length > 1 && (
-        <p class="tiny path" data-path={desk.path.join("/")}>
-          now {desk.path.map(plain).join(" › ")}
+      <GraphView session={session} panel={panel} last={studio.switch} />
+      {session.path.length > 1 && (
+        <p class="tiny path" data-path={session.path.join("/")}>
+          now {session.path.map(plain).join(" › ")}
         </p>
       )}
-      <ChangedCard />
+      <ChangeCard />
       <Why />
       <div class="rules-head">
         <h3>
@@ -50,11 +50,13 @@ export function AutomatonTab() {
           </button>
         )}
         {picked === undefined && inner === null && !simplifying && (
-          <Pruned desk={desk} studio={studio} show={() => simplify(true)} />
+          <PruningLine session={session} studio={studio} show={() => simplify(true)} />
         )}
       </div>
-      {simplifying && <SimplerCard desk={desk} panel={panel} studio={studio} close={() => simplify(false)} />}
-      {desk.edges.length === 0 && (
+      {simplifying && (
+        <SimplifyCard session={session} panel={panel} studio={studio} close={() => simplify(false)} />
+      )}
+      {session.edges.length === 0 && (
         <p class="empty">
           Nothing yet. Press a state below the world to direct the robot: each press is an example, and from
           examples it learns when to switch.
@@ -101,7 +103,7 @@ function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boole
   );
 }
 
-function Conditions({ edge }: { edge: Way }) {
+function Conditions({ edge }: { edge: Transition }) {
   return (
     <>
       {edge.when.map((when, index) => (

@@ -2,25 +2,25 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel } from "../context";
-import type { Trained } from "../protocol";
+import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
-import { Exporting } from "./exporting";
-import { Naming, type Way } from "./naming";
-import { useOpening } from "./opening";
+import { className, formatCount, plain } from "../words";
+import { ExportForm } from "./exportform";
+import { NameForm, type Way } from "./nameform";
+import { useOpenAction } from "./openaction";
 import { Versions } from "./versions";
 
-type Shown = Way | "versions" | "export";
+type BehaviorPart = Way | "versions" | "export";
 
-export function Behavior({ trained, studio }: { trained: Trained; studio: Studio }) {
+export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
   const panel = usePanel();
-  const [shown, setShown] = useState<Shown | null>(null);
-  const show = (which: Shown): void => setShown(shown === which ? null : which);
-  const { name, parameters, runs, examples, versions, complete, why_not: whyNot } = trained;
-  const { desk, directs } = studio;
-  const here = desk?.name === name;
-  const left = studio.told?.library.cut_off.find((each) => each.name === name);
-  const { open, asks } = useOpening(studio, name, left);
+  const [openPart, setOpenPart] = useState<BehaviorPart | null>(null);
+  const show = (which: BehaviorPart): void => setOpenPart(openPart === which ? null : which);
+  const { name, parameters, runs, examples, versions, complete, problem: whyNot } = trained;
+  const { session, hasControl } = studio;
+  const here = session?.name === name;
+  const left = studio.status?.library.interrupted.find((each) => each.name === name);
+  const { open, asks } = useOpenAction(studio, name, left);
   const place = useRef<HTMLLIElement>(null);
   const wanted = panel.behavior?.name === name;
   useEffect(() => {
@@ -49,7 +49,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               type="button"
               class="small"
               aria-label={`Open ${name}`}
-              disabled={!directs}
+              disabled={!hasControl}
               onClick={open}
             >
               Open
@@ -58,7 +58,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
               type="button"
               class="small danger"
               aria-label={`Delete ${name}`}
-              disabled={!directs}
+              disabled={!hasControl}
               onClick={() => void studio.change({ do: "remove", name }, { do: "restore", name })}
             >
               Delete
@@ -67,7 +67,7 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
         )}
       </div>
       <p class="tiny">
-        {counted(examples, "example")}
+        {formatCount(examples, "example")}
         {runs.length > 0 && `, runs ${runs.map(plain).join(", ")}`}
       </p>
       <p class="behavior-more">
@@ -77,8 +77,8 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
             key={way}
             class="link"
             aria-label={`${way === "rename" ? "Rename" : "Duplicate"} ${name}`}
-            aria-expanded={shown === way}
-            disabled={!directs}
+            aria-expanded={openPart === way}
+            disabled={!hasControl}
             onClick={() => show(way)}
           >
             {way}
@@ -88,27 +88,27 @@ export function Behavior({ trained, studio }: { trained: Trained; studio: Studio
           type="button"
           class="link"
           aria-label={`Versions of ${name}`}
-          aria-expanded={shown === "versions"}
+          aria-expanded={openPart === "versions"}
           onClick={() => show("versions")}
         >
-          {versions === 0 ? "versions" : counted(versions, "former version")}
+          {versions === 0 ? "versions" : formatCount(versions, "former version")}
         </button>
         <button
           type="button"
           class="link"
           aria-label={`Export ${name}`}
-          aria-expanded={shown === "export"}
+          aria-expanded={openPart === "export"}
           disabled={!complete}
           onClick={() => show("export")}
         >
           export
         </button>
       </p>
-      {(shown === "rename" || shown === "duplicate") && (
-        <Naming key={shown} way={shown} name={name} studio={studio} close={() => setShown(null)} />
+      {(openPart === "rename" || openPart === "duplicate") && (
+        <NameForm key={openPart} way={openPart} name={name} studio={studio} close={() => setOpenPart(null)} />
       )}
-      {shown === "export" && complete && <Exporting trained={trained} studio={studio} />}
-      {shown === "versions" && <Versions name={name} count={versions} studio={studio} />}
+      {openPart === "export" && complete && <ExportForm trained={trained} studio={studio} />}
+      {openPart === "versions" && <Versions name={name} count={versions} studio={studio} />}
       {!complete && <p class="warn">Not complete: {plain(whyNot ?? "something it needs is missing")}</p>}
       {asks}
     </li>

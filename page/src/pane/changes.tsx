@@ -4,7 +4,7 @@ import { useEffect, useState } from "preact/hooks";
 import { usePanel } from "../context";
 import type { Answer, Moved, Version } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, minus, plain } from "../words";
+import { className, formatCount, useMinusSign, plain } from "../words";
 
 const MOST_EXAMPLES = 6;
 
@@ -19,18 +19,18 @@ interface ChangesProps {
 
 export function Changes({ name, version, count, versions, studio }: ChangesProps) {
   const [to, setTo] = useState<number | null>(null);
-  const [told, setTold] = useState<Answer | null>(null);
+  const [answer, setAnswer] = useState<Answer | null>(null);
   useEffect(() => {
-    void studio.ask({ do: "changes", name, version, to }).then(setTold);
+    void studio.ask({ do: "diff_versions", name, version, to }).then(setAnswer);
   }, [name, version, to, count]);
-  if (told?.changes === undefined || told.moved === undefined) return null;
-  const { changes, moved } = told;
+  if (answer?.changes === undefined || answer.moved === undefined) return null;
+  const { changes, moved } = answer;
   const lines = changes.flatMap((each) => each.lines).filter((line) => /^[+-]/.test(line)).length;
   const others = versions.filter(({ number }) => number !== version);
   return (
     <div class="changes" role="region" aria-label={`What changed since version ${version}`}>
       <p class="tiny">
-        {lines + moved.length === 0 ? "Nothing changed" : counted(lines + moved.length, "change")} up to{" "}
+        {lines + moved.length === 0 ? "Nothing changed" : formatCount(lines + moved.length, "change")} up to{" "}
         <select
           aria-label={`What version ${version} is compared with`}
           value={to ?? ""}
@@ -52,16 +52,16 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
         <Switch
           key={`${each.from} ${each.to}`}
           moved={each}
-          here={studio.desk?.name === name}
+          here={studio.session?.name === name}
           studio={studio}
         />
       ))}
-      {changes.map(({ topic, lines: said }) => (
+      {changes.map(({ topic, lines: text }) => (
         <div key={topic}>
           <h4>{topic}</h4>
-          {said.map((line, index) => (
+          {text.map((line, index) => (
             <p key={index} class={className("change", /^\+/.test(line) && "new", /^-/.test(line) && "gone")}>
-              {plain(line.startsWith("-") ? minus(line) : line.trim())}
+              {plain(line.startsWith("-") ? useMinusSign(line) : line.trim())}
             </p>
           ))}
         </div>
@@ -73,7 +73,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
 /** One switch that moved, appeared or vanished; its examples open in the lesson where that is the one in training. */
 function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: Studio }) {
   const panel = usePanel();
-  const known = new Set(here ? studio.desk?.examples.map(({ number }) => number) : []);
+  const numbers = new Set(here ? studio.session?.examples.map(({ number }) => number) : []);
   const { examples } = moved;
   return (
     <div class="moved">
@@ -100,7 +100,7 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
         {examples.slice(0, MOST_EXAMPLES).map(({ number, happened, how }, index) => (
           <span key={number}>
             {index > 0 && ", "}
-            {known.has(number) ? (
+            {numbers.has(number) ? (
               <button type="button" class="link" onClick={() => panel.openExample(number)}>
                 {number}
               </button>

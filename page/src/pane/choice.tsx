@@ -1,39 +1,39 @@
 /** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
-import { twice } from "../calls";
+import { findDuplicate } from "../calls";
 import { usePanel, useStudio } from "../context";
-import { drafted, offers, reaction, request, type Draft } from "../draft";
+import { makeDraft, listOffers, parseReaction, makeRequest, type Draft } from "../draft";
 import type { Form } from "../panel";
 import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
-import { counted, plain } from "../words";
+import { formatCount, plain } from "../words";
 import { Bindings, Choices, Field, Options } from "./fields";
 import { States } from "./states";
 
 export function ChoiceForm({ form }: { form: Form }) {
   const studio = useStudio();
-  if (studio.scene === null || studio.told === null) return null;
+  if (studio.scene === null || studio.status === null) return null;
   return <Fields form={form} studio={studio} scene={studio.scene} />;
 }
 
 function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Scene }) {
   const panel = usePanel();
-  const [draft, setDraft] = useState<Draft>(() => drafted(form, studio, scene));
+  const [draft, setDraft] = useState<Draft>(() => makeDraft(form, studio, scene));
   const [asks, setAsks] = useState(false);
   const change = (part: Partial<Draft>): void => setDraft((before) => ({ ...before, ...part }));
-  const offered = offers(draft, studio, scene);
+  const offered = listOffers(draft, studio, scene);
   const fresh = form === "new";
-  const known = new Set(offered.states.flatMap(({ ways }) => ways));
-  const states = fresh ? draft.states.filter(({ runs }) => known.has(runs)) : draft.states;
-  const missing = lacks({ ...draft, states });
+  const variants = new Set(offered.states.flatMap(({ ways }) => ways));
+  const states = fresh ? draft.states.filter(({ runs }) => variants.has(runs)) : draft.states;
+  const missing = findMissing({ ...draft, states });
   const send = async (discard: boolean): Promise<void> => {
-    if (fresh && atStake(studio, draft.name) !== null && !discard) return setAsks(true);
-    const answer = await studio.ask(request(form, draft, studio, scene, discard));
+    if (fresh && hasUnsaved(studio, draft.name) !== null && !discard) return setAsks(true);
+    const answer = await studio.ask(makeRequest(form, draft, studio, scene, discard));
     if (answer.error === undefined) panel.open("automaton");
   };
   const saveFirst = async (): Promise<void> => {
-    if (await studio.trial.save()) await send(true);
+    if (await studio.lessonTests.save()) await send(true);
   };
   return (
     <form
@@ -78,9 +78,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       />
       <Options draft={draft} change={change} />
       {asks ? (
-        <div class="asks" role="alert">
-          <p>{plain(atStake(studio, draft.name) ?? "")}</p>
-          {studio.desk?.unsaved === true && (
+        <div class="prompt" role="alert">
+          <p>{plain(hasUnsaved(studio, draft.name) ?? "")}</p>
+          {studio.session?.unsaved === true && (
             <button type="button" class="small" onClick={() => void saveFirst()}>
               Save, then begin
             </button>
@@ -91,7 +91,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
         </div>
       ) : (
         <div class="choice-foot">
-          <button type="submit" class="primary" disabled={!studio.directs || missing !== null}>
+          <button type="submit" class="primary" disabled={!studio.hasControl || missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </button>
           <button type="button" onClick={() => panel.choose(null)}>
@@ -105,20 +105,22 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
 }
 
 /** What beginning anew would leave behind; null where nothing is. */
-function atStake(studio: Studio, name: string): string | null {
-  const { desk, told } = studio;
-  if (desk?.unsaved === true) return `${desk.name} has changes that are not in the library.`;
-  const left = told?.library.cut_off.find((each) => each.name === name.trim());
+function hasUnsaved(studio: Studio, name: string): string | null {
+  const { session, status } = studio;
+  if (session?.unsaved === true) return `${session.name} has changes that are not in the library.`;
+  const left = status?.library.interrupted.find((each) => each.name === name.trim());
   if (left === undefined) return null;
-  return `A lesson of ${left.name} was interrupted with ${counted(left.examples, "example")}; the library can resume it.`;
+  return `A lesson of ${left.name} was interrupted with ${formatCount(left.examples, "example")}; the library can resume it.`;
 }
 
 /** What is still to be said; null where nothing is. */
-function lacks(draft: Draft): string | null {
+function findMissing(draft: Draft): string | null {
   if (draft.name.trim() === "") return "Give it a name.";
   if (draft.states.length === 0) return "Choose at least one state.";
-  const same = twice(draft.states);
+  const same = findDuplicate(draft.states);
   if (same !== null) return `Two states are called ${plain(same)}.`;
   if (draft.features.length === 0) return "Choose at least one feature.";
-  return reaction(draft) === null ? "The reaction time is no number of seconds: 0.3, for example." : null;
+  return parseReaction(draft) === null
+    ? "The reaction time is no number of seconds: 0.3, for example."
+    : null;
 }

@@ -2,10 +2,10 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
-import type { Advice, Finding, Late, Session } from "../protocol";
+import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
-import { AskingPart } from "./asking";
+import { QueryPart } from "./query";
 import { FailuresPart } from "./failures";
 import { PropertiesPart } from "./properties";
 
@@ -21,8 +21,8 @@ const OF_FEATURES: ReadonlySet<string> = new Set(["separating", "disagreement", 
 
 export function CoachTab() {
   const studio = useStudio();
-  const { desk } = studio;
-  if (desk === null) {
+  const { session } = studio;
+  if (session === null) {
     return (
       <>
         <p class="empty">Suggestions for your next demonstrations appear here.</p>
@@ -33,59 +33,63 @@ export function CoachTab() {
   }
   return (
     <>
-      <AskingPart desk={desk} studio={studio} />
+      <QueryPart session={session} studio={studio} />
       <FailuresPart studio={studio} />
       <PropertiesPart studio={studio} />
-      <Advised key={desk.name} desk={desk} studio={studio} />
+      <CoachReportView key={session.name} session={session} studio={studio} />
     </>
   );
 }
 
-interface Coached {
+interface CoachReport {
   advice: readonly Advice[];
   findings: readonly Finding[];
-  late: Late | null;
+  late: ReactionEstimate | null;
 }
 
 /** What the coach says of the lesson; asked again when that has changed, and when its score is taken. */
-function useCoach(studio: Studio, edition: number, scoring: boolean): readonly [Coached | null, () => void] {
-  const [coached, setCoached] = useState<Coached | null>(null);
-  const [asked, setAsked] = useState(0);
+function useCoach(
+  studio: Studio,
+  edition: number,
+  scoring: boolean,
+): readonly [CoachReport | null, () => void] {
+  const [report, setReport] = useState<CoachReport | null>(null);
+  const [requests, setRequests] = useState(0);
   const last = useRef(-REST_MS);
   useEffect(() => {
     let over = false;
     let due = setTimeout(() => void ask(), last.current + REST_MS - performance.now());
     const ask = async (): Promise<void> => {
       last.current = performance.now();
-      const { advice, findings, late, later } = await studio.ask({ do: "advise" });
+      const { advice, findings, reaction, later } = await studio.ask({ do: "request_advice" });
       if (over) return;
       if (later === true) due = setTimeout(() => void ask(), AGAIN_MS);
-      if (advice !== undefined) setCoached({ advice, findings: findings ?? [], late: late ?? null });
+      if (advice !== undefined) setReport({ advice, findings: findings ?? [], late: reaction ?? null });
     };
     return () => {
       over = true;
       clearTimeout(due);
     };
-  }, [edition, scoring, asked]);
+  }, [edition, scoring, requests]);
   const again = (): void => {
     last.current = -REST_MS;
-    setAsked((count) => count + 1);
+    setRequests((count) => count + 1);
   };
-  return [coached, again];
+  return [report, again];
 }
 
-interface Part {
-  desk: Session;
+interface SessionProps {
+  session: Session;
   studio: Studio;
 }
 
-function Advised({ desk, studio }: Part) {
-  const [coached, again] = useCoach(studio, desk.edition, desk.score.running);
+function CoachReportView({ session, studio }: SessionProps) {
+  const [report, again] = useCoach(studio, session.edition, session.score.running);
   const [all, setAll] = useState(false);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
-  if (coached === null) return null;
-  const { advice, findings, late } = coached;
-  const there = setUp !== null && (studio.told?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
+  if (report === null) return null;
+  const { advice, findings, late } = report;
+  const there = setUp !== null && (studio.status?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
   const listed = all ? advice : advice.slice(0, FIRST);
   const place = async (of: string): Promise<void> => {
     const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
@@ -93,7 +97,7 @@ function Advised({ desk, studio }: Part) {
   };
   return (
     <>
-      {late !== null && <LateCard late={late} studio={studio} />}
+      {late !== null && <ReactionCard late={late} studio={studio} />}
       <h3>What to show next</h3>
       {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
       <ol class="advices" aria-label="Advice">
@@ -101,7 +105,7 @@ function Advised({ desk, studio }: Part) {
           <AdviceItem
             key={each.sentence}
             advice={each}
-            desk={desk}
+            session={session}
             studio={studio}
             again={again}
             outcome={there?.of === each.sentence ? there.outcome : null}
@@ -119,7 +123,7 @@ function Advised({ desk, studio }: Part) {
       {findings.length > 0 && <h3>What a check finds</h3>}
       <ol class="advices" aria-label="Findings">
         {findings.map((each) => (
-          <FindingItem
+          <FindingRow
             key={each.sentence}
             finding={each}
             studio={studio}
@@ -132,7 +136,7 @@ function Advised({ desk, studio }: Part) {
   );
 }
 
-interface FindingProps {
+interface FindingRowProps {
   finding: Finding;
   studio: Studio;
   /** What came of setting it up, where that was the last. */
@@ -141,16 +145,16 @@ interface FindingProps {
 }
 
 /** What the automaton cannot do, or does without end, by its trees alone. */
-function FindingItem({ finding, studio, outcome, setUp }: FindingProps) {
+function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
-  const { error, sentence, remedy, assumptions, examples, place } = finding;
+  const { error, sentence, remedy, assumptions, examples, can_set_up } = finding;
   return (
-    <li class={className("advice", "finding", "plainly", error && "error", outcome !== null && "on")}>
+    <li class={className("advice", "finding", "important", error && "error", outcome !== null && "on")}>
       <div class="advice-head">
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
         </p>
-        {place && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
       <p class="remedy">{plain(remedy)}</p>
       {assumptions.map((each) => (
@@ -175,7 +179,7 @@ function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
     <button
       type="button"
       class="small"
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       title="Put the robot into this situation; nothing is recorded"
       onClick={setUp}
     >
@@ -186,7 +190,7 @@ function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
 
 interface ItemProps {
   advice: Advice;
-  desk: Session;
+  session: Session;
   studio: Studio;
   /** Ask the coach again, where the lesson has not changed. */
   again: () => void;
@@ -195,31 +199,31 @@ interface ItemProps {
   setUp: () => void;
 }
 
-function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) {
+function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
-  const { sentence, evidence, examples, says, kind, weight, place } = advice;
+  const { sentence, evidence, examples, slip, kind, weight, can_set_up } = advice;
   const show = (): void => {
     const [number] = examples;
     panel.showExamples(examples);
-    if ((examples.length === 1 || says !== null) && number !== undefined) panel.selectExample(number);
+    if ((examples.length === 1 || slip !== null) && number !== undefined) panel.selectExample(number);
   };
   return (
     <li
-      class={className("advice", (weight > PLAIN || kind === "few") && "plainly", outcome !== null && "on")}
+      class={className("advice", (weight > PLAIN || kind === "few") && "important", outcome !== null && "on")}
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
-        {place && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
-      {says !== null && (
-        <MeantPart number={examples[0] ?? 0} says={says} desk={desk} studio={studio} again={again} />
+      {slip !== null && (
+        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} studio={studio} again={again} />
       )}
       <p class="advice-more">
         {examples.length > 0 && (
           <button type="button" class="link" onClick={show}>
             show{" "}
-            {examples.length === 1 || says !== null
+            {examples.length === 1 || slip !== null
               ? `example ${examples[0]}`
               : `${examples.length} examples`}
           </button>
@@ -228,7 +232,7 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
           <button
             type="button"
             class="link"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => panel.choose("choose")}
           >
             choose features
@@ -240,33 +244,33 @@ function AdviceItem({ advice, desk, studio, again, outcome, setUp }: ItemProps) 
   );
 }
 
-interface MeantProps extends Part {
+interface SlipQuestionProps extends SessionProps {
   number: number;
   says: { state: string; next: string };
   again: () => void;
 }
 
 /** Whether a press that looks like a slip was meant, and if not, what was. */
-function MeantPart({ number, says, desk, studio, again }: MeantProps) {
-  const others = desk.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
-  const mend = (next: string): void => {
-    if (next !== "") void studio.change({ do: "mend", number, next }, { do: "undo" });
+function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProps) {
+  const others = session.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
+  const correct = (next: string): void => {
+    if (next !== "") void studio.change({ do: "correct_slip", number, next }, { do: "undo" });
   };
-  const stand = async (): Promise<void> => {
-    await studio.ask({ do: "stand_by", number });
+  const confirm = async (): Promise<void> => {
+    await studio.ask({ do: "confirm_press", number });
     again();
   };
   return (
     <p class="choices">
-      <button type="button" class="small" disabled={!studio.directs} onClick={() => void stand()}>
+      <button type="button" class="small" disabled={!studio.hasControl} onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
       </button>
       <select
         aria-label={`What example ${number} was meant to say`}
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         value=""
-        onChange={(event) => mend(event.currentTarget.value)}
+        onChange={(event) => correct(event.currentTarget.value)}
       >
         <option value="">No, I meant …</option>
         {others.map((name) => (
@@ -279,18 +283,18 @@ function MeantPart({ number, says, desk, studio, again }: MeantProps) {
   );
 }
 
-function LateCard({ late, studio }: { late: Late; studio: Studio }) {
+function ReactionCard({ late, studio }: { late: ReactionEstimate; studio: Studio }) {
   const { reaction_s, sentence } = late;
   return (
-    <section class="advice plainly late" aria-label="Reaction time">
+    <section class="advice important late" aria-label="Reaction time">
       <p>{plain(sentence)}</p>
       <p class="choices">
         <button
           type="button"
           class="small primary"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="Shift all presses earlier by this much (can be undone)"
-          onClick={() => void studio.change({ do: "use_reaction", reaction_s }, { do: "undo" })}
+          onClick={() => void studio.change({ do: "set_reaction_time", reaction_s }, { do: "undo" })}
         >
           Use {reaction_s} s
         </button>

@@ -9,7 +9,7 @@ export function DoubtCard() {
   const studio = useStudio();
   const panel = usePanel();
   const [passed, pass] = useState<Doubt | null>(null);
-  const doubt = studio.desk?.doubt ?? null;
+  const doubt = studio.session?.doubt ?? null;
   if (doubt === null || doubt.reason === passed?.reason) return null;
   const numbers = doubt.suspects.map(({ number }) => number);
   const one = numbers.length === 1;
@@ -25,7 +25,7 @@ export function DoubtCard() {
         <button
           type="button"
           class="small primary"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onClick={() => void studio.change({ do: "quarantine", numbers }, { do: "undo" })}
         >
           {one ? `Put example ${numbers[0]} in quarantine` : "Put them in quarantine"}

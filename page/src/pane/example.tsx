@@ -3,13 +3,13 @@
 import { useState } from "preact/hooks";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { clock, plain } from "../words";
+import { formatTime, plain } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
 
-export function Detail({ example, desk, panel, studio }: TableProps & { example: Example }) {
-  const [asked, setAsked] = useState(false);
+export function Detail({ example, session, panel, studio }: TableProps & { example: Example }) {
+  const [confirms, setConfirms] = useState(false);
   const { number, state, next } = example;
   const remove = async (): Promise<void> => {
     const answer = await studio.change({ do: "delete", number }, { do: "undo" });
@@ -25,7 +25,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         in{" "}
         <StateSelect
           value={state}
-          names={desk.states.flatMap((each) => (each.flag ? [] : [each.name]))}
+          names={session.states.flatMap((each) => (each.flag ? [] : [each.name]))}
           studio={studio}
           change={(name) => void edit({ state: name })}
         />
@@ -34,7 +34,7 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
         go to{" "}
         <StateSelect
           value={next}
-          names={desk.states.map(({ name }) => name)}
+          names={session.states.map(({ name }) => name)}
           stay={state}
           studio={studio}
           change={(name) => void edit({ next: name })}
@@ -43,19 +43,19 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title="Go back to just before it was shown"
         onClick={() => void studio.ask({ do: "rewind", example: number })}
       >
         Go there
       </button>
-      <button type="button" class="small danger" disabled={!studio.directs} onClick={() => void remove()}>
+      <button type="button" class="small danger" disabled={!studio.hasControl} onClick={() => void remove()}>
         Delete
       </button>
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         title={example.quarantined === "" ? "Ignore this example when learning" : example.quarantined}
         onClick={() =>
           void studio.ask({ do: example.quarantined === "" ? "quarantine" : "release", numbers: [number] })
@@ -63,17 +63,17 @@ export function Detail({ example, desk, panel, studio }: TableProps & { example:
       >
         {example.quarantined === "" ? "Ignore" : "Use it again"}
       </button>
-      {desk.features.length > 0 && (
-        <button type="button" class="link" aria-expanded={asked} onClick={() => setAsked(!asked)}>
+      {session.features.length > 0 && (
+        <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values
         </button>
       )}
       {example.source !== "" ? (
         <span class="tiny">from {example.source}</span>
       ) : (
-        example.time_s !== null && <span class="tiny">shown at {clock(example.time_s)}</span>
+        example.time_s !== null && <span class="tiny">shown at {formatTime(example.time_s)}</span>
       )}
-      {asked && <Values example={example} desk={desk} studio={studio} edit={edit} />}
+      {confirms && <Values example={example} session={session} studio={studio} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (
         <p class="tiny warn">Contradicts another example: same readings, different press.</p>
@@ -95,7 +95,7 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
   return (
     <select
       value={value}
-      disabled={!studio.directs}
+      disabled={!studio.hasControl}
       onChange={(event) => {
         const name = event.currentTarget.value;
         event.currentTarget.value = value; // until the server says so
@@ -113,25 +113,25 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
 
 interface ValuesProps {
   example: Example;
-  desk: Session;
+  session: Session;
   studio: Studio;
   edit: (part: Part) => Promise<boolean>;
 }
 
-function Values({ example, desk, studio, edit }: ValuesProps) {
-  const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, shown: string) => {
-    const done = field.value === shown || (await edit({ values: { [feature.label]: field.value } }));
-    if (!done) field.value = shown;
+function Values({ example, session, studio, edit }: ValuesProps) {
+  const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, text: string) => {
+    const done = field.value === text || (await edit({ values: { [feature.label]: field.value } }));
+    if (!done) field.value = text;
   };
   return (
     <div class="values">
-      {desk.features.map((feature, index) => {
-        const shown = example.values[index] ?? "";
+      {session.features.map((feature, index) => {
+        const text = example.values[index] ?? "";
         const options = {
-          value: shown,
-          disabled: !studio.directs,
+          value: text,
+          disabled: !studio.hasControl,
           onChange: (event: { currentTarget: HTMLInputElement | HTMLSelectElement }) =>
-            void change(feature, event.currentTarget, shown),
+            void change(feature, event.currentTarget, text),
         };
         return (
           <label key={feature.label}>

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
 import type { Studio } from "../studio";
-import { className, clock, plain } from "../words";
+import { className, formatTime, plain } from "../words";
 import { Detail } from "./example";
 
 type Kind = Example["kind"] | "correction";
@@ -26,19 +26,19 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
 const LATEST = 400;
 
 export interface TableProps {
-  desk: Session;
+  session: Session;
   panel: Panel;
   studio: Studio;
 }
 
-export function Examples({ desk, panel, studio }: TableProps) {
+export function Examples({ session, panel, studio }: TableProps) {
   const [all, setAll] = useState(false);
-  const latest = all || panel.shown.size > 0 ? desk.examples : desk.examples.slice(-LATEST);
+  const latest = all || panel.highlighted.size > 0 ? session.examples : session.examples.slice(-LATEST);
   const rows = [...latest].reverse();
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
     body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
-  }, [panel.shown]);
+  }, [panel.highlighted]);
   return (
     <>
       <table class="examples">
@@ -47,9 +47,9 @@ export function Examples({ desk, panel, studio }: TableProps) {
             <th class="number">#</th>
             <th>state</th>
             <th>next</th>
-            {desk.features.map(({ label, unit }) => (
+            {session.features.map(({ label, unit }) => (
               <th key={label} class="number" title={unit === "" ? plain(label) : `${plain(label)}, ${unit}`}>
-                {shortened(label)}
+                {shorten(label)}
               </th>
             ))}
             <th aria-label="how" />
@@ -58,14 +58,14 @@ export function Examples({ desk, panel, studio }: TableProps) {
         </thead>
         <tbody ref={body}>
           {rows.map((example) => (
-            <Row key={example.number} example={example} desk={desk} panel={panel} studio={studio} />
+            <Row key={example.number} example={example} session={session} panel={panel} studio={studio} />
           ))}
         </tbody>
       </table>
-      {rows.length < desk.examples.length && (
+      {rows.length < session.examples.length && (
         <p class="earlier">
           <button type="button" class="link" onClick={() => setAll(true)}>
-            show the {desk.examples.length - rows.length} before
+            show the {session.examples.length - rows.length} before
           </button>
         </p>
       )}
@@ -73,11 +73,11 @@ export function Examples({ desk, panel, studio }: TableProps) {
   );
 }
 
-function Row({ example, desk, panel, studio }: TableProps & { example: Example }) {
+function Row({ example, session, panel, studio }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
   const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
-  const marks = [picked && "picked", panel.shown.has(number) && "shown", correction && "correction"];
+  const marks = [picked && "picked", panel.highlighted.has(number) && "shown", correction && "correction"];
   return (
     <>
       <tr
@@ -98,8 +98,8 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
         <td>{plain(example.state)}</td>
         <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
         {example.values.map((value, index) => (
-          <td key={desk.features[index]?.label} class="number">
-            {bare(value, desk.features[index]?.unit ?? "")}
+          <td key={session.features[index]?.label} class="number">
+            {bare(value, session.features[index]?.unit ?? "")}
           </td>
         ))}
         <td class="kind">
@@ -123,13 +123,13 @@ function Row({ example, desk, panel, studio }: TableProps & { example: Example }
           </span>
         </td>
         <td class="number soft">
-          <span title={clock(example.time_s)}>{clock(example.time_s).replace(/\..*/, "")}</span>
+          <span title={formatTime(example.time_s)}>{formatTime(example.time_s).replace(/\..*/, "")}</span>
         </td>
       </tr>
       {picked && (
         <tr class="picked detail">
-          <td colSpan={5 + desk.features.length}>
-            <Detail example={example} desk={desk} panel={panel} studio={studio} />
+          <td colSpan={5 + session.features.length}>
+            <Detail example={example} session={session} panel={panel} studio={studio} />
           </td>
         </tr>
       )}
@@ -143,6 +143,6 @@ function bare(value: string, unit: string): string {
 }
 
 /** distance_to(A) is "distance A" over a narrow column. */
-function shortened(label: string): string {
+function shorten(label: string): string {
   return plain(label.replace(/_to\b/, "").replace(/\((.+)\)/, " $1"));
 }

@@ -2,17 +2,17 @@
 
 import type { FailingWorld, Failures } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 
 const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
   "not run": ["○", "soft", "Not run yet with what is trained"],
   fails: ["✗", "warn", "Still fails"],
-  passes: ["✓", "came", "Passes now"],
+  passes: ["✓", "passes", "Passes now"],
   unknown: ["?", "warn", "Could not be run"],
 };
 
 export function FailuresPart({ studio }: { studio: Studio }) {
-  const failures = studio.told?.failures ?? null;
+  const failures = studio.status?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
   const { worlds, problems, running } = failures;
   return (
@@ -22,14 +22,14 @@ export function FailuresPart({ studio }: { studio: Studio }) {
         <button
           type="button"
           class="small"
-          disabled={!studio.directs || running}
+          disabled={!studio.hasControl || running}
           title="Run all of them, and the properties of the library, with what is trained as it stands"
           onClick={() => void studio.ask({ do: "rerun_failures" })}
         >
           {running ? "Running …" : "Run again"}
         </button>
       </div>
-      <Standing failures={failures} studio={studio} />
+      <PassCount failures={failures} studio={studio} />
       <ul class="failed" aria-label="Failing worlds, the worst and most different first">
         {worlds.map((world) => (
           <FailureItem key={world.name} world={world} open={failures.open === world.name} studio={studio} />
@@ -45,33 +45,33 @@ export function FailuresPart({ studio }: { studio: Studio }) {
 }
 
 /** How many of them pass; while they are run, how far that is. */
-function Standing({ failures, studio }: { failures: Failures; studio: Studio }) {
-  const { worlds, running, through, stale, leads_to } = failures;
-  const known = worlds.filter(({ state }) => state === "fails" || state === "passes");
-  const passed = known.filter(({ state }) => state === "passes").length;
+function PassCount({ failures, studio }: { failures: Failures; studio: Studio }) {
+  const { worlds, running, finished, stale, previous_world } = failures;
+  const tested = worlds.filter(({ state }) => state === "fails" || state === "passes");
+  const passed = tested.filter(({ state }) => state === "passes").length;
   return (
     <>
       {running && (
-        <p class="trying">
-          <progress aria-label="Failing worlds run" value={through} max={Math.max(1, worlds.length)} />
+        <p class="test-progress">
+          <progress aria-label="Failing worlds run" value={finished} max={Math.max(1, worlds.length)} />
         </p>
       )}
       <p class="tiny" aria-live="polite">
-        {known.length === 0
+        {tested.length === 0
           ? "Open one, and press what is right where it goes wrong."
-          : `${passed} of ${counted(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
-        {stale && known.length > 0 && !running && ", before the lesson changed; run them again"}
-        {leads_to !== null && (
+          : `${passed} of ${formatCount(worlds.length, "world")} ${passed === 1 ? "passes" : "pass"} now`}
+        {stale && tested.length > 0 && !running && ", before the lesson changed; run them again"}
+        {previous_world !== null && (
           <>
             {" · "}
             <button
               type="button"
               class="link"
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               title="Leave the failing world; what is trained goes along"
               onClick={() => void studio.ask({ do: "leave_failure" })}
             >
-              back to {plain(leads_to)}
+              back to {plain(previous_world)}
             </button>
           </>
         )}
@@ -88,7 +88,7 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
       <span class={tone} role="img" aria-label={means} title={means}>
         {mark}
       </span>
-      <span class="promised" title={plain(sentences.join(" "))}>
+      <span class="claim" title={plain(sentences.join(" "))}>
         {name}{" "}
         <span class="soft">
           {!name.startsWith(behavior) && `${plain(behavior)}: `}
@@ -98,7 +98,7 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
       <button
         type="button"
         class="small"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         aria-label={`Open failing world ${name}`}
         title="Go to this world, shortly before it goes wrong, and press what is right; what is trained goes along"
         onClick={() => void studio.ask({ do: "open_failure", name })}

@@ -1,7 +1,7 @@
 /** The fields of the form: names, what parameters stand for, chips to choose from, options. */
 
 import type { ComponentChildren } from "preact";
-import { listed, type Offer } from "../calls";
+import { splitNames, type Offer } from "../calls";
 import type { Draft } from "../draft";
 import type { Scene } from "../protocol";
 import { plain } from "../words";
@@ -38,7 +38,7 @@ interface PartProps {
 export function Bindings({ draft, scene, change }: PartProps & { scene: Scene }) {
   return (
     <>
-      {listed(draft.parameters).map((parameter) => (
+      {splitNames(draft.parameters).map((parameter) => (
         <label class="field" key={parameter}>
           <span>{parameter} stands for</span>
           <select

@@ -1,11 +1,11 @@
 /** The automaton as a graph: the active state lit, the last transition flashing, every edge to be clicked. */
 
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { BUTTON, curve, drawing, edgeId, HEIGHT, type Bend, type Node } from "../graph";
+import { BUTTON, curve, layoutGraph, edgeId, HEIGHT, type Bend, type Node } from "../graph";
 import type { Panel } from "../panel";
 import type { Session } from "../protocol";
 import type { Switch } from "../studio";
-import { className, counted, isSmall, plain } from "../words";
+import { className, formatCount, isSmall, plain } from "../words";
 
 const LARGEST = 1.15;
 /** On a small screen letters are 13 px high at this scale. */
@@ -19,26 +19,26 @@ const MOST_HIGH_OPEN = 520;
 const WIDE = 356;
 
 interface GraphProps {
-  desk: Session;
+  session: Session;
   panel: Panel;
   last: Switch | null;
 }
 
-export function GraphView({ desk, panel, last }: GraphProps) {
+export function GraphView({ session, panel, last }: GraphProps) {
   const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
-  const open = (path: string): void => setOpened((before) => toggled(before, path));
-  const shape = desk.states.map(({ name, flag }) => `${name} ${flag}`).join();
-  const edges = desk.edges.map(edgeId).join();
+  const open = (path: string): void => setOpened((before) => togglePath(before, path));
+  const shape = session.states.map(({ name, flag }) => `${name} ${flag}`).join();
+  const edges = session.edges.map(edgeId).join();
   const drawn = useMemo(
     () =>
-      drawing(
-        desk.states,
-        desk.edges,
+      layoutGraph(
+        session.states,
+        session.edges,
         ({ name, flag }) => plain(name) + (flag ? " ⚑" : ""),
         opened,
-        desk.nested,
+        session.nested,
       ),
-    [shape, edges, opened, Object.keys(desk.nested).join()],
+    [shape, edges, opened, Object.keys(session.nested).join()],
   );
   const within = drawn.nodes.some(({ inner }) => inner !== null);
   const [drawnLeast, most] = within ? [LEAST_OPEN, MOST_HIGH_OPEN] : [LEAST, MOST_HIGH];
@@ -47,20 +47,20 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   const wide = drawn.width * scale > WIDE;
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
-    const on = drawn.nodes.find(({ state }) => state.name === desk.state);
+    const on = drawn.nodes.find(({ state }) => state.name === session.state);
     if (!wide || on === undefined || place.current === null) return;
     place.current.scrollLeft = on.x * scale - place.current.clientWidth / 2;
-  }, [desk.state, drawn]);
-  const number = new Map(desk.edges.map((edge) => [edgeId(edge), edge.examples.length]));
+  }, [session.state, drawn]);
+  const number = new Map(session.edges.map((edge) => [edgeId(edge), edge.examples.length]));
   return (
     <div ref={place} class="graph-place" tabIndex={wide ? 0 : undefined}>
       <svg
-        class={className("graph", desk.mode)}
+        class={className("graph", session.mode)}
         viewBox={`0 0 ${drawn.width} ${drawn.height}`}
         width={drawn.width * scale}
         height={drawn.height * scale}
         role="group"
-        aria-label={`The automaton ${plain(desk.name)}`}
+        aria-label={`The automaton ${plain(session.name)}`}
       >
         <defs>
           {["line", "picked", "flash"].map((name) => (
@@ -87,7 +87,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
           <NodeView
             key={node.path}
             node={node}
-            desk={desk}
+            session={session}
             panel={panel}
             first={index === 0}
             level={0}
@@ -100,7 +100,7 @@ export function GraphView({ desk, panel, last }: GraphProps) {
   );
 }
 
-function toggled(opened: ReadonlySet<string>, path: string): ReadonlySet<string> {
+function togglePath(opened: ReadonlySet<string>, path: string): ReadonlySet<string> {
   const now = new Set(opened);
   if (!now.delete(path)) now.add(path);
   return now;
@@ -127,7 +127,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
       role="button"
       tabindex={0}
       aria-pressed={picked}
-      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : counted(examples, "example")}`}
+      aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : formatCount(examples, "example")}`}
       onClick={() => panel.selectEdge(arc.id)}
       onKeyDown={(event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
@@ -149,7 +149,7 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
 
 interface NodeProps {
   node: Node;
-  desk: Session;
+  session: Session;
   panel: Panel;
   first: boolean;
   /** How deep it lies, and whether all around it are active. */
@@ -158,10 +158,10 @@ interface NodeProps {
   open: (path: string) => void;
 }
 
-function NodeView({ node, desk, panel, first, level, lit, open }: NodeProps) {
+function NodeView({ node, session, panel, first, level, lit, open }: NodeProps) {
   const { state, x, y, width, height, inner } = node;
-  const active = lit && (level === 0 ? desk.state : desk.path[level]) === state.name;
-  const waiting = level === 0 && desk.waiting === state.name;
+  const active = lit && (level === 0 ? session.state : session.path[level]) === state.name;
+  const waiting = level === 0 && session.pending === state.name;
   const top = y - height / 2;
   return (
     <g
@@ -184,7 +184,7 @@ function NodeView({ node, desk, panel, first, level, lit, open }: NodeProps) {
             <NodeView
               key={each.path}
               node={each}
-              desk={desk}
+              session={session}
               panel={panel}
               first={index === 0}
               level={level + 1}

@@ -2,26 +2,26 @@
 
 import { usePanel, useStudio } from "../context";
 import type { Session } from "../protocol";
-import { counted } from "../words";
+import { formatCount } from "../words";
 import { Examples, KINDS, kindOf } from "./examples";
 import { Outcomes } from "./outcomes";
 
 export function LessonTab() {
   const studio = useStudio();
   const panel = usePanel();
-  const { desk } = studio;
-  if (desk === null) return <p class="empty">Here every example of the lesson will be listed.</p>;
-  const contradictions = desk.examples.filter((example) => example.contradicts).length;
+  const { session } = studio;
+  if (session === null) return <p class="empty">Here every example of the lesson will be listed.</p>;
+  const contradictions = session.examples.filter((example) => example.contradicts).length;
   return (
     <>
       <div class="lesson-head">
-        <span>{counted(desk.examples.length, "example")}</span>
+        <span>{formatCount(session.examples.length, "example")}</span>
         <span class="space" />
         <button
           type="button"
           class="small"
-          disabled={desk.undoable === null || !studio.directs}
-          title={desk.undoable ?? "Nothing to undo"}
+          disabled={session.undoable === null || !studio.hasControl}
+          title={session.undoable ?? "Nothing to undo"}
           onClick={() => void studio.ask({ do: "undo" })}
         >
           Undo
@@ -29,32 +29,34 @@ export function LessonTab() {
         <button
           type="button"
           class="small"
-          disabled={desk.redoable === null || !studio.directs}
-          title={desk.redoable ?? "Nothing to redo"}
+          disabled={session.redoable === null || !studio.hasControl}
+          title={session.redoable ?? "Nothing to redo"}
           onClick={() => void studio.ask({ do: "redo" })}
         >
           Redo
         </button>
       </div>
-      <Kinds desk={desk} />
+      <Kinds session={session} />
       {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}
-      {(desk.examples.length > 0 || desk.outcomes.length > 0) && <Outcomes desk={desk} studio={studio} />}
-      {panel.shown.size > 0 && (
+      {(session.examples.length > 0 || session.properties.length > 0) && (
+        <Outcomes session={session} studio={studio} />
+      )}
+      {panel.highlighted.size > 0 && (
         <p class="tiny shown">
-          {counted(panel.shown.size, "example")} marked.{" "}
+          {formatCount(panel.highlighted.size, "example")} marked.{" "}
           <button type="button" class="link" onClick={() => panel.showExamples([])}>
             unmark
           </button>
         </p>
       )}
-      {desk.examples.length === 0 ? (
+      {session.examples.length === 0 ? (
         <p class="empty">
           No examples yet. Press a state below the world: what the robot senses at that moment becomes an
           example of when to switch.
         </p>
       ) : (
         <div class="table-place">
-          <Examples desk={desk} panel={panel} studio={studio} />
+          <Examples session={session} panel={panel} studio={studio} />
         </div>
       )}
     </>
@@ -62,8 +64,8 @@ export function LessonTab() {
 }
 
 /** How many examples of each kind: what the signs in the table mean. */
-function Kinds({ desk }: { desk: Session }) {
-  const kinds = desk.examples.map(kindOf);
+function Kinds({ session }: { session: Session }) {
+  const kinds = session.examples.map(kindOf);
   const counts = Object.entries(KINDS).map(([kind, [sign, word]]) => ({
     sign,
     word,

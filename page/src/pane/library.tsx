@@ -4,24 +4,24 @@ import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "../context";
 import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
-import { CutOffLesson } from "./cutoff";
-import { Parcel } from "./parcel";
+import { InterruptedLesson } from "./interrupted";
+import { LibraryTransfer } from "./librarytransfer";
 import { Places } from "./places";
 import { plain } from "../words";
 
 export function LibraryTab() {
   const studio = useStudio();
   const panel = usePanel();
-  const { told, desk, directs } = studio;
-  if (told === null) return null;
-  const { folder, trained, trash, basic, cut_off: cutOff } = told.library;
+  const { status, session, hasControl } = studio;
+  if (status === null) return null;
+  const { folder, trained, trash, basic, interrupted: cutOff } = status.library;
   return (
     <>
-      {desk !== null && <SaveAs studio={studio} name={desk.name} />}
+      {session !== null && <SaveAs studio={studio} name={session.name} />}
       {cutOff.length > 0 && (
         <ul class="behaviors">
           {cutOff.map((left) => (
-            <CutOffLesson key={left.name} left={left} studio={studio} />
+            <InterruptedLesson key={left.name} left={left} studio={studio} />
           ))}
         </ul>
       )}
@@ -36,7 +36,7 @@ export function LibraryTab() {
         ))}
       </ul>
       <p class="padded">
-        <button type="button" disabled={!directs} onClick={() => panel.choose("new")}>
+        <button type="button" disabled={!hasControl} onClick={() => panel.choose("new")}>
           + Teach something new
         </button>
       </p>
@@ -52,7 +52,7 @@ export function LibraryTab() {
                 <button
                   type="button"
                   class="link"
-                  disabled={!directs}
+                  disabled={!hasControl}
                   onClick={() => void studio.ask({ do: "restore", name })}
                 >
                   bring back
@@ -64,7 +64,7 @@ export function LibraryTab() {
       )}
       <Places />
       <h3>As a file</h3>
-      <Parcel studio={studio} />
+      <LibraryTransfer studio={studio} />
       <p class="padded tiny folder">in the folder {folder}</p>
     </>
   );
@@ -87,11 +87,11 @@ function SaveAs({ studio, name }: { studio: Studio; name: string }) {
         <input
           value={wanted}
           placeholder="another name"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onInput={(event) => setWanted(event.currentTarget.value)}
         />
       </label>
-      <button type="submit" class="small" disabled={!studio.directs || wanted.trim() === ""}>
+      <button type="submit" class="small" disabled={!studio.hasControl || wanted.trim() === ""}>
         Save as
       </button>
     </form>

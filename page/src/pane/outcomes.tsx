@@ -4,38 +4,40 @@
  */
 
 import { useState } from "preact/hooks";
-import type { Evaluation, EvaluationResult, Session, Tested } from "../protocol";
+import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 
 /** In so many worlds what is trained is tried at a click. */
 const WORLDS = 100;
 /** So many worlds in which it failed are listed at first. */
 const FIRST = 6;
 
-export function Outcomes({ desk, studio }: { desk: Session; studio: Studio }) {
+export function Outcomes({ session, studio }: { session: Session; studio: Studio }) {
   return (
     <>
-      <Promised desk={desk} studio={studio} />
-      <UnseenWorlds desk={desk} studio={studio} />
+      <PropertyList session={session} studio={studio} />
+      <UnseenWorlds session={session} studio={studio} />
     </>
   );
 }
 
-function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
+function PropertyList({ session, studio }: { session: Session; studio: Studio }) {
   const [adding, add] = useState(false);
-  const { trial, directs } = studio;
-  const tested = trial.fresh ? trial.found?.find(({ name }) => name === desk.name) : undefined;
+  const { lessonTests, hasControl } = studio;
+  const tested = lessonTests.fresh
+    ? lessonTests.results?.find(({ name }) => name === session.name)
+    : undefined;
   return (
     <section class="outcomes" aria-label="Properties">
       <div class="outcomes-head">
         <h3>Properties</h3>
-        {desk.flags.length > 0 && (
+        {session.flags.length > 0 && (
           <button
             type="button"
             class="link"
             aria-expanded={adding}
-            disabled={!directs}
+            disabled={!hasControl}
             title="What must happen from this moment on (tested by Test lessons)"
             onClick={() => add(!adding)}
           >
@@ -45,35 +47,35 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
         <button
           type="button"
           class="small"
-          disabled={trial.testing !== null}
+          disabled={lessonTests.testing !== null}
           title="All recorded moments and properties of the library, as everything is now"
-          onClick={() => void trial.test()}
+          onClick={() => void lessonTests.test()}
         >
-          {trial.testing === null ? "Test lessons" : `Testing ${plain(trial.testing)} …`}
+          {lessonTests.testing === null ? "Test lessons" : `Testing ${plain(lessonTests.testing)} …`}
         </button>
       </div>
-      {adding && <Promising desk={desk} studio={studio} close={() => add(false)} />}
+      {adding && <PropertyAdder session={session} studio={studio} close={() => add(false)} />}
       <ul>
-        {desk.outcomes.map((said, index) => (
+        {session.properties.map((property, index) => (
           <li key={index}>
-            <Came outcome={tested?.outcomes[index]} />
-            <span class="promised">{plain(said)}</span>
+            <PropertyMark outcome={tested?.properties[index]} />
+            <span class="claim">{plain(property)}</span>
             <button
               type="button"
               class="link"
-              disabled={!directs}
+              disabled={!hasControl}
               title="Go to the moment it starts from"
-              onClick={() => void studio.ask({ do: "visit", outcome: index })}
+              onClick={() => void studio.ask({ do: "go_to_property", property: index })}
             >
               go there
             </button>
             <button
               type="button"
               class="link"
-              disabled={!directs}
-              aria-label={`Remove property: ${said}`}
+              disabled={!hasControl}
+              aria-label={`Remove property: ${property}`}
               title="Remove property"
-              onClick={() => void studio.change({ do: "withdraw", outcome: index }, { do: "undo" })}
+              onClick={() => void studio.change({ do: "remove_property", property: index }, { do: "undo" })}
             >
               ×
             </button>
@@ -86,8 +88,8 @@ function Promised({ desk, studio }: { desk: Session; studio: Studio }) {
 }
 
 /** What is trained, tried in worlds that it was not taught in. */
-function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
-  const { evaluation } = desk;
+function UnseenWorlds({ session, studio }: { session: Session; studio: Studio }) {
+  const { evaluation } = session;
   if (!studio.live.mapped) return null; // what success is in a body of one's own only the command line is told
   const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
   return (
@@ -98,7 +100,7 @@ function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
           <button
             type="button"
             class="small"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => void studio.ask({ do: "cancel_evaluation" })}
           >
             Cancel
@@ -107,7 +109,7 @@ function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
           <button
             type="button"
             class="small"
-            disabled={!studio.directs || studio.live.real}
+            disabled={!studio.hasControl || studio.live.real}
             title="It decides by itself in worlds that it was not taught in, while the one here goes on"
             onClick={() => void studio.ask({ do: "evaluate", count: WORLDS })}
           >
@@ -118,47 +120,55 @@ function UnseenWorlds({ desk, studio }: { desk: Session; studio: Studio }) {
       {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
       {running && <Progress evaluation={evaluation} />}
       {evaluation !== undefined && !running && (
-        <Evaluated evaluation={evaluation} desk={desk} studio={studio} />
+        <EvaluationView evaluation={evaluation} session={session} studio={studio} />
       )}
     </section>
   );
 }
 
 function Progress({ evaluation }: { evaluation: Evaluation }) {
-  const { called, worlds, through } = evaluation;
+  const { behavior, worlds, finished } = evaluation;
   return (
-    <p class="trying">
-      <progress aria-label="Worlds tried" value={through} max={worlds} />
+    <p class="test-progress">
+      <progress aria-label="Worlds tried" value={finished} max={worlds} />
       <span class="tiny">
-        {plain(called)}: {through} of {counted(worlds, "world")}
+        {plain(behavior)}: {finished} of {formatCount(worlds, "world")}
       </span>
     </p>
   );
 }
 
 /** What came of it: the rate, and the worlds in which it failed. */
-function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk: Session; studio: Studio }) {
-  const { called, worlds, result, problem, edition } = evaluation;
+function EvaluationView({
+  evaluation,
+  session,
+  studio,
+}: {
+  evaluation: Evaluation;
+  session: Session;
+  studio: Studio;
+}) {
+  const { behavior, worlds, result, problem, edition } = evaluation;
   return (
     <section class="tested" aria-label="How often it succeeded" aria-live="polite">
       <div class="outcomes-head">
         <b class={className(result === null && "warn")}>
           {result === null
             ? "It could not be tried"
-            : `Succeeded in ${result.succeeded} of ${counted(worlds, "world")}`}
+            : `Succeeded in ${result.succeeded} of ${formatCount(worlds, "world")}`}
         </b>
         <span class="space" />
         <button
           type="button"
           class="link"
           aria-label="Close what was tried"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onClick={() => void studio.ask({ do: "cancel_evaluation" })}
         >
           ×
         </button>
       </div>
-      {edition !== desk.edition && <p class="tiny">before the lesson changed; try it again</p>}
+      {edition !== session.edition && <p class="tiny">before the lesson changed; try it again</p>}
       {result === null ? (
         <p class="warn">{plain(problem)}</p>
       ) : (
@@ -168,10 +178,15 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
             <p class={className(result.leaves_shown && "warn")}>{plain(result.raised)}</p>
           )}
           <p class="tiny">
-            {plain(called)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
+            {plain(behavior)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
-          <Failed result={result} failed={worlds - result.succeeded} desk={desk} studio={studio} />
+          <FailedWorlds
+            result={result}
+            failed={worlds - result.succeeded}
+            session={session}
+            studio={studio}
+          />
         </>
       )}
     </section>
@@ -183,40 +198,40 @@ function percent([low, high]: readonly [number, number]): string {
   return `${Math.round(100 * low)} to ${Math.round(100 * high)}`;
 }
 
-function Failed({
+function FailedWorlds({
   result,
   failed,
-  desk,
+  session,
   studio,
 }: {
   result: EvaluationResult;
   failed: number;
-  desk: Session;
+  session: Session;
   studio: Studio;
 }) {
   const [all, setAll] = useState(false);
   const listed = all ? result.failed : result.failed.slice(0, FIRST);
   /** The world from its beginning, and what is trained decides in it. */
   const open = async (seed: number): Promise<void> => {
-    if (desk.mode === "training") {
-      const { error } = await studio.ask({ do: "turn" });
+    if (session.mode === "training") {
+      const { error } = await studio.ask({ do: "toggle_mode" });
       if (error !== undefined) return;
     }
     await studio.ask({ do: "reset", seed });
   };
   return (
     <>
-      {failed > 0 && <p class="failed-in">Failed in {counted(failed, "world")}:</p>}
+      {failed > 0 && <p class="failed-count">Failed in {formatCount(failed, "world")}:</p>}
       <ul class="failed" aria-label="Worlds in which it failed">
         {listed.map(({ seed, problem }) => (
-          <li key={seed} class={className(studio.told?.seed === seed && "on")}>
-            <span class="promised">
+          <li key={seed} class={className(studio.status?.seed === seed && "on")}>
+            <span class="claim">
               World {seed} <span class="soft">{plain(problem)}</span>
             </span>
             <button
               type="button"
               class="small"
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               aria-label={`Open world ${seed}`}
               title="Go to this world and let it try; press what is right where it does wrong"
               onClick={() => void open(seed)}
@@ -241,7 +256,7 @@ function Failed({
 }
 
 /** The result of a property in the last test. */
-function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) {
+function PropertyMark({ outcome }: { outcome: LessonTest["properties"][number] | undefined }) {
   if (outcome === undefined) return null;
   if (!outcome.held) {
     return (
@@ -251,32 +266,32 @@ function Came({ outcome }: { outcome: Tested["outcomes"][number] | undefined }) 
     );
   }
   return outcome.took_s === null ? (
-    <span class="came" title="It held">
+    <span class="passes" title="It held">
       ✓
     </span>
   ) : (
-    <span class="came" title="Time until it was reached">
+    <span class="passes" title="Time until it was reached">
       ✓ {outcome.took_s.toFixed(1)} s
     </span>
   );
 }
 
-function Promising({ desk, studio, close }: { desk: Session; studio: Studio; close: () => void }) {
-  const [flag, setFlag] = useState(desk.flags[0] ?? "");
+function PropertyAdder({ session, studio, close }: { session: Session; studio: Studio; close: () => void }) {
+  const [flag, setFlag] = useState(session.flags[0] ?? "");
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);
   const sensible = seconds.trim() !== "" && within > 0;
-  const promise = async (event: Event): Promise<void> => {
+  const addProperty = async (event: Event): Promise<void> => {
     event.preventDefault();
     if (!sensible) return;
-    const answer = await studio.change({ do: "promise", flag, within_s: within }, { do: "undo" });
+    const answer = await studio.change({ do: "add_property", flag, within_s: within }, { do: "undo" });
     if (answer.error === undefined) close();
   };
   return (
-    <form class="promising" onSubmit={(event) => void promise(event)}>
+    <form class="property-adder" onSubmit={(event) => void addProperty(event)}>
       <span>From here,</span>
       <select aria-label="flag" value={flag} onChange={(event) => setFlag(event.currentTarget.value)}>
-        {desk.flags.map((each) => (
+        {session.flags.map((each) => (
           <option key={each} value={each}>
             {plain(each)}
           </option>
@@ -292,7 +307,7 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
         />{" "}
         s
       </label>
-      <button type="submit" class="small primary" disabled={!studio.directs || !sensible}>
+      <button type="submit" class="small primary" disabled={!studio.hasControl || !sensible}>
         Add property
       </button>
       <p class="tiny">
@@ -304,33 +319,38 @@ function Promising({ desk, studio, close }: { desk: Session; studio: Studio; clo
 
 /** What was found, an automaton each, the one in training first. */
 function Results({ studio }: { studio: Studio }) {
-  const { trial } = studio;
-  const { found } = trial;
-  if (found === null || (found.length === 0 && trial.testing === null)) return null;
-  const bad = found.filter(({ works }) => !works).length;
-  const otherwise = found.reduce((sum, each) => sum + each.otherwise, 0);
+  const { lessonTests } = studio;
+  const { results } = lessonTests;
+  if (results === null || (results.length === 0 && lessonTests.testing === null)) return null;
+  const bad = results.filter(({ works }) => !works).length;
+  const otherwise = results.reduce((sum, each) => sum + each.otherwise, 0);
   const held =
-    otherwise === 0 ? "All as shown" : `${counted(otherwise, "moment")} decided otherwise than shown`;
+    otherwise === 0 ? "All as shown" : `${formatCount(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
       <div class="outcomes-head">
         <b>
-          {trial.testing !== null
+          {lessonTests.testing !== null
             ? "Testing"
             : bad === 0
               ? `${held}, all properties hold`
-              : `Failed: ${bad} of ${found.length}`}
+              : `Failed: ${bad} of ${results.length}`}
         </b>
-        {trial.testing === null && !trial.fresh && (
+        {lessonTests.testing === null && !lessonTests.fresh && (
           <span class="tiny">before the lesson changed; test it again</span>
         )}
         <span class="space" />
-        <button type="button" class="link" aria-label="Close what was tested" onClick={() => trial.forget()}>
+        <button
+          type="button"
+          class="link"
+          aria-label="Close what was tested"
+          onClick={() => lessonTests.clearResults()}
+        >
           ×
         </button>
       </div>
       <ul>
-        {found.map((each) => (
+        {results.map((each) => (
           <Result key={each.name} tested={each} />
         ))}
       </ul>
@@ -338,22 +358,23 @@ function Results({ studio }: { studio: Studio }) {
   );
 }
 
-function Result({ tested }: { tested: Tested }) {
-  const { name, works, examples, outcomes, worse, else: rest } = tested;
+function Result({ tested }: { tested: LessonTest }) {
+  const { name, works, examples, properties, regressions, differences: rest } = tested;
   const [sign, word] = !works ? ["✗", "worse"] : rest.length > 0 ? ["•", "otherwise"] : ["✓", "as it was"];
   return (
     <li class={className("result", !works && "bad")}>
       <p>
-        <span role="img" aria-label={word} class={works ? "came" : "warn"}>
+        <span role="img" aria-label={word} class={works ? "passes" : "warn"}>
           {sign}
         </span>{" "}
         <b>{plain(name)}</b>{" "}
         <span class="tiny">
-          {examples === 0 ? "nothing recorded" : counted(examples, "moment")}
-          {outcomes.length > 0 && `, ${outcomes.length} ${outcomes.length === 1 ? "property" : "properties"}`}
+          {examples === 0 ? "nothing recorded" : formatCount(examples, "moment")}
+          {properties.length > 0 &&
+            `, ${properties.length} ${properties.length === 1 ? "property" : "properties"}`}
         </span>
       </p>
-      {worse.map((line) => (
+      {regressions.map((line) => (
         <p key={line} class="line">
           {plain(line)}
         </p>

@@ -9,32 +9,32 @@ import { plain } from "../words";
 /** What is chosen for a library that does not exist yet. */
 const NEW = "\n";
 
-type Going = Extract<Request, { do: "open_world" | "open_library" }>;
+type PlaceRequest = Extract<Request, { do: "open_world" | "open_library" }>;
 
 /** Goes somewhere else; changes that are not saved are asked about first. */
-export function useGoing(studio: Studio) {
-  const [asked, setAsked] = useState<Going | null>(null);
-  const send = async (to: Going): Promise<void> => {
-    setAsked(null);
+export function usePlaceChange(studio: Studio) {
+  const [destination, setDestination] = useState<PlaceRequest | null>(null);
+  const send = async (to: PlaceRequest): Promise<void> => {
+    setDestination(null);
     await studio.ask({ ...to, discard: true });
   };
-  const saveFirst = async (to: Going): Promise<void> => {
-    if (await studio.trial.save()) await send(to);
+  const saveFirst = async (to: PlaceRequest): Promise<void> => {
+    if (await studio.lessonTests.save()) await send(to);
   };
-  const go = (to: Going): void => {
-    if (studio.desk?.unsaved === true) setAsked(to);
+  const go = (to: PlaceRequest): void => {
+    if (studio.session?.unsaved === true) setDestination(to);
     else void send(to);
   };
-  const asks = asked !== null && studio.desk !== null && (
-    <div class="asks" role="alert">
-      <p>{plain(studio.desk.name)} has changes that are not in the library.</p>
-      <button type="button" class="small" onClick={() => void saveFirst(asked)}>
-        Save, then go to {asked.name}
+  const asks = destination !== null && studio.session !== null && (
+    <div class="prompt" role="alert">
+      <p>{plain(studio.session.name)} has changes that are not in the library.</p>
+      <button type="button" class="small" onClick={() => void saveFirst(destination)}>
+        Save, then go to {destination.name}
       </button>
-      <button type="button" class="small" onClick={() => void send(asked)}>
+      <button type="button" class="small" onClick={() => void send(destination)}>
         Go without saving
       </button>
-      <button type="button" class="link" onClick={() => setAsked(null)}>
+      <button type="button" class="link" onClick={() => setDestination(null)}>
         not now
       </button>
     </div>
@@ -44,8 +44,8 @@ export function useGoing(studio: Studio) {
 
 export function Places() {
   const studio = useStudio();
-  const { go, asks } = useGoing(studio);
-  if (studio.told === null || !studio.told.places.saves) return null;
+  const { go, asks } = usePlaceChange(studio);
+  if (studio.status === null || !studio.status.places.can_save) return null;
   return (
     <>
       <h3>World</h3>
@@ -60,19 +60,19 @@ export function Places() {
 
 interface ChoiceProps {
   studio: Studio;
-  go: (to: Going) => void;
+  go: (to: PlaceRequest) => void;
 }
 
 function WorldChoice({ studio, go }: ChoiceProps) {
-  if (studio.told === null) return null;
-  const { world, worlds } = studio.told.places;
+  if (studio.status === null) return null;
+  const { world, worlds } = studio.status.places;
   return (
     <label class="field">
       <span>Teach in</span>
       <select
         value={world}
         aria-label="World"
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         onChange={(event) => {
           const name = event.currentTarget.value;
           event.currentTarget.value = world; // until the server says so
@@ -105,7 +105,7 @@ function SaveWorld({ studio }: { studio: Studio }) {
       button="Save world"
       name={name}
       change={setName}
-      enabled={studio.directs && wanted !== ""}
+      enabled={studio.hasControl && wanted !== ""}
       act={save}
     />
   );
@@ -114,8 +114,8 @@ function SaveWorld({ studio }: { studio: Studio }) {
 function LibraryChoice({ studio, go }: ChoiceProps) {
   const [making, setMaking] = useState(false);
   const [name, setName] = useState("");
-  if (studio.told === null) return null;
-  const { library, libraries } = studio.told.places;
+  if (studio.status === null) return null;
+  const { library, libraries } = studio.status.places;
   const make = async (): Promise<void> => {
     go({ do: "open_library", name: name.trim(), discard: false });
     setMaking(false);
@@ -128,7 +128,7 @@ function LibraryChoice({ studio, go }: ChoiceProps) {
         <select
           value={making ? NEW : library}
           aria-label="Library"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           onChange={(event) => {
             const chosen = event.currentTarget.value;
             setMaking(chosen === NEW);
@@ -155,7 +155,7 @@ function LibraryChoice({ studio, go }: ChoiceProps) {
           button="Begin it"
           name={name}
           change={setName}
-          enabled={studio.directs && name.trim() !== ""}
+          enabled={studio.hasControl && name.trim() !== ""}
           act={make}
         />
       )}

@@ -3,7 +3,7 @@
 import { useState } from "preact/hooks";
 import type { LibraryProperties, LibraryProperty } from "../protocol";
 import type { Studio } from "../studio";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 import { PropertyForm } from "./propertyform";
 
 const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, string, string]>> = {
@@ -17,7 +17,7 @@ const NEW = "\n";
 
 export function PropertiesPart({ studio }: { studio: Studio }) {
   const [changing, change] = useState<string | null>(null);
-  const properties = studio.told?.properties ?? null;
+  const properties = studio.status?.properties ?? null;
   if (properties === null) return null;
   const { rows, problem, testing } = properties;
   return (
@@ -28,7 +28,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
           type="button"
           class="link"
           aria-expanded={changing === NEW}
-          disabled={!studio.directs || problem !== ""}
+          disabled={!studio.hasControl || problem !== ""}
           title="What a behavior must never do, or must do in time, in which worlds"
           onClick={() => change(changing === NEW ? null : NEW)}
         >
@@ -38,7 +38,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
           <button
             type="button"
             class="small"
-            disabled={!studio.directs || testing !== null}
+            disabled={!studio.hasControl || testing !== null}
             title="Run the worlds of all of them with what is trained as it stands"
             onClick={() => void studio.ask({ do: "test_properties" })}
           >
@@ -70,13 +70,13 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
 }
 
 function Progress({ properties }: { properties: LibraryProperties }) {
-  const { testing, through, total } = properties;
+  const { testing, finished, total } = properties;
   if (testing === null) return null;
   return (
-    <p class="trying">
-      <progress aria-label="Worlds of a property run" value={through} max={total} />
+    <p class="test-progress">
+      <progress aria-label="Worlds of a property run" value={finished} max={total} />
       <span class="tiny">
-        {testing}: {through} of {counted(total, "world")}
+        {testing}: {finished} of {formatCount(total, "world")}
       </span>
     </p>
   );
@@ -103,7 +103,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
         <span class={tone} role="img" aria-label={means} title={means}>
           {mark}
         </span>
-        <span class="promised">
+        <span class="claim">
           {name}{" "}
           <span class="soft">
             {problem === ""
@@ -117,7 +117,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
             class="link"
             aria-expanded={open}
             aria-label={`Change property ${name}`}
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => change(open ? null : name)}
           >
             change
@@ -126,7 +126,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
         <button
           type="button"
           class="link"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           aria-label={`Delete property ${name}`}
           title="Delete it from the library's file (can be undone)"
           onClick={remove}

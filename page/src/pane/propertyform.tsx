@@ -32,8 +32,8 @@ interface FormProps {
 }
 
 function begin(studio: Studio): PropertyFields {
-  const behavior = studio.desk?.name ?? studio.told?.library.trained[0]?.name ?? "";
-  const world = studio.told?.places.world ?? "";
+  const behavior = studio.session?.name ?? studio.status?.library.trained[0]?.name ?? "";
+  const world = studio.status?.places.world ?? "";
   return {
     kind: "never",
     condition: "",
@@ -98,7 +98,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
     if (answer.mistake !== undefined) setMistake({ field: answer.field ?? "", mistake: answer.mistake });
     else if (answer.error === undefined) close();
   };
-  const shown = (field: string) => (mistake?.field === field ? mistake.mistake : null);
+  const mistakeOf = (field: string) => (mistake?.field === field ? mistake.mistake : null);
   return (
     <form
       class="property-form"
@@ -109,7 +109,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
       }}
     >
       {name === null && (
-        <Field label="Name" mistake={shown("name")}>
+        <Field label="Name" mistake={mistakeOf("name")}>
           <input
             value={called}
             placeholder="clear-of-the-station"
@@ -118,7 +118,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
           />
         </Field>
       )}
-      <Field label="Behavior" mistake={shown("behavior")}>
+      <Field label="Behavior" mistake={mistakeOf("behavior")}>
         <Choice
           value={draft.behavior}
           among={choices?.behaviors.map((each) => each.name) ?? []}
@@ -126,7 +126,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         />
       </Field>
       {parameters.map((each) => (
-        <Field key={each} label={`Target ${each}`} mistake={shown("targets")}>
+        <Field key={each} label={`Target ${each}`} mistake={mistakeOf("targets")}>
           <Choice
             value={targets[each] ?? ""}
             among={bindable}
@@ -134,10 +134,10 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
           />
         </Field>
       ))}
-      <Field label="World" mistake={shown("world")}>
+      <Field label="World" mistake={mistakeOf("world")}>
         <Choice value={draft.world} among={choices?.worlds ?? []} choose={(world) => set({ world })} />
       </Field>
-      <Field label="Claim" mistake={shown("kind")}>
+      <Field label="Claim" mistake={mistakeOf("kind")}>
         <select
           value={draft.kind}
           onChange={(event) => {
@@ -154,7 +154,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         </select>
       </Field>
       {draft.kind !== "never" && (
-        <Field label="Time, s" mistake={shown("seconds")}>
+        <Field label="Time, s" mistake={mistakeOf("seconds")}>
           <NumberInput value={draft.seconds} change={(seconds) => set({ seconds })} />
         </Field>
       )}
@@ -163,39 +163,43 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
           label={KINDS[draft.kind][1]}
           draft={draft}
           choices={choices}
-          mistake={shown("condition")}
+          mistake={mistakeOf("condition")}
           change={(condition) => set({ condition })}
         />
       )}
       <Field
         label="Seeds"
         hint="A number of worlds, [1, 4], or { first = 1000, count = 500 }"
-        mistake={shown("seeds")}
+        mistake={mistakeOf("seeds")}
       >
         <input value={draft.seeds} onInput={(event) => set({ seeds: event.currentTarget.value })} />
       </Field>
       {draft.kind !== "always" && (
-        <Field label="Limit, s" hint="Of each world; that of the world if empty" mistake={shown("limit_s")}>
+        <Field
+          label="Limit, s"
+          hint="Of each world; that of the world if empty"
+          mistake={mistakeOf("limit_s")}
+        >
           <NumberInput value={draft.limit_s} change={(limit_s) => set({ limit_s })} />
         </Field>
       )}
       <Field
         label="At least"
         hint="A share of the worlds, such as 0.95; all if empty"
-        mistake={shown("at_least")}
+        mistake={mistakeOf("at_least")}
       >
         <NumberInput value={draft.at_least} change={(at_least) => set({ at_least })} />
       </Field>
-      {shown("") !== null && (
+      {mistakeOf("") !== null && (
         <p class="warn" role="alert">
-          {shown("")}
+          {mistakeOf("")}
         </p>
       )}
       <p class="choices">
         <button
           type="submit"
           class="small primary"
-          disabled={!studio.directs || saving || called.trim() === ""}
+          disabled={!studio.hasControl || saving || called.trim() === ""}
         >
           {saving ? "Saving …" : "Save and test"}
         </button>
@@ -298,10 +302,10 @@ interface ChoiceProps {
 }
 
 function Choice({ value, among, choose }: ChoiceProps) {
-  const known = among.includes(value) ? among : [value, ...among];
+  const options = among.includes(value) ? among : [value, ...among];
   return (
     <select value={value} onChange={(event) => choose(event.currentTarget.value)}>
-      {known.map((each) => (
+      {options.map((each) => (
         <option key={each} value={each}>
           {plain(each)}
         </option>

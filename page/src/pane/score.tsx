@@ -8,9 +8,9 @@ import { className, plain } from "../words";
 export function ScoreLine() {
   const studio = useStudio();
   const panel = usePanel();
-  const { desk } = studio;
-  if (desk === null || panel.form !== null || desk.score.text === "") return null;
-  const { text, trend, enabled, running, goal, worse_since } = desk.score;
+  const { session } = studio;
+  if (session === null || panel.form !== null || session.score.text === "") return null;
+  const { text, trend, enabled, running, goal, worse_since } = session.score;
   const fell = trend === "falling";
   const testable = enabled ? !text.startsWith("not measured") : goal !== "" && text === TURNED_OFF;
   return (
@@ -19,11 +19,11 @@ export function ScoreLine() {
         <p role={fell ? "alert" : undefined} aria-live="polite" aria-busy={running}>
           {MARKS[trend]} {plain(text)}
         </p>
-        {fell && desk.undoable !== null && worse_since === "" && (
+        {fell && session.undoable !== null && worse_since === "" && (
           <button
             type="button"
             class="small"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             onClick={() => void studio.change({ do: "undo" }, { do: "redo" })}
           >
             Undo
@@ -33,7 +33,7 @@ export function ScoreLine() {
           <button
             type="button"
             class="small"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             title="Test it in new worlds, and go to where it goes wrong, until it holds"
             onClick={() => void studio.ask({ do: "keep_going" })}
           >
@@ -43,10 +43,10 @@ export function ScoreLine() {
         <button
           type="button"
           class="link"
-          disabled={!studio.directs}
+          disabled={!studio.hasControl}
           title="After each press it runs in worlds that it was not taught in, beside the one here"
           aria-pressed={enabled}
-          onClick={() => void studio.ask({ do: "score" })}
+          onClick={() => void studio.ask({ do: "toggle_score" })}
         >
           {enabled ? "turn off" : "turn on"}
         </button>
@@ -57,7 +57,7 @@ export function ScoreLine() {
           <button
             type="button"
             class="small"
-            disabled={!studio.directs}
+            disabled={!studio.hasControl}
             title="Back to the version that worked in most new worlds, and to where it goes wrong"
             onClick={() => void studio.ask({ do: "go_back_to_best" })}
           >
@@ -65,7 +65,7 @@ export function ScoreLine() {
           </button>
         </p>
       )}
-      <GoalLine score={desk.score} />
+      <GoalLine score={session.score} />
     </section>
   );
 }
@@ -78,7 +78,7 @@ function GoalLine({ score }: { score: Score }) {
   if (goal === "" && offers.length === 0) return null;
   const pick = (name: string | null) => {
     setChoosing(false);
-    void studio.change({ do: "goal", goal: name }, { do: "undo" });
+    void studio.change({ do: "choose_goal", goal: name }, { do: "undo" });
   };
   const others = offers.filter(({ name }) => name !== goal);
   return (
@@ -90,7 +90,7 @@ function GoalLine({ score }: { score: Score }) {
             <button
               type="button"
               class="link"
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               aria-expanded={choosing}
               onClick={() => setChoosing(!choosing)}
             >
@@ -107,7 +107,7 @@ function GoalLine({ score }: { score: Score }) {
                 type="button"
                 class="small"
                 title={plain(claim)}
-                disabled={!studio.directs}
+                disabled={!studio.hasControl}
                 onClick={() => pick(name)}
               >
                 {plain(name)}
@@ -116,7 +116,7 @@ function GoalLine({ score }: { score: Score }) {
           ))}
           {chosen && (
             <li>
-              <button type="button" class="link" disabled={!studio.directs} onClick={() => pick(null)}>
+              <button type="button" class="link" disabled={!studio.hasControl} onClick={() => pick(null)}>
                 none of them
               </button>
             </li>

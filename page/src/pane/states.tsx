@@ -1,19 +1,19 @@
 /** The states of a form: behaviors to choose from, and, for who asks, their names and the same one once more. */
 
 import { useState } from "preact/hooks";
-import { chosen as fresh, onceMore, stateNames, type Chosen, type Offer } from "../calls";
+import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
 import { Choices } from "./fields";
 import { plain } from "../words";
 
 interface StatesProps {
   offers: readonly Offer[];
-  chosen: readonly Chosen[];
-  choose: (chosen: readonly Chosen[]) => void;
+  chosen: readonly StateChoice[];
+  choose: (chosen: readonly StateChoice[]) => void;
 }
 
 export function States({ offers, chosen, choose }: StatesProps) {
-  const [asked, setAsked] = useState(() => named(chosen));
-  const shown = asked && chosen.length > 0;
+  const [opened, setOpened] = useState(() => hasNames(chosen));
+  const showsNames = opened && chosen.length > 0;
   const runs = chosen.map((state) => state.runs);
   const chooseRuns = (now: readonly string[]): void => {
     const added = now.filter((each) => !runs.includes(each));
@@ -29,9 +29,9 @@ export function States({ offers, chosen, choose }: StatesProps) {
             type="button"
             class="link"
             aria-label="Names of the states"
-            aria-expanded={shown}
+            aria-expanded={showsNames}
             title="Give states other names, or take a behavior once more"
-            onClick={() => setAsked(!asked)}
+            onClick={() => setOpened(!opened)}
           >
             names
           </button>
@@ -41,13 +41,13 @@ export function States({ offers, chosen, choose }: StatesProps) {
   );
   return (
     <Choices legend={legend} offers={offers} chosen={runs} choose={chooseRuns}>
-      {shown && <Names chosen={chosen} choose={choose} />}
+      {showsNames && <Names chosen={chosen} choose={choose} />}
     </Choices>
   );
 }
 
 /** Whether names matter here: one was given, or a behavior was taken twice. */
-function named(chosen: readonly Chosen[]): boolean {
+function hasNames(chosen: readonly StateChoice[]): boolean {
   const plain = stateNames(chosen.map(({ runs }) => fresh(runs)));
   return stateNames(chosen).some((name, index) => name !== plain[index]);
 }
@@ -75,7 +75,7 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
             class="link"
             aria-label={`${plain(state.runs)} once more`}
             title="Duplicate state"
-            onClick={() => choose(onceMore(chosen, index))}
+            onClick={() => choose(duplicateState(chosen, index))}
           >
             once more
           </button>

@@ -3,14 +3,14 @@
 import { useEffect, useState } from "preact/hooks";
 import type { Version } from "../protocol";
 import type { Studio } from "../studio";
-import { when } from "../words";
+import { formatMoment } from "../words";
 import { Changes } from "./changes";
 
 export function Versions({ name, count, studio }: { name: string; count: number; studio: Studio }) {
   const [versions, setVersions] = useState<readonly Version[] | null>(null);
   const [picked, setPicked] = useState<number | null>(null);
   useEffect(() => {
-    void studio.ask({ do: "versions", name }).then((answer) => setVersions(answer.versions ?? []));
+    void studio.ask({ do: "list_versions", name }).then((answer) => setVersions(answer.versions ?? []));
   }, [name, count]);
   if (versions === null) return null;
   if (versions.length === 0) {
@@ -29,13 +29,13 @@ export function Versions({ name, count, studio }: { name: string; count: number;
             >
               version {number}
             </button>
-            <span class="tiny">{when(saved)}</span>
+            <span class="tiny">{formatMoment(saved)}</span>
             <span class="space" />
             <button
               type="button"
               class="small"
               aria-label={`Go back to version ${number} of ${name}`}
-              disabled={!studio.directs}
+              disabled={!studio.hasControl}
               onClick={() => void studio.ask({ do: "go_back", name, version: number })}
             >
               Go back to it

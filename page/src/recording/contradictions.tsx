@@ -1,7 +1,7 @@
 /** Where drivers contradict each other, and who is right: for one contradiction, or for all. */
 
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 import { around, type Recording } from "./recording";
 
 interface ContradictionsProps {
@@ -21,7 +21,7 @@ export function Contradictions({ recording, review, learned }: ContradictionsPro
         <p class="soft">The drivers do not contradict each other.</p>
       ) : (
         <p class="soft">
-          {open === 0 ? "All are settled." : `${counted(open, "contradiction")} to settle: who is right?`}
+          {open === 0 ? "All are settled." : `${formatCount(open, "contradiction")} to settle: who is right?`}
         </p>
       )}
       <ul>

@@ -2,7 +2,7 @@
 
 import { useState } from "preact/hooks";
 import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
-import { className, counted, plain } from "../words";
+import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
 import type { Recording } from "./recording";
 import { swatch } from "./scale";
@@ -15,10 +15,10 @@ interface PaneProps {
 export function ReviewPane({ recording, review }: PaneProps) {
   return (
     <aside class="review-pane">
-      <Selected recording={recording} review={review} />
+      <SelectedSpan recording={recording} review={review} />
       <Questions recording={recording} review={review} />
       <Proposals recording={recording} review={review} />
-      <Learned recording={recording} review={review} />
+      <LearnedPart recording={recording} review={review} />
       {review.omissions.length > 0 && (
         <section>
           <h3>Left out</h3>
@@ -33,7 +33,7 @@ export function ReviewPane({ recording, review }: PaneProps) {
   );
 }
 
-function Selected({ recording, review }: PaneProps) {
+function SelectedSpan({ recording, review }: PaneProps) {
   const { selected } = recording;
   const span = selected === null ? undefined : recording.spanAt(selected.first);
   const drives = recording.busy === "drive";
@@ -144,7 +144,7 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
     <li>
       <b>{plain(proposal.description)}</b>
       <p class="tiny soft">
-        {proposal.seconds.toFixed(1)} s in {counted(proposal.spans, "span")}, the longest{" "}
+        {proposal.seconds.toFixed(1)} s in {formatCount(proposal.spans, "span")}, the longest{" "}
         <button
           type="button"
           class="link"
@@ -199,7 +199,7 @@ function Splits({ recording, learned }: { recording: Recording; learned: Learned
   );
 }
 
-function Learned({ recording, review }: PaneProps) {
+function LearnedPart({ recording, review }: PaneProps) {
   const { learned } = review;
   return (
     <section>
@@ -233,7 +233,7 @@ function Result({ learned }: { learned: LearnedDrive }) {
         ticks.
       </p>
       <p class="tiny soft">
-        {counted(learned.examples, "example")}
+        {formatCount(learned.examples, "example")}
         {learned.quarantined > 0 && `, ${learned.quarantined} left out as doubtful or contradicted`}.
         {learned.reactions.map((each) => ` ${each}`)}
       </p>

@@ -27,12 +27,12 @@ export function PathView({ recording, review, series }: PathProps) {
     <section class="path-view" aria-label="Path">
       <svg viewBox={box} role="img" aria-label="Path of the robot">
         {pieces(review, ticks, path).map(({ points, label, first }) => (
-          <polyline key={first} points={written(points)} stroke={swatch(label, review.labels.length)} />
+          <polyline key={first} points={formatPath(points)} stroke={swatch(label, review.labels.length)} />
         ))}
         {selected !== null && (
           <polyline
             class="chosen"
-            points={written(
+            points={formatPath(
               path.filter(
                 (_, index) => (ticks[index] ?? -1) >= selected.first && (ticks[index] ?? 0) < selected.end,
               ),
@@ -71,7 +71,7 @@ export function pieces(review: Review, ticks: readonly number[], path: RecordedS
   });
 }
 
-function written(points: RecordedSeries["path"]): string {
+function formatPath(points: RecordedSeries["path"]): string {
   return points.map(([x, y]) => `${x},${-y}`).join(" ");
 }
 

@@ -2,7 +2,7 @@
 
 import { News } from "../news";
 import type { LabelSpan, RecordedSeries, Review, ReviewRequest } from "../protocol";
-import { clock } from "../words";
+import { formatTime } from "../words";
 
 /** Ticks in a row, from `first` to before `end`. */
 export interface Ticks {
@@ -17,13 +17,13 @@ export interface Turn extends Ticks {
 
 /** Who drove when; one turn if there is one driver. */
 export function turns({ episodes }: Pick<Review, "episodes">): Turn[] {
-  const found: Turn[] = [];
+  const result: Turn[] = [];
   for (const { driver, first, end } of episodes) {
-    const last = found.at(-1);
+    const last = result.at(-1);
     if (last?.driver === driver) last.end = end;
-    else found.push({ driver, first, end });
+    else result.push({ driver, first, end });
   }
-  return found;
+  return result;
 }
 
 /** The files that ticks are from. */
@@ -123,11 +123,11 @@ export class Recording {
 
   /** From when to when ticks are. */
   period({ first, end }: Ticks): string {
-    return `${clock(this.time(first))} to ${clock(this.time(end, true))}`;
+    return `${formatTime(this.time(first))} to ${formatTime(this.time(end, true))}`;
   }
 
-  private take(found: unknown): void {
-    if (found !== null) this.review = found as Review;
+  private take(result: unknown): void {
+    if (result !== null) this.review = result as Review;
   }
 
   private async fetch(path: string, request?: ReviewRequest): Promise<unknown> {
@@ -136,9 +136,9 @@ export class Recording {
     const sent = request === undefined ? {} : { method: "POST", body: JSON.stringify(request) };
     try {
       const answer = await fetch(`${path}${query}`, sent);
-      const found = (await answer.json()) as { error?: string };
-      this.error = found.error ?? "";
-      return answer.ok ? found : null;
+      const result = (await answer.json()) as { error?: string };
+      this.error = result.error ?? "";
+      return answer.ok ? result : null;
     } catch {
       this.error = LOST;
       return null;

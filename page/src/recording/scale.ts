@@ -16,12 +16,12 @@ export interface Mark {
 export function marks(episode: Episode, tick_s: number, width: number): Mark[] {
   const perSecond = width / tick_s;
   const step = STEPS.find((each) => each * perSecond >= ROOM) ?? 7200;
-  const found: Mark[] = [];
+  const marks: Mark[] = [];
   const last = episode.from_s + (episode.end - episode.first) * tick_s;
   for (let time = Math.ceil(episode.from_s / step - 1e-9) * step; time < last; time += step) {
-    found.push({ tick: episode.first + (time - episode.from_s) / tick_s, time });
+    marks.push({ tick: episode.first + (time - episode.from_s) / tick_s, time });
   }
-  return found;
+  return marks;
 }
 
 /** The colors of labels, which people tell apart who see few colors; the last label, of none, has no color. */
@@ -55,11 +55,11 @@ export function lines(
   most: number,
 ): string[] {
   const room = most - least || 1;
-  const found: string[] = [];
+  const marks: string[] = [];
   let piece: string[] = [];
   let before: number | null = null;
   const close = (): void => {
-    if (piece.length > 0) found.push(piece.join(" "));
+    if (piece.length > 0) marks.push(piece.join(" "));
     piece = [];
   };
   ticks.forEach((tick, index) => {
@@ -70,5 +70,5 @@ export function lines(
     before = value;
   });
   close();
-  return found;
+  return marks;
 }

@@ -2,7 +2,7 @@
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Review, Series } from "../protocol";
-import { className, clock, plain, value } from "../words";
+import { className, formatTime, plain, formatValue } from "../words";
 import { filesIn, turns, type Recording, type Ticks } from "./recording";
 import { color, lines, marks } from "./scale";
 
@@ -90,14 +90,14 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
     const tick = tickAt(event);
     recording.point(Math.min(tick, ticks - 1));
     if (drag === null) return;
-    if (drag.kind === "boundary") setDrag({ ...drag, now: clamped(review, drag.at, tick) });
-    else setDrag({ ...drag, now: within(review, drag.from, tick) });
+    if (drag.kind === "boundary") setDrag({ ...drag, now: clampBoundary(review, drag.at, tick) });
+    else setDrag({ ...drag, now: clampToEpisode(review, drag.from, tick) });
   };
   const release = (event: PointerEvent): void => {
     if (drag === null) return;
     setDrag(null);
     if (drag.kind === "boundary") {
-      const request = moved(review, drag.at, drag.now);
+      const request = moveBoundary(review, drag.at, drag.now);
       if (request !== null) void recording.ask(request);
     } else if (Math.abs(drag.now - drag.from) * tickWidth < REACH) {
       const span = recording.spanAt(Math.min(tickAt(event), ticks - 1));
@@ -106,7 +106,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
       recording.select({ first: Math.min(drag.from, drag.now), end: Math.max(drag.from, drag.now) });
     }
   };
-  const shown = drag?.kind === "range" ? ordered(drag.from, drag.now) : recording.selected;
+  const span = drag?.kind === "range" ? orderTicks(drag.from, drag.now) : recording.selected;
 
   return (
     <section class="timeline-view" aria-label="Timeline">
@@ -178,7 +178,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                   <g key={tick} class="mark">
                     <line x1={tick * tickWidth} x2={tick * tickWidth} y1={AXIS - 5} y2={height} />
                     <text x={tick * tickWidth + 3} y={AXIS - 8}>
-                      {clock(time)}
+                      {formatTime(time)}
                     </text>
                   </g>
                 ))}
@@ -204,7 +204,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                     height={DRIVERS - 3}
                   />
                   <text x={first * tickWidth + 6} y={AXIS + DRIVERS - 8}>
-                    {fitting(driver, (end - first) * tickWidth - 12)}
+                    {fitText(driver, (end - first) * tickWidth - 12)}
                   </text>
                 </g>
               ))}
@@ -235,7 +235,12 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                     height={4}
                   />
                 )}
-                <Written span={span} text={plain(labels[span.label] ?? "")} tickWidth={tickWidth} top={top} />
+                <SpanLabel
+                  span={span}
+                  text={plain(labels[span.label] ?? "")}
+                  tickWidth={tickWidth}
+                  top={top}
+                />
                 {span.doubtful && (
                   <text class="ask" x={((span.first + span.end) / 2) * tickWidth} y={top + LABELS - 6}>
                     ?
@@ -273,12 +278,12 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 width={width}
               />
             ))}
-            {shown !== null && (
+            {span !== null && (
               <rect
                 class="selected"
-                x={shown.first * tickWidth}
+                x={span.first * tickWidth}
                 y={top}
-                width={Math.max(1, (shown.end - shown.first) * tickWidth - 1)}
+                width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
                 height={height - top}
               />
             )}
@@ -307,7 +312,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
   );
 }
 
-interface WrittenProps {
+interface SpanLabelProps {
   span: Ticks;
   text: string;
   tickWidth: number;
@@ -315,7 +320,7 @@ interface WrittenProps {
 }
 
 /** The label of a span, where it has room. */
-function Written({ span, text, tickWidth, top }: WrittenProps) {
+function SpanLabel({ span, text, tickWidth, top }: SpanLabelProps) {
   if ((span.end - span.first) * tickWidth < text.length * LETTER + 12) return null;
   return (
     <text class="name" x={span.first * tickWidth + 6} y={top + LABELS / 2 + 4}>
@@ -325,7 +330,7 @@ function Written({ span, text, tickWidth, top }: WrittenProps) {
 }
 
 /** A name, shortened to so many pixels. */
-function fitting(name: string, room: number): string {
+function fitText(name: string, room: number): string {
   const letters = Math.max(0, Math.floor(room / LETTER));
   return name.length <= letters ? name : letters < 2 ? "" : `${name.slice(0, letters - 1)}…`;
 }
@@ -338,9 +343,9 @@ interface LaneProps {
 }
 
 function SeriesLane({ series, top, scale, width }: LaneProps) {
-  const known = series.values.filter((value) => value !== null);
-  const least = Math.min(...known, series.is_command ? 0 : Infinity);
-  const most = Math.max(...known, series.is_command ? 0 : -Infinity);
+  const numbers = series.values.filter((value) => value !== null);
+  const least = Math.min(...numbers, series.is_command ? 0 : Infinity);
+  const most = Math.max(...numbers, series.is_command ? 0 : -Infinity);
   const flat = most - least < 1e-9;
   const zero = least < 0 && most > 0 ? top + 5 + (1 - -least / (most - least)) * (SERIES - 12) : null;
   return (
@@ -361,25 +366,25 @@ function SeriesLane({ series, top, scale, width }: LaneProps) {
 
 /** The ticks at which the learned automaton is in another state than that of the label. */
 export function differences({ learned, spans, labels }: Review): Ticks[] {
-  const found: Ticks[] = [];
+  const gaps: Ticks[] = [];
   for (const state of learned?.spans ?? []) {
     for (const span of spans) {
       const [first, end] = [Math.max(state.first, span.first), Math.min(state.end, span.end)];
       if (first >= end || state.label === span.label || span.label === labels.length - 1) continue;
-      const last = found.at(-1);
+      const last = gaps.at(-1);
       if (last !== undefined && last.end === first) last.end = end;
-      else found.push({ first, end });
+      else gaps.push({ first, end });
     }
   }
-  return found;
+  return gaps;
 }
 
 /** The value of a series at a tick, in words. */
 function valueAt(series: Series, tick: number | null): string {
   if (tick === null) return "";
   const step = (series.ticks[1] ?? 1) - (series.ticks[0] ?? 0);
-  const found = series.values[Math.min(series.values.length - 1, Math.floor(tick / Math.max(1, step)))];
-  return value(series, found ?? NaN);
+  const gaps = series.values[Math.min(series.values.length - 1, Math.floor(tick / Math.max(1, step)))];
+  return formatValue(series, gaps ?? NaN);
 }
 
 function px(length: number): string {
@@ -396,7 +401,7 @@ function nearBoundary(review: Review, tick: number, reach: number): number | nul
 }
 
 /** Where a boundary may go: between the beginning of the span before it and the end of that after it. */
-function clamped(review: Review, at: number, tick: number): number {
+function clampBoundary(review: Review, at: number, tick: number): number {
   const index = review.spans.findIndex(({ first }) => first === at);
   const [before, after] = [review.spans[index - 1], review.spans[index]];
   if (before === undefined || after === undefined) return at;
@@ -404,14 +409,14 @@ function clamped(review: Review, at: number, tick: number): number {
 }
 
 /** A tick in the same episode as another one. */
-function within(review: Review, from: number, tick: number): number {
+function clampToEpisode(review: Review, from: number, tick: number): number {
   const episode =
     review.episodes.find(({ first, end }) => first <= from && from < end) ?? review.episodes.at(-1);
   return episode === undefined ? tick : Math.min(episode.end, Math.max(episode.first, tick));
 }
 
 /** What moving a boundary means: the ticks between get the label of the span that grew. */
-export function moved(
+export function moveBoundary(
   review: Review,
   at: number,
   to: number,
@@ -420,9 +425,9 @@ export function moved(
   const grown = review.spans[to < at ? index : index - 1];
   const label = grown === undefined ? undefined : review.labels[grown.label];
   if (to === at || label === undefined) return null;
-  return { do: "label", ...ordered(at, to), label };
+  return { do: "label", ...orderTicks(at, to), label };
 }
 
-function ordered(one: number, other: number): Ticks {
+function orderTicks(one: number, other: number): Ticks {
   return { first: Math.min(one, other), end: Math.max(one, other) };
 }

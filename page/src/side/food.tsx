@@ -16,7 +16,7 @@ export function Food() {
       <h2>Food</h2>
       <p class="tiny list">
         <b class="number">{motion.last.delivered}</b> at home, <b class="number">{carried}</b> carried,{" "}
-        <b class="number">{left(scene, motion.last)}</b> left
+        <b class="number">{countLeft(scene, motion.last)}</b> left
       </p>
     </section>
   );
@@ -26,7 +26,7 @@ function isForaged(scene: Scene): boolean {
   return scene.classes.some(({ food }) => food) && scene.classes.some(({ home }) => home);
 }
 
-function left(scene: Scene, { things }: Frame): number {
+function countLeft(scene: Scene, { things }: Frame): number {
   return things.amount.reduce((sum, amount, thing) => {
     return scene.classes[things.kind[thing] ?? -1]?.food === true ? sum + amount : sum;
   }, 0);

@@ -1,22 +1,22 @@
 /** What the robots do meanwhile that are not trained. */
 
-import { called, calls } from "../calls";
+import { formatCall, bindAll } from "../calls";
 import { useStudio } from "../context";
 import { plain } from "../words";
 
 export function Others() {
   const studio = useStudio();
-  const { scene, desk, told } = studio;
-  if (scene === null || desk === null || told === null || scene.robots < 2) return null;
-  const trained = told.library.trained.filter(({ complete }) => complete);
-  const offered = [...trained, ...scene.behaviors].flatMap((part) => calls(part, scene.targets));
-  const now = desk.others === null ? "" : called(desk.others);
+  const { scene, session, status } = studio;
+  if (scene === null || session === null || status === null || scene.robots < 2) return null;
+  const trained = status.library.trained.filter(({ complete }) => complete);
+  const offered = [...trained, ...scene.behaviors].flatMap((part) => bindAll(part, scene.targets));
+  const now = session.others === null ? "" : formatCall(session.others);
   const choose = (select: HTMLSelectElement): void => {
-    const { behavior, targets } = offered.find((each) => called(each) === select.value) ?? {
+    const { behavior, targets } = offered.find((each) => formatCall(each) === select.value) ?? {
       behavior: null,
       targets: {},
     };
-    void studio.ask({ do: "others", behavior, targets });
+    void studio.ask({ do: "set_other_agents", behavior, targets });
     select.value = now;
     select.blur();
   };
@@ -25,17 +25,17 @@ export function Others() {
       <span class="soft">the others</span>
       <select
         value={now}
-        disabled={!studio.directs}
+        disabled={!studio.hasControl}
         aria-label="What the others do meanwhile"
         onChange={(event) => choose(event.currentTarget)}
       >
         <option value="">{studio.team === null ? "idle" : "decide for themselves"}</option>
-        {now !== "" && !offered.some((each) => called(each) === now) && (
+        {now !== "" && !offered.some((each) => formatCall(each) === now) && (
           <option value={now}>{plain(now)}</option>
         )}
         {offered.map((each) => (
-          <option key={called(each)} value={called(each)}>
-            {plain(called(each))}
+          <option key={formatCall(each)} value={formatCall(each)}>
+            {plain(formatCall(each))}
           </option>
         ))}
       </select>

@@ -3,31 +3,31 @@
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import { Spark } from "../spark";
-import { plain, value } from "../words";
+import { plain, formatValue } from "../words";
 
 export function Readings() {
   const studio = useStudio();
   const panel = usePanel();
   useSlowNews(studio.framed);
-  const { desk, memory, motion, directs } = studio;
-  if (desk === null) return null;
+  const { session, history, motion, hasControl } = studio;
+  if (session === null) return null;
   const values = motion.last?.features;
   return (
     <section>
       <h2>Features now</h2>
-      {desk.features.length === 0 && (
+      {session.features.length === 0 && (
         <p class="tiny">None is chosen: it cannot tell one moment from another. Choose some below.</p>
       )}
-      {desk.features.map((feature, index) => (
+      {session.features.map((feature, index) => (
         <div class="reading" key={feature.label} data-feature={feature.label}>
           <span class="cut" title={plain(feature.label)}>
             {plain(feature.label)}
           </span>
-          <b class="number">{value(feature, values?.[index] ?? NaN)}</b>
-          <Spark feature={feature} values={memory.of(index)} />
+          <b class="number">{formatValue(feature, values?.[index] ?? NaN)}</b>
+          <Spark feature={feature} values={history.valuesOf(index)} />
         </div>
       ))}
-      <button type="button" class="row soft" disabled={!directs} onClick={() => panel.choose("choose")}>
+      <button type="button" class="row soft" disabled={!hasControl} onClick={() => panel.choose("choose")}>
         + choose features
       </button>
     </section>

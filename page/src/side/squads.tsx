@@ -4,8 +4,8 @@ import { useMemo, useState } from "preact/hooks";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
-import { className, counted, plain } from "../words";
-import { atWork } from "./doing";
+import { className, formatCount, plain } from "../words";
+import { countActivities } from "./activities";
 
 /** Of so many squads or fewer each is shown at once. */
 const FEW = 8;
@@ -22,7 +22,7 @@ export function Squads({ studio, squads }: Props) {
   return (
     <section>
       <h2>Team</h2>
-      <Level studio={studio} squads={tops} shown={tops.length <= FEW} turned={turned} toggle={toggle} />
+      <Level studio={studio} squads={tops} opensBelow={tops.length <= FEW} turned={turned} toggle={toggle} />
     </section>
   );
 }
@@ -31,21 +31,21 @@ interface LevelProps {
   studio: Studio;
   squads: readonly Squad[];
   /** Whether those below are shown by default. */
-  shown: boolean;
+  opensBelow: boolean;
   /** Those that were unfolded or folded, by name. */
   turned: ReadonlyMap<string, boolean>;
   toggle: (squad: Squad, open: boolean) => void;
 }
 
-function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
+function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
   return (
     <ul class="rows">
       {squads.map((squad) => {
-        const first = shown || squad.below.some((each) => holds(each, studio));
+        const first = opensBelow || squad.below.some((each) => holds(each, studio));
         const open = squad.below.length > 0 && (turned.get(squad.name) ?? first);
         return (
           <li key={squad.name}>
-            <div class="rank">
+            <div class="squad-row">
               {squad.below.length > 0 && (
                 <button
                   type="button"
@@ -59,7 +59,13 @@ function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
             </div>
             {open && (
               <div class="below">
-                <Level studio={studio} squads={squad.below} shown={false} turned={turned} toggle={toggle} />
+                <Level
+                  studio={studio}
+                  squads={squad.below}
+                  opensBelow={false}
+                  turned={turned}
+                  toggle={toggle}
+                />
               </div>
             )}
           </li>
@@ -69,8 +75,8 @@ function Level({ studio, squads, shown, turned, toggle }: LevelProps) {
   );
 }
 
-function isTrained(squad: Squad, { desk, sort, motion }: Studio): boolean {
-  return sort === squad.sort && (desk?.agent ?? motion.last?.agent ?? 0) === squad.number;
+function isTrained(squad: Squad, { session, sort, motion }: Studio): boolean {
+  return sort === squad.sort && (session?.agent ?? motion.last?.agent ?? 0) === squad.number;
 }
 
 /** Whether it or one of those below it is trained. */
@@ -79,24 +85,24 @@ function holds(squad: Squad, studio: Studio): boolean {
 }
 
 function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
-  const { desk, directs } = studio;
+  const { session, hasControl } = studio;
   const trained = isTrained(squad, studio);
   return (
     <button
       type="button"
       class={className("row", trained && "on")}
       aria-pressed={trained}
-      disabled={!directs || trained}
+      disabled={!hasControl || trained}
       title={trained ? squad.doc : `${squad.doc} Train its coordinator`}
-      onClick={() => void studio.ask({ do: "agent", agent: squad.number, sort: squad.sort })}
+      onClick={() => void studio.ask({ do: "select_agent", agent: squad.number, sort: squad.sort })}
     >
-      <span class={className("dot", trained && desk?.mode)} />
+      <span class={className("dot", trained && session?.mode)} />
       <b>{plain(squad.name)}</b>
       <span class="soft cut">
         ·{" "}
-        {studio.sort !== null && desk !== null
-          ? plain(atWork(studio, squad.robots))
-          : counted(squad.robots.length, "robot")}
+        {studio.sort !== null && session !== null
+          ? plain(countActivities(studio, squad.robots))
+          : formatCount(squad.robots.length, "robot")}
       </span>
     </button>
   );

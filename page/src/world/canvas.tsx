@@ -7,7 +7,7 @@ import { Latency } from "../latency";
 import { PadHint } from "../padhint";
 import { Toast } from "../toast";
 import { Welcome } from "../welcome";
-import { listenToPointer, type Chosen } from "./pointer";
+import { listenToPointer, type Click } from "./pointer";
 import type { Mark } from "./picture";
 import { Stage } from "./stage";
 import { Chosen as ChosenThing, removal, Tools, type Tool } from "./tools";
@@ -18,30 +18,30 @@ export function WorldView() {
   const [stage, setStage] = useState<Stage | null>(null);
   const [tool, setTool] = useState<Tool | null>(null);
   const [marked, setMarked] = useState<Mark | null>(null);
-  const click = useRef<(chosen: Chosen) => void>(() => undefined);
+  const click = useRef<(chosen: Click) => void>(() => undefined);
 
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    const made = new Stage(canvas.current, studio);
-    const stop = listenToPointer(made, (chosen) => click.current(chosen));
-    setStage(made);
+    const newStage = new Stage(canvas.current, studio);
+    const stop = listenToPointer(newStage, (chosen) => click.current(chosen));
+    setStage(newStage);
     return () => {
       stop();
-      made.close();
+      newStage.close();
     };
   }, [studio]);
 
-  const mark = (mark: Mark | null): void => {
+  const selectMark = (mark: Mark | null): void => {
     setMarked(mark);
     if (stage !== null) stage.marked = mark;
     stage?.draw();
   };
-  click.current = ({ mark: found, x, y }) => {
+  click.current = ({ mark, x, y }) => {
     if (tool !== null) {
       if (tool.what === "obstacle") void studio.ask({ do: "add_obstacle", x, y, radius: 0.4 });
       else void studio.ask({ do: "add_object", kind: tool.kind, x, y });
       setTool(null);
-    } else mark(found);
+    } else selectMark(mark);
   };
 
   return (
@@ -50,23 +50,23 @@ export function WorldView() {
         ref={canvas}
         tabIndex={0}
         role="img"
-        aria-label={described(studio.scene)}
+        aria-label={describeScene(studio.scene)}
         onKeyDown={(event) => {
           if (event.key === "+" || event.key === "=") stage?.zoom(1.25);
           else if (event.key === "-") stage?.zoom(0.8);
           else if (event.key === "Delete" && marked !== null && marked.what !== "robot") {
             void studio.ask(removal(marked));
-            mark(null);
+            selectMark(null);
           } else if (event.key === "Escape") {
             setTool(null);
-            mark(null);
+            selectMark(null);
           }
         }}
       />
       {stage !== null && <Tools stage={stage} tool={tool} choose={setTool} />}
-      {marked !== null && <ChosenThing mark={marked} close={() => mark(null)} />}
+      {marked !== null && <ChosenThing mark={marked} close={() => selectMark(null)} />}
       <Welcome />
-      {studio.told?.paused === true && studio.desk !== null && (
+      {studio.status?.paused === true && studio.session !== null && (
         <div class="tools paused">
           Paused.
           <span class="keys">
@@ -81,7 +81,7 @@ export function WorldView() {
   );
 }
 
-function described(scene: Scene | null): string {
+function describeScene(scene: Scene | null): string {
   if (scene === null) return "The world";
   const { scenario, robots, drawing } = scene;
   if (drawing === "none") return `The world ${scenario} draws no picture.`;

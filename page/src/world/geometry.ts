@@ -20,7 +20,7 @@ export interface Margins {
 }
 
 /** All of the world, as large as it fits between the margins. */
-export function fitted(world: Size, screen: Size, margins: Margins): View {
+export function fitView(world: Size, screen: Size, margins: Margins): View {
   const { top, bottom, sides } = margins;
   const wide = (screen.width - 2 * sides) / world.width;
   const high = (screen.height - top - bottom) / world.height;
@@ -37,7 +37,7 @@ export function toWorld(view: View, screen: Size, px: number, py: number): [numb
 }
 
 /** Nearer or farther, so that what is under a pixel stays there. */
-export function zoomed(view: View, screen: Size, factor: number, px: number, py: number): View {
+export function zoomView(view: View, screen: Size, factor: number, px: number, py: number): View {
   const [x, y] = toWorld(view, screen, px, py);
   const scale = Math.min(Math.max(view.scale * factor, 0.5), 2000);
   return {
@@ -48,14 +48,14 @@ export function zoomed(view: View, screen: Size, factor: number, px: number, py:
 }
 
 /** Moved by pixels, but never so far that the middle of the screen leaves the world. */
-export function panned(view: View, world: Size, dx: number, dy: number): View {
+export function panView(view: View, world: Size, dx: number, dy: number): View {
   const within = (at: number, length: number): number => Math.min(Math.max(at, 0), length);
   const { x, y, scale } = view;
   return { x: within(x - dx / scale, world.width), y: within(y + dy / scale, world.height), scale };
 }
 
 /** A step of `share` from one view to another; zooming goes by factors. */
-export function between(from: View, to: View, share: number): View {
+export function interpolateView(from: View, to: View, share: number): View {
   return {
     x: from.x + (to.x - from.x) * share,
     y: from.y + (to.y - from.y) * share,

@@ -3,7 +3,7 @@
 import { toWorld } from "./geometry";
 import { paint } from "./palette";
 import { disc, is, spot, type Picture } from "./picture";
-import { ring } from "./things";
+import { strokeRing } from "./things";
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100];
 const FINEST_PX = 28;
@@ -55,7 +55,7 @@ function drawSolid(picture: Picture): void {
     pen.fillStyle = paint(each.color, palette.solid);
     pen.fill();
     if (is(picture.marked, "obstacle", index))
-      ring(pen, x, y, each.radius * view.scale + 4, palette.accent, 2);
+      strokeRing(pen, x, y, each.radius * view.scale + 4, palette.accent, 2);
   });
 }
 

@@ -21,8 +21,8 @@ export function drawHandle(picture: Picture, held: Handle | null): Handle | null
   const { pen, palette, marked, motion } = picture;
   const robot = marked?.of ?? -1;
   if (marked?.what !== "robot" || motion.last === null || robot >= motion.last.robots.count) return null;
-  const found = held ?? [false, true].map((behind) => place(picture, robot, behind)).find(fits(picture));
-  const { x, y, behind } = place(picture, robot, found?.behind ?? false);
+  const handle = held ?? [false, true].map((behind) => place(picture, robot, behind)).find(fits(picture));
+  const { x, y, behind } = place(picture, robot, handle?.behind ?? false);
   const at = pose(picture, robot);
   const [fromX, fromY] = spot(picture, at.x, at.y);
   const share = size(picture, robot) / Math.hypot(x - fromX, y - fromY);

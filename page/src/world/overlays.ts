@@ -1,7 +1,7 @@
 /** What is shown on demand: the way it came, lines to targets, measured distances, what the camera sees. */
 
-import { degrees, minus, plain } from "../words";
-import { disc, letters, spot, type Desk, type Picture } from "./picture";
+import { toDegrees, useMinusSign, plain } from "../words";
+import { disc, letters, spot, type PictureSession, type Picture } from "./picture";
 import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
@@ -10,15 +10,15 @@ const NEAR_PX = 100;
 
 export function drawOverlays(picture: Picture): void {
   const frame = picture.motion.last;
-  if (frame === null || picture.desk === null || frame.agent >= frame.robots.count) return;
+  if (frame === null || picture.session === null || frame.agent >= frame.robots.count) return;
   if (picture.overlays.has("trail")) drawTrail(picture);
   if (picture.overlays.has("camera")) drawCamera(picture, frame.agent);
   if (picture.overlays.has("distances")) drawDistances(picture, frame.agent, frame.sonars);
-  if (picture.overlays.has("targets")) drawTargets(picture, frame.agent, picture.desk, frame.features);
+  if (picture.overlays.has("targets")) drawTargets(picture, frame.agent, picture.session, frame.features);
 }
 
 function drawTrail(picture: Picture): void {
-  const { pen, motion, palette, desk } = picture;
+  const { pen, motion, palette, session } = picture;
   pen.beginPath();
   for (const { x, y } of motion.trail.slice(0, -1)) pen.lineTo(...spot(picture, x, y));
   const frame = motion.last;
@@ -26,7 +26,7 @@ function drawTrail(picture: Picture): void {
     const { x, y } = pose(picture, frame.agent);
     pen.lineTo(...spot(picture, x, y));
   }
-  pen.strokeStyle = desk?.mode === "testing" ? palette.test : palette.train;
+  pen.strokeStyle = session?.mode === "testing" ? palette.test : palette.train;
   pen.globalAlpha = 0.6;
   pen.lineWidth = 2;
   pen.setLineDash([1, 5]);
@@ -105,11 +105,11 @@ function drawHit(picture: Picture, robot: number, deg: number, away: number): vo
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */
-function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float32Array): void {
+function drawTargets(picture: Picture, robot: number, session: PictureSession, values: Float32Array): void {
   const { pen, palette } = picture;
   const at = pose(picture, robot);
   const sensed = picture.motion.pose(robot);
-  for (const { name, distance, angle } of aims(desk, values)) {
+  for (const { name, distance, angle } of listTargets(session, values)) {
     const bearing = sensed.heading + angle;
     const x = sensed.x + Math.cos(bearing) * distance;
     const y = sensed.y + Math.sin(bearing) * distance;
@@ -124,7 +124,7 @@ function drawTargets(picture: Picture, robot: number, desk: Desk, values: Float3
     pen.stroke();
     pen.setLineDash([]);
     if (Math.hypot(toX - fromX, toY - fromY) < NEAR_PX) continue;
-    const text = `${plain(name)} · ${distance.toFixed(2)} m, ${minus(`${degrees(angle)}°`)}`;
+    const text = `${plain(name)} · ${distance.toFixed(2)} m, ${useMinusSign(`${toDegrees(angle)}°`)}`;
     letters(picture, text, (fromX + toX) / 2 + 8, (fromY + toY) / 2 - 6, palette.accent);
   }
 }
@@ -135,14 +135,14 @@ interface Aim {
   angle: number;
 }
 
-export function aims(desk: Desk, values: Float32Array): Aim[] {
-  const reading = new Map(desk.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
-  const found: Aim[] = [];
+export function listTargets(session: PictureSession, values: Float32Array): Aim[] {
+  const reading = new Map(session.features.map((feature, index) => [feature.label, values[index] ?? NaN]));
+  const list: Aim[] = [];
   for (const [label, distance] of reading) {
     const name = /^distance_to\((.+)\)$/.exec(label)?.[1];
     const angle = reading.get(`angle_to(${name})`);
     if (name === undefined || angle === undefined || Number.isNaN(distance + angle)) continue;
-    found.push({ name, distance, angle });
+    list.push({ name, distance, angle });
   }
-  return found;
+  return list;
 }

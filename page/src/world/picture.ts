@@ -10,14 +10,14 @@ export const OVERLAYS = ["targets", "distances", "camera", "trail", "names"] as 
 export type Overlay = (typeof OVERLAYS)[number];
 
 /** What a picture needs to know of the session. */
-export type Desk = Pick<Session, "mode" | "features" | "doing">;
+export type PictureSession = Pick<Session, "mode" | "features" | "activities">;
 
 export interface Picture {
   pen: CanvasRenderingContext2D;
   screen: Size;
   view: View;
   scene: Scene;
-  desk: Desk | null;
+  session: PictureSession | null;
   /** Whether a coordinator is trained, who orders the robots about. */
   led: boolean;
   motion: Motion;

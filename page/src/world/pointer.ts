@@ -12,15 +12,15 @@ const REACH_PX = 7;
 const LEAST_PX = { mouse: 0, touch: GRASP_PX };
 const EVERY_MS = 60;
 
-export interface Chosen {
+export interface Click {
   mark: Mark | null;
   /** Where it was clicked, m. */
   x: number;
   y: number;
 }
 
-export function listenToPointer(stage: Stage, clicked: (chosen: Chosen) => void): () => void {
-  const hand = new Hand(stage, clicked);
+export function listenToPointer(stage: Stage, clicked: (chosen: Click) => void): () => void {
+  const drag = new PointerDrag(stage, clicked);
   const { canvas } = stage;
   const ends: (() => void)[] = [];
   const on = <K extends keyof HTMLElementEventMap>(
@@ -30,10 +30,10 @@ export function listenToPointer(stage: Stage, clicked: (chosen: Chosen) => void)
     canvas.addEventListener(name, act, { passive: false });
     ends.push(() => canvas.removeEventListener(name, act));
   };
-  on("pointerdown", (event) => hand.down(event));
-  on("pointermove", (event) => hand.move(event));
-  on("pointerup", (event) => hand.up(event));
-  on("pointercancel", (event) => hand.up(event));
+  on("pointerdown", (event) => drag.down(event));
+  on("pointermove", (event) => drag.move(event));
+  on("pointerup", (event) => drag.up(event));
+  on("pointercancel", (event) => drag.up(event));
   on("dblclick", () => stage.fit());
   on("wheel", (event) => {
     event.preventDefault();
@@ -42,7 +42,7 @@ export function listenToPointer(stage: Stage, clicked: (chosen: Chosen) => void)
   return () => ends.forEach((end) => end());
 }
 
-class Hand {
+class PointerDrag {
   private readonly fingers = new Map<number, { x: number; y: number }>();
   private held: Mark | null = null;
   private start = { x: 0, y: 0 };
@@ -52,7 +52,7 @@ class Hand {
 
   constructor(
     private readonly stage: Stage,
-    private readonly clicked: (chosen: Chosen) => void,
+    private readonly clicked: (chosen: Click) => void,
   ) {}
 
   down(event: PointerEvent): void {
@@ -65,21 +65,22 @@ class Hand {
     const handle = handleUnder(this.stage, event);
     this.stage.turning = handle !== null;
     if (handle !== null) this.held = { what: "robot", of: handle.robot };
-    else this.held = this.stage.studio.directs ? under(this.stage, event) : null;
+    else this.held = this.stage.studio.hasControl ? findMark(this.stage, event) : null;
   }
 
   move(event: PointerEvent): void {
     const { stage } = this;
     const before = this.fingers.get(event.pointerId);
     if (before === undefined) {
-      stage.canvas.style.cursor = (handleUnder(stage, event) ?? under(stage, event)) === null ? "" : "grab";
+      stage.canvas.style.cursor =
+        (handleUnder(stage, event) ?? findMark(stage, event)) === null ? "" : "grab";
       return;
     }
     const at = { x: event.offsetX, y: event.offsetY };
     if (this.fingers.size === 2) this.pinch(event.pointerId, before, at);
     this.fingers.set(event.pointerId, at);
     if (this.fingers.size > 1) return;
-    if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX[means(event)]) this.moved = true;
+    if (Math.hypot(at.x - this.start.x, at.y - this.start.y) > SLOP_PX[pointerKind(event)]) this.moved = true;
     if (!this.moved) return;
     if (this.held === null) stage.pan(at.x - before.x, at.y - before.y);
     else if (stage.turning || (event.shiftKey && this.held.what === "robot"))
@@ -92,11 +93,11 @@ class Hand {
     if (!this.fingers.delete(event.pointerId) || this.fingers.size > 0) return;
     const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
     if (!this.moved && !stage.turning && event.type === "pointerup") {
-      this.clicked({ mark: under(stage, event), x, y });
+      this.clicked({ mark: findMark(stage, event), x, y });
     }
     if (this.held !== null && this.turned) this.turn(this.held.of, event.offsetX, event.offsetY);
     if (this.held !== null && this.moved && !this.turned)
-      void this.put(this.held, x, y).then(() => this.letGo());
+      void this.place(this.held, x, y).then(() => this.letGo());
     else this.letGo();
   }
 
@@ -112,7 +113,7 @@ class Hand {
     const [x, y] = toWorld(stage.view, stage.screen, px, py);
     stage.dragged = { ...held, x, y };
     stage.draw();
-    if (performance.now() - this.sent > EVERY_MS) void this.put(held, x, y);
+    if (performance.now() - this.sent > EVERY_MS) void this.place(held, x, y);
   }
 
   /** A robot stays and turns to the pointer, or away from one that holds the handle behind it. */
@@ -126,13 +127,13 @@ class Hand {
     const [toX, toY] = toWorld(stage.view, stage.screen, px, py);
     const side = stage.turning && stage.handle?.behind === true ? -1 : 1;
     const heading = Math.atan2(side * (toY - y), side * (toX - x));
-    void stage.studio.ask({ do: "place", agent, x, y, heading });
+    void stage.studio.ask({ do: "move_robot", agent, x, y, heading });
   }
 
-  private put(held: Mark, x: number, y: number): Promise<unknown> {
+  private place(held: Mark, x: number, y: number): Promise<unknown> {
     this.sent = performance.now();
     const { studio } = this.stage;
-    if (held.what === "robot") return studio.ask({ do: "place", agent: held.of, x, y, heading: null });
+    if (held.what === "robot") return studio.ask({ do: "move_robot", agent: held.of, x, y, heading: null });
     if (held.what === "obstacle") return studio.ask({ do: "move_obstacle", index: held.of, x, y });
     return studio.ask({ do: "move_object", slot: held.of, x, y });
   }
@@ -148,7 +149,7 @@ class Hand {
   }
 }
 
-function means(event: PointerEvent): "mouse" | "touch" {
+function pointerKind(event: PointerEvent): "mouse" | "touch" {
   return event.pointerType === "touch" ? "touch" : "mouse";
 }
 
@@ -157,18 +158,18 @@ function handleUnder({ handle }: Stage, { offsetX, offsetY }: PointerEvent): Han
 }
 
 /** The robot, object or round obstacle at a pointer: in this order, the nearest of them. */
-function under(stage: Stage, event: PointerEvent): Mark | null {
+function findMark(stage: Stage, event: PointerEvent): Mark | null {
   const { scene, motion } = stage.studio;
   const frame = motion.last;
   if (scene === null || frame === null || scene.drawing !== "map") return null;
   const [x, y] = toWorld(stage.view, stage.screen, event.offsetX, event.offsetY);
   const reach = REACH_PX / stage.view.scale;
-  const least = LEAST_PX[means(event)] / stage.view.scale;
-  let found: Mark | null = null;
+  const least = LEAST_PX[pointerKind(event)] / stage.view.scale;
+  let nearestMark: Mark | null = null;
   let nearest = Infinity;
   const consider = (mark: Mark, far: number, radius: number): void => {
     if (far > Math.max(radius + reach, least) || far >= nearest) return;
-    found = mark;
+    nearestMark = mark;
     nearest = far;
   };
   const { robots, things } = frame;
@@ -177,16 +178,16 @@ function under(stage: Stage, event: PointerEvent): Mark | null {
     const far = Math.hypot((robots.x[robot] ?? 0) - x, (robots.y[robot] ?? 0) - y);
     consider({ what: "robot", of: robot }, far, radius);
   }
-  if (found !== null) return found;
+  if (nearestMark !== null) return nearestMark;
   for (let index = 0; index < things.count; index += 1) {
     const kind = scene.classes[things.kind[index] ?? -1];
     if (kind === undefined) continue;
     const far = Math.hypot((things.x[index] ?? 0) - x, (things.y[index] ?? 0) - y);
     consider({ what: "thing", of: things.slot[index] ?? 0 }, far, extent(kind, things.atFirst[index] ?? 0));
   }
-  if (found !== null) return found;
+  if (nearestMark !== null) return nearestMark;
   scene.discs.forEach(({ x: left, y: up, radius }, index) => {
-    if (Math.hypot(left - x, up - y) < radius) found = { what: "obstacle", of: index };
+    if (Math.hypot(left - x, up - y) < radius) nearestMark = { what: "obstacle", of: index };
   });
-  return found;
+  return nearestMark;
 }

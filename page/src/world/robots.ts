@@ -2,7 +2,7 @@
 
 import { paint } from "./palette";
 import { disc, is, letters, spot, type Picture } from "./picture";
-import { ring } from "./things";
+import { strokeRing } from "./things";
 import type { Pose } from "./motion";
 import { plain } from "../words";
 
@@ -11,18 +11,18 @@ const DOING = ["#3a6fd8", "#e08a2b", "#5a9a34", "#c2407f", "#2ba3b8", "#8f4aa3",
 
 /** A crowd is drawn in one stroke for each type, so that a thousand robots stay smooth. */
 export function drawRobots(picture: Picture): void {
-  const { motion, scene, desk } = picture;
+  const { motion, scene, session } = picture;
   const frame = motion.last;
   if (frame === null) return;
-  const trained = desk === null ? -1 : frame.agent;
-  if (desk !== null && picture.led) drawDoing(picture);
+  const trained = session === null ? -1 : frame.agent;
+  if (session !== null && picture.led) drawDoing(picture);
   scene.types.forEach((_, type) => drawCrowd(picture, type, trained));
   if (trained >= 0 && trained < frame.robots.count) drawTrained(picture, trained);
   if (picture.overlays.has("names") && frame.robots.count > 1 && frame.robots.count <= 24) drawNames(picture);
   for (let robot = 0; robot < frame.robots.count; robot += 1) {
     if (is(picture.marked, "robot", robot) && robot !== trained) {
       const { x, y } = pose(picture, robot);
-      ring(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
+      strokeRing(picture.pen, ...spot(picture, x, y), size(picture, robot) + 4, picture.palette.accent, 2);
     }
   }
 }
@@ -83,11 +83,11 @@ function outline(picture: Picture, robot: number): void {
 }
 
 function drawTrained(picture: Picture, robot: number): void {
-  const { pen, palette, desk, motion } = picture;
+  const { pen, palette, session, motion } = picture;
   const at = pose(picture, robot);
   const [x, y] = spot(picture, at.x, at.y);
   const radius = size(picture, robot);
-  const color = desk?.mode === "testing" ? palette.test : palette.train;
+  const color = session?.mode === "testing" ? palette.test : palette.train;
   pen.globalAlpha = 0.16;
   pen.fillStyle = color;
   pen.beginPath();
@@ -111,7 +111,9 @@ function drawNames(picture: Picture): void {
   for (let robot = 0; robot < count; robot += 1) {
     const at = pose(picture, robot);
     const [x, y] = spot(picture, at.x, at.y);
-    const doing = picture.led ? picture.desk?.doing[picture.motion.last?.robots.doing[robot] ?? -1] : "";
+    const doing = picture.led
+      ? picture.session?.activities[picture.motion.last?.robots.doing[robot] ?? -1]
+      : "";
     letters(
       picture,
       `${robot + 1} ${plain(doing ?? "")}`,

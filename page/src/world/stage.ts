@@ -5,13 +5,13 @@ import type { Scene } from "../protocol";
 import { Redraw } from "../redraw";
 import type { Studio } from "../studio";
 import { drawBody } from "./body";
-import { between, fitted, panned, type Margins, type Size, type View, zoomed } from "./geometry";
+import { interpolateView, fitView, panView, type Margins, type Size, type View, zoomView } from "./geometry";
 import { drawGround } from "./ground";
 import { drawHandle, type Handle } from "./handle";
 import { drawOverlays } from "./overlays";
 import { palette, type Palette } from "./palette";
 import type { Motion } from "./motion";
-import { OVERLAYS, type Desk, type Mark, type Overlay, type Picture } from "./picture";
+import { OVERLAYS, type PictureSession, type Mark, type Overlay, type Picture } from "./picture";
 import { drawRobots } from "./robots";
 import { drawThings } from "./things";
 
@@ -26,10 +26,10 @@ export interface WorldSource {
   readonly framed: News;
   readonly motion: Motion;
   readonly scene: Scene | null;
-  readonly desk: Desk | null;
+  readonly session: PictureSession | null;
   readonly sort: string | null;
   readonly image: ImageBitmap | null;
-  readonly directs: boolean;
+  readonly hasControl: boolean;
   readonly live: { readonly fixed: boolean };
 }
 
@@ -103,13 +103,13 @@ export class Stage<S extends WorldSource = Studio> {
   fit(): void {
     const { scene } = this.studio;
     if (scene === null) return;
-    this.want(fitted(scene, this.screen, this.margins));
+    this.want(fitView(scene, this.screen, this.margins));
     this.fits = true;
   }
 
   /** Nearer or farther, around a pixel; around the middle where none is named. */
   zoom(factor: number, px = this.screen.width / 2, py = this.screen.height / 2): void {
-    this.want(zoomed(this.wanted, this.screen, factor, px, py));
+    this.want(zoomView(this.wanted, this.screen, factor, px, py));
     this.fits = false;
   }
 
@@ -117,7 +117,7 @@ export class Stage<S extends WorldSource = Studio> {
     const { scene } = this.studio;
     if (scene === null) return;
     const { x, y } = this.wanted;
-    this.want(panned(this.wanted, scene, dx, dy));
+    this.want(panView(this.wanted, scene, dx, dy));
     this.view = { ...this.view, x: this.view.x + this.wanted.x - x, y: this.view.y + this.wanted.y - y };
     this.fits = false;
   }
@@ -129,17 +129,17 @@ export class Stage<S extends WorldSource = Studio> {
 
   /** What the picture is drawn of. */
   private get visible(): readonly unknown[] {
-    const { scene, desk, motion, sort, image, directs, live } = this.studio;
+    const { scene, session, motion, sort, image, hasControl, live } = this.studio;
     return [
       scene,
       scene?.drawing === "map" && motion.changes,
       image,
       sort,
-      directs,
+      hasControl,
       live.fixed,
-      desk?.mode,
-      desk?.features.map(({ label }) => label).join("\n"),
-      desk?.doing.join("\n"),
+      session?.mode,
+      session?.features.map(({ label }) => label).join("\n"),
+      session?.activities.join("\n"),
       ...this.below.list(),
     ];
   }
@@ -162,26 +162,26 @@ export class Stage<S extends WorldSource = Studio> {
     this.canvas.height = high;
     this.screen = { width, height };
     if (this.fits && this.studio.scene !== null) {
-      this.view = this.wanted = fitted(this.studio.scene, this.screen, this.margins);
+      this.view = this.wanted = fitView(this.studio.scene, this.screen, this.margins);
     }
     if (document.hidden) this.draw();
     else this.show(); // at once, as another size clears the canvas
   }
 
   private show(): void {
-    const { scene, desk, motion } = this.studio;
+    const { scene, session, motion } = this.studio;
     this.drawn = this.visible;
     const fine = devicePixelRatio || 1;
     this.pen.setTransform(fine, 0, 0, fine, 0, 0);
     if (scene === null) return;
     if (this.view.scale === 1) this.view = this.wanted;
-    this.view = near(this.view, this.wanted) ? this.wanted : between(this.view, this.wanted, EASE);
+    this.view = isNear(this.view, this.wanted) ? this.wanted : interpolateView(this.view, this.wanted, EASE);
     const picture: Picture = {
       pen: this.pen,
       screen: this.screen,
       view: this.view,
       scene,
-      desk,
+      session,
       led: this.studio.sort !== null,
       motion,
       palette: this.colors,
@@ -195,13 +195,13 @@ export class Stage<S extends WorldSource = Studio> {
       drawThings(picture);
       drawRobots(picture);
     } else drawBody(picture, this.studio.image);
-    const turns = this.studio.directs && !this.studio.live.fixed;
+    const turns = this.studio.hasControl && !this.studio.live.fixed;
     this.handle = turns ? drawHandle(picture, this.turning ? this.handle : null) : null;
     if (this.view !== this.wanted) this.draw();
   }
 }
 
-function near(view: View, wanted: View): boolean {
+function isNear(view: View, wanted: View): boolean {
   const apart = Math.hypot(view.x - wanted.x, view.y - wanted.y) * wanted.scale;
   return apart < 0.3 && Math.abs(view.scale / wanted.scale - 1) < 0.002;
 }

@@ -49,8 +49,8 @@ function drawThing(picture: Picture, index: number): void {
     }
     if (left > 0) fillDisc(pen, x, y, size * Math.sqrt(left));
   }
-  if (kind.pushable) ring(pen, x, y, size + 2, palette.ink, 1);
-  if (is(picture.marked, "thing", slot)) ring(pen, x, y, size + 5, palette.accent, 2);
+  if (kind.pushable) strokeRing(pen, x, y, size + 2, palette.ink, 1);
+  if (is(picture.marked, "thing", slot)) strokeRing(pen, x, y, size + 5, palette.accent, 2);
   if (picture.overlays.has("names")) {
     const name = kind.food ? (amount > 0 ? `${amount} ${plain(kind.name)}` : "empty") : plain(kind.name);
     letters(picture, name, x + size + 6, y + 4, palette.soft);
@@ -64,7 +64,7 @@ function drawMarker(picture: Picture, x: number, y: number, size: number, color:
   pen.globalAlpha = 0.25;
   fillDisc(pen, x, y, size);
   pen.globalAlpha = 1;
-  ring(pen, x, y, size, color, 2);
+  strokeRing(pen, x, y, size, color, 2);
   pen.beginPath();
   pen.moveTo(x, y);
   pen.lineTo(x, y - high);
@@ -85,7 +85,7 @@ function fillDisc(pen: CanvasRenderingContext2D, x: number, y: number, radius: n
   pen.fill();
 }
 
-export function ring(
+export function strokeRing(
   pen: CanvasRenderingContext2D,
   x: number,
   y: number,

@@ -16,15 +16,15 @@ interface ToolsProps {
 }
 
 export function Tools({ stage, tool, choose }: ToolsProps) {
-  const { scene, desk, directs, live } = useStudio();
+  const { scene, session, hasControl, live } = useStudio();
   const [, again] = useState(0);
   if (scene === null) return null;
-  const type = scene.robot_type[desk?.agent ?? 0] ?? 0;
+  const type = scene.robot_type[session?.agent ?? 0] ?? 0;
   const has: Record<Overlay, boolean> = {
-    targets: desk !== null,
-    distances: desk !== null && (scene.sonars[type]?.length ?? 0) > 0,
-    camera: desk !== null && (scene.cameras[type]?.length ?? 0) > 0,
-    trail: desk !== null,
+    targets: session !== null,
+    distances: session !== null && (scene.sonars[type]?.length ?? 0) > 0,
+    camera: session !== null && (scene.cameras[type]?.length ?? 0) > 0,
+    trail: session !== null,
     names: true,
   };
   return (
@@ -57,7 +57,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
           </button>
         </div>
       )}
-      {directs && !live.fixed && (
+      {hasControl && !live.fixed && (
         <select
           class="tools add"
           aria-label="Add to the world"
@@ -93,7 +93,7 @@ export function removal({ what, of }: Mark): Request {
 
 export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
   const studio = useStudio();
-  const { scene, motion, directs, desk } = studio;
+  const { scene, motion, hasControl, session } = studio;
   const frame = motion.last;
   if (scene === null || frame === null) return null;
   const act = (request: Parameters<typeof studio.ask>[0]): void => {
@@ -103,18 +103,22 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
   const at = mark.what === "thing" ? frame.things.slot.indexOf(mark.of) : -1;
   const kind = scene.classes[frame.things.kind[at] ?? -1];
   if (mark.what === "thing" && kind === undefined) return null;
-  const trained = (desk?.agent ?? frame.agent) === mark.of;
+  const trained = (session?.agent ?? frame.agent) === mark.of;
   return (
     <div class={className("tools", "chosen")} role="group" aria-label="What was clicked">
       {mark.what === "robot" ? (
         <>
           <b>robot {mark.of + 1}</b>
           <span class="soft">
-            {trained && desk !== null ? "is being trained; " : ""}drag it to move it, and its handle to turn
-            it
+            {trained && session !== null ? "is being trained; " : ""}drag it to move it, and its handle to
+            turn it
           </span>
           {!trained && (
-            <button type="button" disabled={!directs} onClick={() => act({ do: "agent", agent: mark.of })}>
+            <button
+              type="button"
+              disabled={!hasControl}
+              onClick={() => act({ do: "select_agent", agent: mark.of })}
+            >
               Train this one
             </button>
           )}
@@ -127,7 +131,7 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
               {frame.things.amount[at]} of {frame.things.atFirst[at]}
             </span>
           )}
-          <button type="button" disabled={!directs} onClick={() => act(removal(mark))}>
+          <button type="button" disabled={!hasControl} onClick={() => act(removal(mark))}>
             Remove
           </button>
         </>

@@ -16,7 +16,7 @@ import numpy as np
 from tests.export.exports import keep_arcs_on_circles
 from tests.export.ros2.packages import write_words
 from tests.robots.rovers import Wire
-from tests.runtime.random_libraries import random_library
+from tests.runtime.random_libraries import draw_library as draw_random_library
 from tests.simulated_clock import ReadOnlyClock
 
 from understudy.export.export_automaton import link_ground
@@ -198,7 +198,7 @@ def draw_library(seed: int) -> Library:
     """Draw a library whose topmost automaton has no parameter."""
     random = Random(seed)
     while True:
-        library = keep_arcs_on_circles(random_library(random, automata=3, depth=4, kit=KIT))
+        library = keep_arcs_on_circles(draw_random_library(random, automata=3, depth=4, kit=KIT))
         if not library.parameters("a2"):
             return library
 

@@ -15,7 +15,7 @@ def test_eight_platoons_are_the_swarm_that_ships() -> None:
     assert of_platoons(8) == scenario()
 
 
-def made() -> Team:
+def make_swarm_team() -> Team:
     return make_team(scenario(), [4], make_expert_libraries(), {SWARM: ("swarm_work", {})})
 
 
@@ -26,7 +26,7 @@ def outcome(team: Team) -> tuple[bytes, list[tuple[str, ...]]]:
 
 def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three levels of coordinators over the robots of one world, on which several threads work."""
-    ticked, alone, together = made(), made(), made()
+    ticked, alone, together = make_swarm_team(), make_swarm_team(), make_swarm_team()
     alone.run(300)
     monkeypatch.setattr(step, "ALONE", 1)
     monkeypatch.setattr(step, "MOST_TICKS", 70)
@@ -35,6 +35,6 @@ def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert outcome(together) == outcome(alone)
     for _ in range(120):
         ticked.tick()
-    short = made()
+    short = make_swarm_team()
     short.run(120)
     assert outcome(short) == outcome(ticked)

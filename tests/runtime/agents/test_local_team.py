@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tests.bodies import Scripted
 from tests.robots.scale_team import make_plan
 from tests.runtime.agents.test_lost_agents import make_team
-from tests.runtime.random_libraries import Played, played
+from tests.runtime.random_libraries import Played, play_random_body
 from tests.runtime.test_team import CASES, random_tree
 
 from understudy.model.features import Percept
@@ -44,7 +44,7 @@ def make_both(
     random: Random, robots: int, *, delay_ticks: int = 0
 ) -> tuple[Team, LocalTeam, Failing, Failing]:
     """A team in one program, and one of agents, with the same percepts; any sort runs what it was taught."""
-    body = played(random, agents=robots, ticks=TICKS)
+    body = play_random_body(random, agents=robots, ticks=TICKS)
     ticks_s = [random.choice((each, 2.5)) if random.random() < 0.2 else each for each in body.ticks_s]
     down = np.array([[random.random() < 0.2 for _ in range(robots)] for _ in range(TICKS)], np.bool_)
     one, other = (Failing(body.percepts, ticks_s, body.time_s, down) for _ in range(2))

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import pytest
 from tests.bodies import TICK_S, Scripted
 from tests.bodies import kit as scripted_kit
-from tests.runtime.automata import automaton
+from tests.make.programs import make_automaton
 from tests.runtime.test_team import SQUAD, there_and_back
 
 from understudy.model.library import Library
@@ -41,7 +41,7 @@ def make_team(
 ) -> LocalTeam:
     """Four robots that go until they are within `near` m, and alone turn; all turn when all are there."""
     to = lambda distance: "done" if distance < near else "forward"  # noqa: E731
-    go = automaton(
+    go = make_automaton(
         "go", ["forward"], {"start": to, "forward": to}, flags=["done"], features=["range_of(ball)"]
     )
     robots = Library.from_automata(scripted_kit, go)
@@ -335,7 +335,7 @@ def test_a_deputy_that_cannot_go_on_begins_afresh(
 def lead_half(library: Library) -> Library:
     """Order `half` for good."""
     answers = {"start": lambda all_done: "half", "half": lambda all_done: "half"}
-    leader = automaton("lead", ["half"], answers, features=["all_done"], library=library)
+    leader = make_automaton("lead", ["half"], answers, features=["all_done"], library=library)
     return Library.from_automata(library.kit, leader)
 
 

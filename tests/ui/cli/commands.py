@@ -24,7 +24,7 @@ def run(*arguments: object, monkeypatch: pytest.MonkeyPatch | None = None) -> Re
     )
 
 
-def said(*arguments: object) -> Any:
+def run_json(*arguments: object) -> Any:
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO, lead
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 from tests.ui.cli.forage_parts import ALWAYS, distance_to, goto
 
 from understudy.model.automaton import START, Automaton, State
@@ -22,7 +22,7 @@ from understudy.sim.team.libraries import collect_libraries
 from understudy.storage.library_folder import save_automaton
 
 
-def found(result: Any, kind: str) -> list[dict[str, Any]]:
+def list_findings(result: Any, kind: str) -> list[dict[str, Any]]:
     return [each for each in result["findings"] if each["kind"] == kind]
 
 
@@ -33,7 +33,7 @@ def break_goto(library: Path) -> None:
 
 
 def test_a_library_that_holds(library: Path) -> None:
-    result = said("check", library)
+    result = run_json("check", library)
     assert result["holds"]
     assert {each["name"] for each in result["checked"]} == {"goto", "harvest", "deposit", "forage"}
     assert not [each for each in result["findings"] if each["severity"] == "error"]
@@ -42,8 +42,8 @@ def test_a_library_that_holds(library: Path) -> None:
 
 def test_exit_codes_follow_the_severity(library: Path) -> None:
     break_goto(library)
-    result = said("check", library, "goto")
-    (never_left,) = found(result, "state never left")
+    result = run_json("check", library, "goto")
+    (never_left,) = list_findings(result, "state never left")
     assert never_left["severity"] == "warning"
     assert never_left["certain"]
     assert "State forward is never left" in run("check", library, "goto").stdout
@@ -63,9 +63,9 @@ def test_an_error_fails_by_default(library: Path) -> None:
 
 def test_a_scenario_excludes_what_its_sensors_never_give(library: Path) -> None:
     """Loading without food in reach begins anew for ever: but food is in reach wherever goto arrives."""
-    free, tied = said("check", library), said("check", library, "--world", "forage")
-    assert "harvest" in {each["automaton"] for each in found(free, "cycle")}
-    assert "harvest" not in {each["automaton"] for each in found(tied, "cycle")}
+    free, tied = run_json("check", library), run_json("check", library, "--world", "forage")
+    assert "harvest" in {each["automaton"] for each in list_findings(free, "cycle")}
+    assert "harvest" not in {each["automaton"] for each in list_findings(tied, "cycle")}
     assert not free["ties"]
     assert any("at most 0.5 m" in tie for tie in tied["ties"])
     text = " ".join(run("check", library, "--world", "forage", "--all").stdout.split())
@@ -73,7 +73,7 @@ def test_a_scenario_excludes_what_its_sensors_never_give(library: Path) -> None:
 
 
 def test_a_cell_says_where_in_words_and_numbers(library: Path) -> None:
-    cell = found(said("check", library, "harvest"), "cycle")[0]["cells"][0]
+    cell = list_findings(run_json("check", library, "harvest"), "cycle")[0]["cells"][0]
     assert "distance_to(nearest_food)" in cell["condition"]
     assert cell["ranges"]["distance_to(nearest_food)"]["parts"] == [[None, 0.3]]
     assert cell["at"]["distance_to(nearest_food)"] < 0.3
@@ -95,15 +95,19 @@ SPIN = Automaton(
 
 def test_warnings_are_tried_in_the_world(tmp_path: Path) -> None:
     save_automaton(tmp_path, TrainedAutomaton(SPIN))
-    first, second = found(said("check", tmp_path, "--world", "forage", "--worlds", "3"), "chatter")
+    first, second = list_findings(
+        run_json("check", tmp_path, "--world", "forage", "--worlds", "3"), "chatter"
+    )
     assert (first["states"], first["trial"]["worlds"], first["trial"]["happened"]) == (
         ["left", "right"],
         3,
         3,
     )
     assert (second["states"], second["trial"]["happened"]) == (["left", "ahead"], 0)
-    untried = said("check", tmp_path, "--world", "forage", "--worlds", "0")
-    assert all(each["trial"] is None for each in (*untried["findings"], *said("check", tmp_path)["findings"]))
+    untried = run_json("check", tmp_path, "--world", "forage", "--worlds", "0")
+    assert all(
+        each["trial"] is None for each in (*untried["findings"], *run_json("check", tmp_path)["findings"])
+    )
 
 
 def test_how_to_show_what_did_not_happen_is_left_out(tmp_path: Path) -> None:
@@ -135,16 +139,16 @@ def test_coordinators(team: Path) -> None:
     kit = collect_libraries(SCENARIO, ROBOTS)["patrol"].kit
     library = Library.from_automata(kit, lead())
     save_automaton(team / "patrol", library.taught["lead"])
-    result = said("check", team, "--world", "patrol", "--worlds", "0")
+    result = run_json("check", team, "--world", "patrol", "--worlds", "0")
     assert "patrol/lead" in {each["name"] for each in result["checked"]}
-    assert not found(result, "missing behavior")
+    assert not list_findings(result, "missing behavior")
     states = (START, State("go", "fly"))
     save_automaton(
         team / "patrol", TrainedAutomaton(Automaton("wrong", states, transitions={"start": ALWAYS}))
     )
     failed = run("check", team, "patrol/wrong", "--world", "patrol", "--json")
     assert failed.exit_code == 1
-    (missing,) = found(json.loads(failed.stdout), "missing behavior")
+    (missing,) = list_findings(json.loads(failed.stdout), "missing behavior")
     assert "orders fly, for which no member" in missing["sentence"]
 
 
@@ -155,7 +159,7 @@ def test_a_flag_that_nothing_raises(library: Path) -> None:
     save_automaton(library, TrainedAutomaton(replace(goto, transitions=never)))
     result = run("check", library, "--json")
     assert result.exit_code == 1
-    waiting = {each["automaton"] for each in found(json.loads(result.stdout), "flag never raised")}
+    waiting = {each["automaton"] for each in list_findings(json.loads(result.stdout), "flag never raised")}
     assert waiting == {"harvest", "deposit", "forage"}  # each waits for the one below it
 
 

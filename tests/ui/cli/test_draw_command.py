@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 from PIL import Image
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.model.library import Library
@@ -50,7 +50,7 @@ def test_a_png_is_fit_for_print(library: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("option", "names"), [([], LEVELS[:1]), (["--children"], LEVELS)])
 def test_levels(library: Path, tmp_path: Path, option: list[str], names: list[str]) -> None:
     out = tmp_path / "forage.svg"
-    told = said("draw", "forage", "-o", out, "-l", library, *option)
+    told = run_json("draw", "forage", "-o", out, "-l", library, *option)
     assert told == {"name": "forage", "file": str(out), "automata": names, "bytes": out.stat().st_size}
     titles = [text for text in svg_texts(out) if re.fullmatch(r"\d states.*", text)]
     assert len(titles) == len(names)

@@ -7,7 +7,7 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.model.library import TrainedAutomaton
@@ -25,8 +25,8 @@ def other(tmp_path: Path) -> Path:
 
 
 def test_goals_and_metrics_by_name(library: Path) -> None:
-    plain = said("eval", "-l", library, *GOTO)
-    told = said("eval", "-l", library, *GOTO, "--goal", "at_station", "--metric", "distance_to(A)")
+    plain = run_json("eval", "-l", library, *GOTO)
+    told = run_json("eval", "-l", library, *GOTO, "--goal", "at_station", "--metric", "distance_to(A)")
     assert (plain["goal"], told["goal"], told["success"]) == (None, "at_station", 1.0)
     assert told["median_s"] < plain["median_s"]
     assert told["success_interval"] == pytest.approx([0.025 ** (1 / 8), 1.0])
@@ -39,7 +39,7 @@ def test_goals_and_metrics_by_name(library: Path) -> None:
 
 
 def test_a_time_limit(library: Path) -> None:
-    told = said("eval", "-l", library, *GOTO, "--limit", "5", "--each", "--metric", "distance_to(A)")
+    told = run_json("eval", "-l", library, *GOTO, "--limit", "5", "--each", "--metric", "distance_to(A)")
     assert 0 < told["success"] < 1
     for row in told["results"]:
         assert row["success"] == (row["seconds"] is not None)
@@ -49,14 +49,14 @@ def test_a_time_limit(library: Path) -> None:
 @pytest.mark.long
 def test_processes_find_the_same(library: Path) -> None:
     one, two = (
-        said("eval", "-l", library, *GOTO, "--jobs", jobs, "--each", "--metric", "distance_to(A)")
+        run_json("eval", "-l", library, *GOTO, "--jobs", jobs, "--each", "--metric", "distance_to(A)")
         for jobs in ("1", "2")
     )
     assert one["results"] == two["results"]
 
 
 def test_two_libraries_are_compared_pair_by_pair(library: Path, other: Path) -> None:
-    told = said("eval", "-l", library, *GOTO, "--against", other)["comparison"]
+    told = run_json("eval", "-l", library, *GOTO, "--against", other)["comparison"]
     assert told["against"] == str(other)
     assert (told["success"]["difference"], told["success"]["p"]) == (0.0, 1.0)
     assert told["metrics"]["seconds"]["test"]["equal"] == 8
@@ -76,7 +76,7 @@ def test_two_behaviors_are_compared_pair_by_pair(library: Path) -> None:
         "--limit",
         60,
     )
-    told = said("eval", *arguments, "--against-behavior", "rotate_left")["comparison"]
+    told = run_json("eval", *arguments, "--against-behavior", "rotate_left")["comparison"]
     assert told["success"]["only_first"] == 8
     assert told["success"]["p"] == 2 / 2**8
     assert told["metrics"]["distance_to(station)"]["test"]["rank_biserial"] == 1.0

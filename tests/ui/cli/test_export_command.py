@@ -6,13 +6,13 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tests.ui.cli.commands import ROOT, run, said
+from tests.ui.cli.commands import ROOT, run, run_json
 
 LESSONS = ROOT / "tests" / "fixtures" / "v0_1_0" / "library"
 
 
 @pytest.fixture
-def taught(tmp_path: Path) -> Path:
+def lesson_library(tmp_path: Path) -> Path:
     """A library with lessons."""
     (tmp_path / "taught").mkdir()
     for name in ("goto", "harvest", "deposit", "forage"):
@@ -22,7 +22,7 @@ def taught(tmp_path: Path) -> Path:
 
 def test_it_says_what_it_wrote(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    found = said("export", "forage", "--library", library, "--to", "python", "--out", out)
+    found = run_json("export", "forage", "--library", library, "--to", "python", "--out", out)
     assert set(found["files"]) == {path.name for path in out.iterdir()}
     assert found["ticks"] > 100
     assert found["untranslated"] == found["rounded_cuts"] == []
@@ -37,7 +37,7 @@ def test_parameters_are_bound(library: Path, tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "parameter 'A' of 'goto' is bound to nothing" in result.stderr
     assert not (tmp_path / "out").exists()
-    assert said(*arguments, "--bind", "A=station")["target"] == "python"
+    assert run_json(*arguments, "--bind", "A=station")["target"] == "python"
 
 
 def trace(folder: Path) -> Path:
@@ -48,34 +48,34 @@ def trace(folder: Path) -> Path:
     return path
 
 
-def test_why_finds_the_examples_behind_exported_decisions(taught: Path, tmp_path: Path) -> None:
-    said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
+def test_why_finds_the_examples_behind_exported_decisions(lesson_library: Path, tmp_path: Path) -> None:
+    run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     path = trace(tmp_path / "out")
-    found = said("why", "--exported", path, "--library", taught)
+    found = run_json("why", "--exported", path, "--library", lesson_library)
     assert found["ticks"] == 2  # the last line has no end
     assert [(each["automaton"], each["before"], each["after"]) for each in found["decisions"]] == [
         ("forage", "start", "harvest"),
         ("harvest", "start", "goto"),
     ]
     assert all(each["examples"] and each["shown"] for each in found["decisions"])
-    tick = said("why", "--exported", path, "--library", taught, "--time", "0.15")["decisions"]
+    tick = run_json("why", "--exported", path, "--library", lesson_library, "--time", "0.15")["decisions"]
     assert [each["time"] for each in tick] == [0.1, 0.1, 0.1]
     assert tick[2]["why"] == "stays in start: there are no examples there"
 
 
-def test_why_says_times_of_long_clocks_in_full(taught: Path, tmp_path: Path) -> None:
-    said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
+def test_why_says_times_of_long_clocks_in_full(lesson_library: Path, tmp_path: Path) -> None:
+    run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     path = trace(tmp_path / "out")
     later = path.read_text().replace("\n0,", "\n1700000000,").replace("\n0.1,", "\n1700000000.1,")
     path.write_text(later)
-    shown = run("why", "--exported", path, "--library", taught, "--time", "1700000000.15")
+    shown = run("why", "--exported", path, "--library", lesson_library, "--time", "1700000000.15")
     assert shown.stdout.startswith("1700000000.1 forage ")
-    early = run("why", "--exported", path, "--library", taught, "--time", "1600000000.5")
+    early = run("why", "--exported", path, "--library", lesson_library, "--time", "1600000000.5")
     assert "--time is 1600000000.5, before the trace begins" in early.stderr
 
 
-def test_why_refuses_a_trace_of_another_library(taught: Path, library: Path, tmp_path: Path) -> None:
-    said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
+def test_why_refuses_a_trace_of_another_library(lesson_library: Path, library: Path, tmp_path: Path) -> None:
+    run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     result = run("why", "--exported", trace(tmp_path / "out"), "--library", library)
     assert result.exit_code == 2
     assert "forage has changed since it was exported" in result.stderr
@@ -90,10 +90,12 @@ BAD_TRACES = [
 
 
 @pytest.mark.parametrize(("text", "problem"), BAD_TRACES)
-def test_bad_traces_are_refused_in_a_sentence(text: str, problem: str, taught: Path, tmp_path: Path) -> None:
-    said("export", "forage", "--library", taught, "--to", "python", "--out", tmp_path / "out")
+def test_bad_traces_are_refused_in_a_sentence(
+    text: str, problem: str, lesson_library: Path, tmp_path: Path
+) -> None:
+    run_json("export", "forage", "--library", lesson_library, "--to", "python", "--out", tmp_path / "out")
     path = trace(tmp_path / "out")
     path.write_text(text.replace("{header}", path.read_text().splitlines()[0]))
-    result = run("why", "--exported", path, "--library", taught)
+    result = run("why", "--exported", path, "--library", lesson_library)
     assert result.exit_code == 2
     assert problem in " ".join(result.stderr.split())

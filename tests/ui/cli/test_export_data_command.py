@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.formats.made import FOLDER
-from tests.ui.cli.commands import run, said
+from tests.make.transcripts import FOLDER
+from tests.ui.cli.commands import run, run_json
 
 from understudy.data import read_episodes
 from understudy.learning.csv_table import read_lesson_table
@@ -43,7 +43,7 @@ def test_each_table_of_each_source(
 ) -> None:
     out = tmp_path / "out.csv"
     chosen = [] if table is None else ["--table", table]
-    told = said("export", "data", source, "--out", out, *chosen)
+    told = run_json("export", "data", source, "--out", out, *chosen)
     assert (told["rows"], told["out"]) == (len(read_rows(out)), str(out))
     assert told["columns"] == list(read_rows(out)[0])
     assert column in told["columns"]
@@ -70,7 +70,7 @@ def test_it_says_what_it_wrote(tmp_path: Path) -> None:
 @pytest.mark.parametrize("to", ["lerobot", "minari"])
 def test_runs_become_one_data_set(to: str, tmp_path: Path) -> None:
     out = tmp_path / "runs-v0"
-    told = said("export", "data", JOURNAL, JOURNAL, "--to", to, "--out", out)
+    told = run_json("export", "data", JOURNAL, JOURNAL, "--to", to, "--out", out)
     episodes = 2 * read_episodes(JOURNAL)
     whole = [each for each in episodes if to == "lerobot" or each.ticks > 1]
     assert told == {

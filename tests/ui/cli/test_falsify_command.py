@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 from tests.falsification.planted import FORAGE, TOO_FAR, make_library, make_measure, plant_idleness
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.falsification import falsify
 from understudy.falsification.failing_world import read_failing_world
@@ -40,16 +40,16 @@ def soon_simple_enough(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def planted(library: Path) -> Path:
+def planted_library(library: Path) -> Path:
     """A library whose forager stays where it is if its target is 9 m away or more."""
     save_automaton(library, TrainedAutomaton(plant_idleness(TOO_FAR)))
     return library
 
 
 @pytest.mark.long
-def test_a_failing_world_is_kept(planted: Path, tmp_path: Path) -> None:
+def test_a_failing_world_is_kept(planted_library: Path, tmp_path: Path) -> None:
     out = tmp_path / "failures"
-    options = ("falsify", planted, "forage", "--worlds", WORLDS, "--limit", 600, "-o", out)
+    options = ("falsify", planted_library, "forage", "--worlds", WORLDS, "--limit", 600, "-o", out)
     result = run(*options, "--json")
     assert result.exit_code == 1, result.output
     found = json.loads(result.stdout)
@@ -62,7 +62,7 @@ def test_a_failing_world_is_kept(planted: Path, tmp_path: Path) -> None:
     assert kept.folder == out / "forage-1"
     assert kept.trial.seed == failure["seed"]
     assert compute_end_hash(make_measure(), kept.trial) == kept.facts.end_hash
-    again = said(*failure["command"].split()[1:])
+    again = run_json(*failure["command"].split()[1:])
     assert again["success"] is False
     text = run(*options)
     assert text.exit_code == 1
@@ -72,7 +72,7 @@ def test_a_failing_world_is_kept(planted: Path, tmp_path: Path) -> None:
 
 def test_no_failing_world(library: Path, tmp_path: Path) -> None:
     options = ("falsify", library, "forage", "--worlds", 40, "--seconds", 1, "-o", tmp_path / "none")
-    found = said(*options)
+    found = run_json(*options)
     assert found["failure"] is None
     assert found["random"]["failed"] == 0
     assert found["directed"]["runs"] > 0
@@ -108,10 +108,19 @@ never = "waltz is raised"
 """
 
 
-def test_a_world_in_which_a_property_fails(planted: Path, tmp_path: Path) -> None:
+def test_a_world_in_which_a_property_fails(planted_library: Path, tmp_path: Path) -> None:
     """That the goal is reached in time fails in the same worlds as the goal is missed; another property elsewhere."""
-    (planted / "properties.toml").write_text(PROPERTIES, encoding="utf-8")
-    options = ("falsify", planted, "forage", "--worlds", WORLDS, "-o", tmp_path / "failures", "--json")
+    (planted_library / "properties.toml").write_text(PROPERTIES, encoding="utf-8")
+    options = (
+        "falsify",
+        planted_library,
+        "forage",
+        "--worlds",
+        WORLDS,
+        "-o",
+        tmp_path / "failures",
+        "--json",
+    )
     by_goal = json.loads(run(*options, "--limit", 200).stdout)
     arrives = json.loads(run(*options, "--property", "arrives").stdout)
     assert sorted(arrives["random"]["seeds"]) == sorted(by_goal["random"]["seeds"])
@@ -182,16 +191,16 @@ def test_a_behavior_that_does_not_exist(library: Path) -> None:
 
 
 @pytest.fixture
-def heeded() -> Iterator[None]:
+def heeds_interrupts() -> Iterator[None]:
     """SIGINT is heeded, also where a shell has started the tests in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.usefixtures("heeded")
+@pytest.mark.usefixtures("heeds_interrupts")
 def test_an_interrupted_search_keeps_what_it_found(
-    planted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    planted_library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C comes as soon as the search has found a failing world."""
     add = RandomSearch.add
@@ -203,7 +212,7 @@ def test_an_interrupted_search_keeps_what_it_found(
 
     monkeypatch.setattr(RandomSearch, "add", add_and_interrupt)
     options = ("--seconds", 600, "--limit", 600, "-o", tmp_path / "failures", "--json")
-    done = run("falsify", planted, "forage", *options)
+    done = run("falsify", planted_library, "forage", *options)
     assert done.exit_code == 1
     found = json.loads(done.stdout)
     assert found["interrupted"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.segmentation.drives import follow
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 MOVES = {"forward": (0.8, 0.0), "arc": (0.3, 0.6), "back": (-0.5, 0.0)}
 KNOWN = ("--define", "forward: drive 0.8", "--define", "back: drive -0.5")
@@ -29,27 +29,27 @@ def drive(tmp_path: Path) -> Path:
 
 
 def test_what_nothing_explains_is_proposed_and_accepted(drive: Path) -> None:
-    (proposal,) = said("learn", "--recording", drive, *KNOWN)["drive"]["findings"]["behaviors"]
+    (proposal,) = run_json("learn", "--recording", drive, *KNOWN)["drive"]["findings"]["behaviors"]
     assert proposal["command"] == pytest.approx({"drive": 0.3, "turn": 0.6}, abs=0.02)
     assert proposal["spans"] == 4
     assert proposal["longest"]["file"] == "drive.csv"
     shown = run("learn", "--recording", drive, *KNOWN).stdout
     assert f"--define 'NAME: {', '.join(f'{k} {v:g}' for k, v in proposal['command'].items())}'" in shown
-    found = said("learn", "--recording", drive, *KNOWN, *ARC)
+    found = run_json("learn", "--recording", drive, *KNOWN, *ARC)
     assert {each["label"] for each in found["drive"]["labels"]} == set(MOVES)
     assert found["drive"]["findings"]["behaviors"] == []
     assert set(found["states"]) == {"start", *MOVES}
 
 
 def test_motion_follows_commands_two_ticks_later(drive: Path) -> None:
-    (latency,) = said("learn", "--recording", drive, *KNOWN, *ARC)["drive"]["findings"]["latencies"]
+    (latency,) = run_json("learn", "--recording", drive, *KNOWN, *ARC)["drive"]["findings"]["latencies"]
     assert (latency["channel"], latency["reading"]) == ("drive", "x")
     assert latency["seconds"] == pytest.approx(0.2, abs=0.02)
     assert "Motion follows drive after 0.20 s" in run("learn", "--recording", drive, *KNOWN, *ARC).stdout
 
 
 def test_a_state_is_split(drive: Path) -> None:
-    found = said("learn", "--recording", drive, *KNOWN, *ARC, "--split", "forward after start")
+    found = run_json("learn", "--recording", drive, *KNOWN, *ARC, "--split", "forward after start")
     assert set(found["states"]) == {"start", "forward", "back", "arc", "forward_2"}
     spans = [each["label"] for each in found["drive"]["spans"]]
     assert spans[0] == "forward_2"
@@ -87,10 +87,10 @@ def test_a_recording_of_ours_needs_no_mapping(library: Path, tmp_path: Path) -> 
     """The same run as a trace and as a recording gives the same spans; presses are not needed."""
     trace, recording = tmp_path / "run.jsonl", tmp_path / "run.mcap"
     for option, path in (("--trace", trace), ("--record", recording)):
-        said("run", "--library", library, "--seed", 7, "--seconds", 150, option, path)
+        run_json("run", "--library", library, "--seed", 7, "--seconds", 150, option, path)
     given = ("--library", library, "--behaviors", "harvest,deposit")
-    of_trace = said("learn", "--recording", trace, *given, "--name", "one")["drive"]["spans"]
-    found = said("learn", "--recording", recording, *given, "--name", "two")["drive"]["spans"]
+    of_trace = run_json("learn", "--recording", trace, *given, "--name", "one")["drive"]["spans"]
+    found = run_json("learn", "--recording", recording, *given, "--name", "two")["drive"]["spans"]
     late_s = of_trace[0]["from_s"]  # a trace has the time after each tick, a recording that before it
     assert len(found) == len(of_trace) > 3
     for one, two in zip(of_trace, found, strict=True):

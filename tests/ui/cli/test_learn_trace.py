@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 
 def read_states(trace: Path, level: int) -> dict[float, str]:
@@ -34,22 +34,22 @@ def compute_agreement(drive: dict[str, Any], states: dict[float, str]) -> float:
 def trace(library: Path, tmp_path: Path) -> Path:
     """A trace of a robot that forages."""
     path = tmp_path / "forage.jsonl"
-    assert said("run", "--library", library, "--seed", 7, "--trace", path)["success"]
+    assert run_json("run", "--library", library, "--seed", 7, "--trace", path)["success"]
     return path
 
 
 def test_a_trace_needs_no_mapping_file(library: Path, tmp_path: Path) -> None:
     path = tmp_path / "goto.jsonl"
     goto = ("run", "--library", library, "--behavior", "goto", "--bind", "A=station", "--seed", 3)
-    said(*goto, "--seconds", 60, "--trace", path)
-    found = said("learn", "--recording", path, "--behaviors", "forward,rotate_left,rotate_right")
+    run_json(*goto, "--seconds", 60, "--trace", path)
+    found = run_json("learn", "--recording", path, "--behaviors", "forward,rotate_left,rotate_right")
     assert compute_agreement(found["drive"], read_states(path, 0)) >= 0.95
 
 
 def test_automata_of_the_library_explain_a_trace(library: Path, trace: Path) -> None:
     """The level above harvest and deposit is found from what the robot did, and saved beside them."""
     given = ("--library", library, "--name", "driven", "--behaviors", "harvest,deposit")
-    found = said("learn", "--recording", trace, *given)
+    found = run_json("learn", "--recording", trace, *given)
     assert {each["label"] for each in found["drive"]["labels"]} == {"harvest", "deposit"}
     assert compute_agreement(found["drive"], read_states(trace, 0)) >= 0.98
     assert Path(found["saved"]) == library / "driven.json"
@@ -60,12 +60,12 @@ def test_automata_of_the_library_explain_a_trace(library: Path, trace: Path) -> 
 def test_parquet_is_the_same(library: Path, trace: Path) -> None:
     pytest.importorskip("duckdb", reason="needs the extra parquet")
     table = trace.with_suffix(".parquet")
-    said("run", "--library", library, "--seed", 7, "--trace", table)
+    run_json("run", "--library", library, "--seed", 7, "--trace", table)
     steps = "forward,rotate_left,rotate_right,load_food,unload_food"
     found, same = (
         [
             {**span, "file": ""}
-            for span in said("learn", "--recording", path, "--behaviors", steps)["drive"]["spans"]
+            for span in run_json("learn", "--recording", path, "--behaviors", steps)["drive"]["spans"]
         ]
         for path in (trace, table)
     )
@@ -75,10 +75,10 @@ def test_parquet_is_the_same(library: Path, trace: Path) -> None:
 def test_one_robot_of_several(library: Path, tmp_path: Path) -> None:
     path = tmp_path / "team.jsonl"
     team = ("run", "--library", library, "--world", "forage-team", "--seconds", 60)
-    said(*team, "--trace", path)
+    run_json(*team, "--trace", path)
     steps = "forward,rotate_left,rotate_right,load_food,unload_food"
     first, second = (
-        said("learn", "--recording", path, "--agent", number, "--behaviors", steps)["drive"]["spans"]
+        run_json("learn", "--recording", path, "--agent", number, "--behaviors", steps)["drive"]["spans"]
         for number in (0, 1)
     )
     assert first != second
@@ -89,7 +89,7 @@ def test_one_robot_of_several(library: Path, tmp_path: Path) -> None:
 
 def test_a_robot_that_stands_still_is_refused(library: Path, tmp_path: Path) -> None:
     path = tmp_path / "still.jsonl"
-    said(
+    run_json(
         "run",
         "--library",
         library,

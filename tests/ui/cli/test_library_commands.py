@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.coaching.lessons import goto
-from tests.model.lessons import goto as taught_goto
+from tests.make.automata import make_goto as taught_goto
+from tests.make.goto_sessions import make_goto_session
 from tests.sim.patrollers import ROBOTS, lead
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.learning.fit import learn_automaton
 from understudy.model.learner_options import LearnerOptions, TreeOptions
@@ -34,7 +34,7 @@ def lessons(tmp_path: Path) -> Path:
 
 
 def test_list(library: Path) -> None:
-    told = said("list", "-l", library)
+    told = run_json("list", "-l", library)
     assert [row["name"] for row in told["automata"]] == ["deposit", "forage", "goto", "harvest"]
     assert told["automata"][1]["uses"] == ["harvest", "deposit"]
     assert told["automata"][2]["used_by"] == ["deposit", "harvest"]
@@ -63,7 +63,7 @@ def crew(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("world", [(), ("--world", "patrol")])
 def test_squads_libraries_are_listed_and_shown(crew: Path, world: tuple[str, ...]) -> None:
-    told = said("list", "-l", crew, *world)
+    told = run_json("list", "-l", crew, *world)
     assert [row["name"] for row in told["automata"]] == ["patrol", "servo", "wander", "patrol/lead"]
     assert told["automata"][-1]["versions"] == 1
     assert "patrol/lead" in run("list", "-l", crew, *world).stdout
@@ -71,7 +71,7 @@ def test_squads_libraries_are_listed_and_shown(crew: Path, world: tuple[str, ...
     result = run("list", "-l", crew, *world, "--json")
     assert (result.exit_code, list(json.loads(result.stdout)["problems"])) == (2, ["patrol/broken.json"])
     for name in ("lead", "patrol/lead"):
-        told = said("show", name, "-l", crew, *world)
+        told = run_json("show", name, "-l", crew, *world)
         assert (told["name"], len(told["versions"])) == ("lead", 1)
         assert [state["behavior"] for state in told["states"]] == [None, "wander", "servo", "servo"]
     refused = run("show", "boss", "-l", crew, *world)
@@ -84,15 +84,15 @@ def test_squads_libraries_are_listed_and_shown(crew: Path, world: tuple[str, ...
 def test_a_folder_that_is_no_library_is_not_listed(library: Path) -> None:
     (library / "notes").mkdir()
     (library / "notes" / "settings.json").write_text("{}")
-    told = said("list", "-l", library)
+    told = run_json("list", "-l", library)
     assert (len(told["automata"]), told["problems"]) == (4, {})
 
 
 def test_squads_libraries_are_validated(crew: Path) -> None:
-    told = said("validate", "-l", crew, "--world", "patrol")
+    told = run_json("validate", "-l", crew, "--world", "patrol")
     assert told["checked"] == ["patrol", "servo", "wander", "patrol/lead"]
-    assert said("validate", "patrol/lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
-    assert said("validate", "lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
+    assert run_json("validate", "patrol/lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
+    assert run_json("validate", "lead", "-l", crew, "--world", "patrol")["checked"] == ["patrol/lead"]
     (crew / "wander.json").unlink()
     result = run("validate", "-l", crew, "--world", "patrol", "--json")
     assert set(json.loads(result.stdout)["problems"]) == {"patrol", "patrol/lead"}
@@ -109,7 +109,7 @@ def test_a_library_is_not_valid_unseen_in_a_world_that_lacks_its_squads(crew: Pa
 
 
 def test_show(lessons: Path, library: Path) -> None:
-    told = said("show", "goto", "-l", lessons)
+    told = run_json("show", "goto", "-l", lessons)
     assert [state["name"] for state in told["states"]] == ["start", "forward", "done"]
     assert told["examples"][1]["values"] == {
         "distance_to(A)": 5.5,
@@ -128,7 +128,7 @@ def test_show(lessons: Path, library: Path) -> None:
 
 
 def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: Path) -> None:
-    lesson, reasons = goto(), {2: "too [late]", 3: "slipped", 5: "slipped"}
+    lesson, reasons = make_goto_session(), {2: "too [late]", 3: "slipped", 5: "slipped"}
     examples = tuple(replace(each, quarantined=reasons.get(each.number, "")) for each in lesson.examples)
     held = replace(lesson, examples=examples, options=LearnerOptions(learner=TreeOptions(pruning=0.5)))
     save_automaton(tmp_path, TrainedAutomaton(learn_automaton(held), held))
@@ -138,7 +138,7 @@ def test_show_says_why_examples_are_in_quarantine_and_what_was_pruned(tmp_path: 
 
 
 def test_validate(library: Path) -> None:
-    told = said("validate", "-l", library)
+    told = run_json("validate", "-l", library)
     assert told["valid"]
     assert told["checked"] == ["deposit", "forage", "goto", "harvest"]
     assert "all valid" in run("validate", "-l", library).stdout
@@ -156,7 +156,7 @@ def test_validate_says_which_scenario_a_library_is_of(library: Path) -> None:
     result = run("validate", "-l", library, "--world", "soccer")
     assert result.exit_code == 2
     assert "all valid in another scenario: give --world forage or" in " ".join(result.stdout.split())
-    assert said("validate", "-l", library)["advice"] is None
+    assert run_json("validate", "-l", library)["advice"] is None
     goto = library / "goto.json"
     goto.write_text(goto.read_text().replace('"distance_to"', '"depth_of"'))
     result = run("validate", "-l", library)
@@ -175,7 +175,7 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path, monkeypatch: pytest.M
     assert run("learn", table, "-l", folder, "-n", "walk").exit_code == 0
     path = folder / "walk.json"
     path.write_text(path.read_text().replace("0.4, ", "0.5, "))
-    assert said("list", "-l", folder)["automata"][0]["rebuilt"] is not None
+    assert run_json("list", "-l", folder)["automata"][0]["rebuilt"] is not None
     kit = tmp_path / "walking_kit.py"
     kit.write_text(
         "from understudy.model.behaviors import Behavior\n"
@@ -203,7 +203,7 @@ def test_diff(tmp_path: Path) -> None:
     run("learn", table, "-l", folder, "-n", "walk")
     table.write_text(TABLE.replace("0.4", "0.9") + "start,done,directive,0.1,no\n")
     run("learn", table, "-l", folder, "-n", "walk")
-    told = said("diff", "walk", "-l", folder)
+    told = run_json("diff", "walk", "-l", folder)
     assert told["from"] == "1"
     assert len(told["changes"]["examples"]) == 3
     assert told["changes"]["conditions"][0] == "  start"
@@ -212,7 +212,7 @@ def test_diff(tmp_path: Path) -> None:
     assert [(who["happened"], who["how"]) for who in done["examples"]] == [("new", "shows it")]
     text = " ".join(run("diff", "walk", "-l", folder).stdout.split())
     assert f"start → done appeared: example {done['examples'][0]['number']} (new, shows it)" in text
-    assert said("diff", "walk", "--to", "1", "-l", folder)["changes"] == {}
+    assert run_json("diff", "walk", "--to", "1", "-l", folder)["changes"] == {}
     assert "nothing changed" in run("diff", "walk", "--from", folder / "walk.json", "-l", folder).stdout
 
 
@@ -228,7 +228,7 @@ def test_diff_says_what_is_learned_before_what_was_shown(tmp_path: Path) -> None
     assert text.index("\nconditions\n") < text.index("\nbecause of\n") < text.index("\nexamples\n")
     assert (text.count("\n  + "), text.endswith("\n10 more: --all\n")) == (21, True)
     assert run("diff", "walk", "-l", folder, "--all").stdout.count("\n  + ") == 31
-    assert list(said("diff", "walk", "-l", folder)["changes"]) == ["conditions", "examples"]
+    assert list(run_json("diff", "walk", "-l", folder)["changes"]) == ["conditions", "examples"]
 
 
 def test_learn(tmp_path: Path) -> None:
@@ -237,7 +237,7 @@ def test_learn(tmp_path: Path) -> None:
     rows.write_text(
         "state,next,distance:continuous,ready:categorical(no|yes)\nforward,,0.3,yes\nforward,,9,\n"
     )
-    told = said("learn", table, "--predict", rows)
+    told = run_json("learn", table, "--predict", rows)
     assert told["predictions"] == ["done", "forward"]
     assert set(told["states"]["forward"]) == {
         "conditions", "nodes", "depth", "contradictions", "disagreements", "watched", "overruled", "fit_ms",
@@ -249,14 +249,14 @@ def test_learn_says_what_it_decides_otherwise_than_the_version_that_it_replaces(
     table, folder = tmp_path / "lesson.csv", tmp_path / "library"
     table.write_text(TABLE)
     learning = ("learn", table, "-l", folder, "-n", "walk")
-    assert said(*learning)["changed"] == []  # there is none
+    assert run_json(*learning)["changed"] == []  # there is none
     assert "decides otherwise" not in run(*learning).stdout  # it is the same
     table.write_text(TABLE.replace("0.4,yes", "0.4,no") + "forward,forward,confirmation,0.3,yes\n")
     shown = run(*learning).stdout
     assert "What it decides otherwise than the version before, beyond what new rows say:" in shown
     assert "  in forward, done now looks at ready, no longer at distance\n" in shown
     table.write_text(TABLE)
-    (change,) = said(*learning)["changed"]
+    (change,) = run_json(*learning)["changed"]
     assert change["said"] == "in forward, done now looks at distance, no longer at ready"
     assert (change["was"], change["now"]) == (["ready is no"], ["distance is at most 0.4"])
 

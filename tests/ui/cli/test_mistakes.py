@@ -157,10 +157,10 @@ LATE = [  # mistakes that show only when the behavior is made ready to run, or t
 def test_mistakes_are_told_before_any_kernel_runs(
     arguments: list[str], library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def called(*_: object) -> None:
+    def fail_if_called(*_: object) -> None:
         pytest.fail("a kernel ran first")
 
-    monkeypatch.setattr("understudy.jit.decorators.Kernel.__call__", called)
+    monkeypatch.setattr("understudy.jit.decorators.Kernel.__call__", fail_if_called)
     result = run(*(argument.format(lib=library) for argument in arguments))
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")

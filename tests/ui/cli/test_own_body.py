@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 from tests.own_worlds import NAME, Slope
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy import Library, Session, new_lesson
 from understudy.storage.library_folder import save_automaton
@@ -33,7 +33,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_run(folder: Path) -> None:
     """From 2 m to 9 m at 1 m/s."""
-    found = said("run", *SLOPE, "--library", folder, "--seed", 2)
+    found = run_json("run", *SLOPE, "--library", folder, "--seed", 2)
     assert (found["behavior"], found["world"], found["seed"], found["robots"]) == (
         "climb", f"{NAME}:make_slope", 2, 1,
     )  # fmt: skip
@@ -44,9 +44,11 @@ def test_run(folder: Path) -> None:
 
 
 def test_run_ends_with_the_episode_or_the_time() -> None:
-    ended = said("run", *SLOPE, "--behavior", "ahead", "--seed", 8, "--library", "none")
+    ended = run_json("run", *SLOPE, "--behavior", "ahead", "--seed", 8, "--library", "none")
     assert (ended["over"], ended["seconds"]) == (True, 2.0)
-    assert said("run", *SLOPE, "--behavior", "back", "--library", "none", "--seconds", 5)["seconds"] == 5.0
+    assert (
+        run_json("run", *SLOPE, "--behavior", "back", "--library", "none", "--seconds", 5)["seconds"] == 5.0
+    )
 
 
 def test_run_is_drawn(folder: Path, tmp_path: Path) -> None:
@@ -64,7 +66,7 @@ def test_run_is_recorded_and_explained(folder: Path, tmp_path: Path) -> None:
     made = tmp_path / "climb.mcap"
     shown = run("run", *SLOPE, "--library", folder, "--seed", 2, "--record", made).output
     assert f"Recorded in {made}" in shown.replace("\n", "")
-    why = said("why", made, "--time", 7.5)
+    why = run_json("why", made, "--time", 7.5)
     assert (why["scenario"], why["seed"], why["doing"], why["switched"]) == (
         f"{NAME}:make_slope",
         2,
@@ -76,37 +78,37 @@ def test_run_is_recorded_and_explained(folder: Path, tmp_path: Path) -> None:
         "climb", "ahead", {"x": 9.0},
     )  # fmt: skip
     assert f"robot 0 of {NAME}:make_slope 2 at 7 s: done" in run("why", made, "--time", 7.5).output
-    replayed = said("run", "--replay", made)
+    replayed = run_json("run", "--replay", made)
     assert replayed["ticks"] == 15
 
 
 @pytest.mark.long
 def test_evaluated(folder: Path) -> None:
-    found = said("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--metric", "x")
+    found = run_json("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--metric", "x")
     assert (found["world"], found["success"], found["failed_seeds"]) == (f"{NAME}:make_slope", 0.75, [0])
     assert found["metrics"]["x"]["median"] == 9.0
-    two = said("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--jobs", 2)
+    two = run_json("eval", *SLOPE, "--library", folder, "--seeds", "0:4", "--limit", 9, "--jobs", 2)
     assert two["success"] == found["success"]
 
 
 def test_its_library_is_shown(folder: Path, tmp_path: Path) -> None:
-    assert said("show", "climb", "--library", folder, *SLOPE)["features"][0]["unit"] == "m"
-    assert [row["name"] for row in said("list", "--library", folder, *SLOPE)["automata"]] == ["climb"]
+    assert run_json("show", "climb", "--library", folder, *SLOPE)["features"][0]["unit"] == "m"
+    assert [row["name"] for row in run_json("list", "--library", folder, *SLOPE)["automata"]] == ["climb"]
     out = tmp_path / "climb.svg"
     assert run("draw", "climb", "--library", folder, *SLOPE, "--out", out).exit_code == 0
     assert out.is_file()
 
 
 def test_its_library_is_tested_checked_and_exported(folder: Path, tmp_path: Path) -> None:
-    tested = said("test", folder, *SLOPE)
+    tested = run_json("test", folder, *SLOPE)
     assert (tested["world"], tested["works"], tested["automata"][0]["name"]) == (
         f"{NAME}:make_slope",
         True,
         "climb",
     )
-    assert [row["name"] for row in said("check", folder, *SLOPE)["checked"]] == ["climb"]
-    assert said("validate", "--library", folder, *SLOPE)["valid"]
-    assert said("rebuild", "--library", folder, *SLOPE)["world"] == f"{NAME}:make_slope"
+    assert [row["name"] for row in run_json("check", folder, *SLOPE)["checked"]] == ["climb"]
+    assert run_json("validate", "--library", folder, *SLOPE)["valid"]
+    assert run_json("rebuild", "--library", folder, *SLOPE)["world"] == f"{NAME}:make_slope"
     out = tmp_path / "climb"
     assert run("export", "climb", "--library", folder, *SLOPE, "--to", "json", "--out", out).exit_code == 0
     assert any(out.iterdir())
@@ -136,11 +138,11 @@ def test_falsified(folder: Path, tmp_path: Path) -> None:
         "It read x = 2.00 m.",
         "The decision was shown by 1 (directive at 0.0 s).",
     ]
-    assert said(*failure["command"].split()[1:])["path"] == ["ahead"]
-    assert said("why", failure["recording"], "--time", 5)["doing"] == "ahead"
+    assert run_json(*failure["command"].split()[1:])["path"] == ["ahead"]
+    assert run_json("why", failure["recording"], "--time", 5)["doing"] == "ahead"
     kept = (out / "climb-1" / "why.txt").read_text()
     assert "understudy teach climb --world" in kept
-    assert said("test", folder, *SLIPPERY, "--failures", out)["works"], (
+    assert run_json("test", folder, *SLIPPERY, "--failures", out)["works"], (
         "these folders are no scenarios to test"
     )
 
@@ -166,7 +168,7 @@ def test_a_body_that_breaks_in_a_search(folder: Path, tmp_path: Path) -> None:
 
 
 def test_described() -> None:
-    found = said("worlds", f"{NAME}:make_slope")
+    found = run_json("worlds", f"{NAME}:make_slope")
     assert (found["robots"], found["tick_s"], found["behaviors"]) == (1, 0.5, ["ahead", "back"])
     assert [each["name"] for each in found["readings"] + found["channels"]] == ["x", "drive"]
     shown = run("worlds", f"{NAME}:make_bare").output
@@ -174,7 +176,7 @@ def test_described() -> None:
 
 
 def test_nothing_to_prepare() -> None:
-    assert said("prepare", f"{NAME}:make_slope")["worlds"] == []
+    assert run_json("prepare", f"{NAME}:make_slope")["worlds"] == []
 
 
 REFUSED = [  # words of the command, what is said

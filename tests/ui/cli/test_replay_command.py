@@ -18,7 +18,7 @@ from tests.robots.rovers import ROVER, Wire, odometry, sonar
 from tests.robots.twins import Rig as Twins
 from tests.sim.patrollers import ROBOTS
 from tests.simulated_clock import ReadOnlyClock
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -76,9 +76,9 @@ WANDER = Automaton(
 
 def test_a_run_decides_again_as_recorded(library: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    told = said("run", "-l", library, "--seed", "1", "--seconds", "40", "--record", path)
+    told = run_json("run", "-l", library, "--seed", "1", "--seconds", "40", "--record", path)
     assert (told["seconds"], told["record"]) == (40.0, str(path))
-    again = said("run", "--replay", path)
+    again = run_json("run", "--replay", path)
     assert (again["behavior"], again["ticks"], again["same"], again["differences"]) == (
         "forage",
         400,
@@ -93,7 +93,7 @@ def test_a_run_decides_again_as_recorded(library: Path, tmp_path: Path) -> None:
 def test_where_another_library_decides_otherwise_is_shown(library: Path, tmp_path: Path) -> None:
     """A GoTo that is content with 0.4 m: done earlier, for the distance that was read there."""
     path, other = tmp_path / "run.mcap", tmp_path / "other"
-    said("run", "-l", library, "--seed", "1", "--seconds", "10", "--record", path)
+    run_json("run", "-l", library, "--seed", "1", "--seconds", "10", "--record", path)
     other.mkdir()
     for file in library.glob("*.json"):
         content = file.read_text(encoding="utf-8")
@@ -130,19 +130,19 @@ def test_what_has_changed_since_decides_as_it_was(tmp_path: Path) -> None:
     """Unless a library is named: then it is asked as it is."""
     folder, path = tmp_path / "library", tmp_path / "run.mcap"
     save_automaton(folder, TrainedAutomaton(WANDER))
-    said("run", "arena", "-l", folder, "--behavior", "wander", "--seconds", "5", "--record", path)
+    run_json("run", "arena", "-l", folder, "--behavior", "wander", "--seconds", "5", "--record", path)
     save_automaton(
         folder,
         TrainedAutomaton(replace(WANDER, transitions={**WANDER.transitions, "forward": after(2.0, 2)})),
     )
-    told = said("run", "--replay", path)
+    told = run_json("run", "--replay", path)
     assert (told["former"], told["differences"]) == ({"wander": 1}, [])
     assert "wander is another by now: this is its version 1" in run("run", "--replay", path).stdout
     now = run("run", "--replay", path, "-l", folder, "--json")
     assert now.exit_code == 1
     assert json.loads(now.stdout)["changed"] == ["wander"]
     (folder / "wander.json").unlink()
-    assert said("run", "--replay", path)["differences"] == []
+    assert run_json("run", "--replay", path)["differences"] == []
     rmtree(folder / "versions")
     gone = run("run", "--replay", path)
     assert gone.exit_code == 2
@@ -155,11 +155,13 @@ def test_a_coordinator_decides_again_as_recorded(tmp_path: Path) -> None:
     for automaton in (ROBOTS.automaton(name) for name in ROBOTS.taught):
         save_automaton(library, TrainedAutomaton(automaton))
     save_automaton(library / "patrol", TrainedAutomaton(lead()))
-    told = said("run", "patrol", "-l", library, "--behavior", "lead", "--seconds", "120", "--record", path)
+    told = run_json(
+        "run", "patrol", "-l", library, "--behavior", "lead", "--seconds", "120", "--record", path
+    )
     assert told["robots"] == 4
     recording = read_recording(path)
     assert len({path[0] for path in recording.paths[0]}) > 1  # it was ordered to do several things
-    again = said("run", "--replay", path)
+    again = run_json("run", "--replay", path)
     assert (again["decisions"], again["differences"]) == (4 * recording.ticks, [])
 
 
@@ -191,7 +193,7 @@ def test_a_robot_decides_again_as_recorded(tmp_path: Path) -> None:
     assert recorded[0] == ("forward",)  # 3.8 s after it began: long enough in start
     assert sum(one != other for one, other in pairwise(recorded)) > 12
     assert recorded[15] == recorded[31] == ("start",)
-    assert said("run", "--replay", path)["differences"] == []
+    assert run_json("run", "--replay", path)["differences"] == []
 
 
 @pytest.mark.parametrize("slow_s", [0.0, 0.12])
@@ -241,14 +243,16 @@ def test_robots_of_a_team_decide_again_as_recorded(
     recorded = read_recording(path)
     assert (recorded.ticks, len(recorded.paths)) == (68, 2)
     assert all(len({path[0] for path in paths}) == 3 for paths in recorded.paths)
-    assert said("run", "--replay", path)["differences"] == []
+    assert run_json("run", "--replay", path)["differences"] == []
 
 
 def test_a_basic_behavior_is_decided_again(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    said("run", "arena", "-l", tmp_path / "none", "--behavior", "forward", "--seconds", "2", "--record", path)
-    assert said("run", "--replay", path)["same"] == 20
-    assert said("why", path, "--time", "1")["agents"][0]["levels"] == []
+    run_json(
+        "run", "arena", "-l", tmp_path / "none", "--behavior", "forward", "--seconds", "2", "--record", path
+    )
+    assert run_json("run", "--replay", path)["same"] == 20
+    assert run_json("why", path, "--time", "1")["agents"][0]["levels"] == []
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:
@@ -267,19 +271,19 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, library: Path) -> None:
 def test_presses_over_a_recording_are_learned(tmp_path: Path) -> None:
     """A robot that only drove ahead, and somebody who says afterwards where it ought to have turned."""
     recording, presses, library = tmp_path / "run.mcap", tmp_path / "presses.csv", tmp_path / "library"
-    said("run", "arena", "--behavior", "forward", "--seconds", "8", "--record", recording)
+    run_json("run", "arena", "--behavior", "forward", "--seconds", "8", "--record", recording)
     found = read_recording(recording)
     ahead = found.values[:, found.keys.index(("sonar_ahead", None)), 0]
     near = int(np.argmax(ahead < 0.6))
     assert near > 10
     presses.write_text(f"time_s,state\n0,forward\n{found.times[near]:.2f},rotate_left\n", encoding="utf-8")
     options = ("--recording", recording, "--presses", presses, "--features", "sonar_ahead")
-    told = said("learn", *options, "-l", library, "-n", "wander")
+    told = run_json("learn", *options, "-l", library, "-n", "wander")
     assert told["states"]["forward"]["conditions"][0] == "rotate_left when sonar_ahead is below 0.6 m"
     again = run("run", "--replay", recording, "-l", library, "--behavior", "wander", "--json")
     taught = json.loads(again.stdout)["differences"][0]
     assert (again.exit_code, taught["now"]) == (1, ["forward"])
-    more = said("learn", "--recording", recording, "--presses", presses, "-l", library, "-n", "wander")
+    more = run_json("learn", "--recording", recording, "--presses", presses, "-l", library, "-n", "wander")
     assert more["states"]["forward"]["contradictions"] == 0
 
 
@@ -317,7 +321,7 @@ GOTO = ("--parameters", "A", "--targets", "A=station", "--features", "distance_t
 
 def test_presses_that_were_recorded_are_learned(toward: Path, tmp_path: Path) -> None:
     """The same automaton as the session's; `done`, which is no behavior, is taken for a flag."""
-    told = said("learn", "--recording", toward, *GOTO, "-l", tmp_path / "again", "-n", "goto")
+    told = run_json("learn", "--recording", toward, *GOTO, "-l", tmp_path / "again", "-n", "goto")
     assert list(told["states"]) == ["start", "rotate_left", "forward"]
     shown, again = (
         open_library(tmp_path / folder, find_kit(None, "forage")).library.taught["goto"]
@@ -340,7 +344,7 @@ def test_presses_are_added_to_a_lesson(toward: Path, tmp_path: Path) -> None:
     more = tmp_path / "more.csv"
     more.write_text("time_s,state\n0,rotate_left\n1,\n", encoding="utf-8")
     options = ("--recording", toward, "--presses", more, "--targets", "A=station")
-    told = said("learn", *options, "-l", tmp_path / "shown", "-n", "goto")
+    told = run_json("learn", *options, "-l", tmp_path / "shown", "-n", "goto")
     assert told["saved"].endswith("goto.json")
     lesson = open_library(tmp_path / "shown", find_kit(None, "forage")).library.taught["goto"].lesson
     assert lesson is not None

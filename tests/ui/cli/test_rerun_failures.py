@@ -9,7 +9,7 @@ import pytest
 from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE, TOO_FAR, plant_idleness
 from tests.falsification.test_failing_world import list_failing_seeds
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.falsification.failing_world import FACTS_FILE, read_failing_world
 from understudy.falsification.joint_worlds import Trial
@@ -20,7 +20,7 @@ from understudy.storage.library_folder import save_automaton
 def test_they_fail_until_the_library_is_corrected(library: Path, tmp_path: Path) -> None:
     for number, seed in enumerate(list_failing_seeds()[:2], 1):
         keep(Trial(FORAGE, seed), tmp_path / "failures" / f"forage-{number}")
-    good = said("test", library, "--failures", tmp_path / "failures")
+    good = run_json("test", library, "--failures", tmp_path / "failures")
     assert good["works"]
     assert [each["verdict"] for each in good["failures"]] == ["passes", "passes"]
     assert all(each["robustness"] > 0 for each in good["failures"])
@@ -36,7 +36,7 @@ def test_they_fail_until_the_library_is_corrected(library: Path, tmp_path: Path)
     text = run("test", library, "--failures", tmp_path / "failures")
     assert text.exit_code == 1
     assert "2 failing worlds: 0 now pass" in text.stdout
-    assert said("test", library)["failures"] == []  # the option asks for it
+    assert run_json("test", library)["failures"] == []  # the option asks for it
 
 
 def test_what_cannot_be_read_or_run(library: Path, tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from tests.robots.scenes import BLUE, GREEN, ORANGE, rendered
-from tests.ui.cli.commands import run, said
+from tests.robots.scenes import BLUE, GREEN, ORANGE, render
+from tests.ui.cli.commands import run, run_json
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 
@@ -17,7 +17,7 @@ def images(tmp_path: Path) -> Path:
     folder = tmp_path / "ball"
     folder.mkdir()
     for number, ground in enumerate((BLUE, GREEN)):
-        image = rendered((80, 60, 25, ORANGE), ground=ground, noise=3.0, shade=0.2)
+        image = render((80, 60, 25, ORANGE), ground=ground, noise=3.0, shade=0.2)
         cv2.imwrite(str(folder / f"ball{number}.png"), image[:, :, ::-1])
     return folder
 
@@ -25,7 +25,7 @@ def images(tmp_path: Path) -> Path:
 def test_written_to_the_robot(images: Path, tmp_path: Path) -> None:
     file = tmp_path / "rover.toml"
     file.write_text('name = "rover"\n')
-    told = said("robots", "color", images, "--name", "ball", "--robot", file)
+    told = run_json("robots", "color", images, "--name", "ball", "--robot", file)
     assert [each["x"] for each in told["images"]] == pytest.approx([80.0, 80.0], abs=1.0)
     written = tomllib.loads(file.read_text())
     assert written == {"name": "rover", "camera": {"colors": {"ball": told["color"]}}}

@@ -99,14 +99,14 @@ def test_a_program_that_the_system_ends_leaves_as_it_should(
     request.addfinalizer(lambda: signal.signal(number, outside))
     left, transports = list[str](), list[Transport]()
 
-    def ended() -> None:
+    def connect_and_end() -> None:
         with connect_twin(files / "rover.toml", None, record=None, recorded=False) as twin:
             twin.fleet.robots[0].close = left.append  # type: ignore[method-assign, assignment]
             transports.append(twin.fleet.robots[0].transport)
             signal.raise_signal(number)
 
     with pytest.raises(SystemExit) as error:
-        ended()
+        connect_and_end()
     transports[0].close()
     assert (error.value.code, left) == (128 + number, ["its program left"])
     assert signal.getsignal(number) is signal.SIG_DFL

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from tests.sim.patrollers import ROBOTS
-from tests.ui.cli.commands import ROOT, run, said
+from tests.ui.cli.commands import ROOT, run, run_json
 
 from understudy.errors import SettingError
 from understudy.model.automaton import START, Automaton, State
@@ -24,7 +24,7 @@ from understudy_lab.bench.patrol import lead
 
 
 def test_worlds(tmp_path: Path) -> None:
-    told = said("worlds")["worlds"]
+    told = run_json("worlds")["worlds"]
     assert [(row["name"], row["robots"]) for row in told] == [
         ("arena", 1), ("boxes", 20), ("forage", 1), ("forage-team", 4), ("patrol", 4), ("regions", 16), ("rooms", 1),
         ("salvage", 12), ("soccer", 1), ("swarm", 200),
@@ -37,15 +37,17 @@ def test_worlds(tmp_path: Path) -> None:
     mine = tmp_path / "mine.toml"
     mine.write_text(printed)
     assert run("worlds", mine).stdout == printed
-    assert said("worlds", mine)["name"] == "patrol"
+    assert run_json("worlds", mine)["name"] == "patrol"
 
 
 def test_eval(library: Path) -> None:
-    told = said("eval", "--library", library, "--behavior", "forage", "--world", "forage", "--seeds", "0:4")
+    told = run_json(
+        "eval", "--library", library, "--behavior", "forage", "--world", "forage", "--seeds", "0:4"
+    )
     assert (told["worlds"], told["success"]) == (4, 1.0)
     assert 0.5 < told["relative_to_expert"] < 1.1
-    each = said("eval", "-l", library, "--seeds", "2:3", "--each")["results"]
-    alone = said("eval", "-l", library, "--seeds", "0:4", "--each")["results"]
+    each = run_json("eval", "-l", library, "--seeds", "2:3", "--each")["results"]
+    alone = run_json("eval", "-l", library, "--seeds", "0:4", "--each")["results"]
     assert each[0] == alone[2]  # side by side or alone
     assert "finished in time    100%" in run("eval", "-l", library, "--seeds", "0:2").stdout
     goto = run("eval", "-l", library, "--behavior", "goto", "--bind", "A=station", "--seeds", "0:2").stdout
@@ -56,7 +58,7 @@ def test_eval(library: Path) -> None:
 def test_eval_elsewhere(library: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.toml"
     mine.write_text(run("worlds", "forage-team").stdout.replace("limit_s = 1800", "limit_s = 60"))
-    told = said("eval", mine, "-l", library, "--seeds", "0:2", "--each")
+    told = run_json("eval", mine, "-l", library, "--seeds", "0:2", "--each")
     assert (told["world"], told["worlds"], told["expert_median_s"]) == ("forage-team", 2, None)
     assert [set(row) for row in told["results"]] == [
         {"seed", "success", "seconds", "delivered", "gathered"}
@@ -79,15 +81,15 @@ def test_the_run_that_eval_advises_runs(
     chosen = ("-l", folder, "--behavior", "goto", "--bind", "A=station", "--kit", "eval_kit:kit")
     text = run("eval", mine, *chosen, "--seeds", "0:1").stdout
     (line,) = (line for line in text.splitlines() if line.startswith("Watch one: understudy "))
-    told = said(*shlex.split(line.removeprefix("Watch one: understudy ")))
+    told = run_json(*shlex.split(line.removeprefix("Watch one: understudy ")))
     assert (told["behavior"], told["seed"]) == ("goto", 0)
 
 
 def test_run(library: Path, tmp_path: Path) -> None:
-    told = said("run", "-l", library, "--seed", "1", "--record", tmp_path / "out.png")
+    told = run_json("run", "-l", library, "--seed", "1", "--record", tmp_path / "out.png")
     assert told["success"]
     assert (tmp_path / "out.png").read_bytes()[:4] == b"\x89PNG"
-    arrived = said("run", "-l", library, "--behavior", "goto", "--bind", "A=station", "--seed", "1")
+    arrived = run_json("run", "-l", library, "--behavior", "goto", "--bind", "A=station", "--seed", "1")
     assert arrived["path"] == ["done"]
     result = run("run", "-l", library, "-r", tmp_path / "out.gif", "--seconds", "20")
     assert "Drawn in" in result.stdout
@@ -98,15 +100,15 @@ def test_run_elsewhere(library: Path, tmp_path: Path) -> None:
     """Basic behaviors need no library; every robot runs what is asked for, and several are drawn."""
     nowhere = tmp_path / "nowhere"
     arguments = ("run", "patrol", "-l", nowhere, "--behavior", "forwards", "--seconds", "3")
-    told = said(*arguments, "--record", tmp_path / "out.png", "--trace", tmp_path / "out.jsonl")
+    told = run_json(*arguments, "--record", tmp_path / "out.png", "--trace", tmp_path / "out.jsonl")
     assert (told["world"], told["robots"], told["success"]) == ("patrol", 4, None)
     assert (told["doing"], told["path"]) == ({"forwards": 4}, None)
     assert (tmp_path / "out.png").read_bytes()[:4] == b"\x89PNG"
     header, *rows = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
     assert (header["scenario"], header["robots"], len(rows)) == ("patrol", 4, 4 * 30)
     assert "forwards in patrol world 0: 4 robots: forwards 4 after 3.0 s\n" in run(*arguments).stdout
-    assert said(*arguments[:1], *arguments[2:], "--world", "patrol")["world"] == "patrol"
-    told = said("run", "forage-team", "-l", library, "--seconds", "30", "--record", tmp_path / "out.gif")
+    assert run_json(*arguments[:1], *arguments[2:], "--world", "patrol")["world"] == "patrol"
+    told = run_json("run", "forage-team", "-l", library, "--seconds", "30", "--record", tmp_path / "out.gif")
     assert told["total"] > 0
     assert sum(told["doing"].values()) == 4
 
@@ -117,10 +119,10 @@ def test_a_squad_runs_what_it_was_taught(tmp_path: Path) -> None:
         save_automaton(tmp_path, TrainedAutomaton(automaton))
     save_automaton(tmp_path / "patrol", TrainedAutomaton(lead()))
     for name in ("lead", "patrol/lead"):
-        told = said("run", "patrol", "-l", tmp_path, "--behavior", name, "--seconds", "5")
+        told = run_json("run", "patrol", "-l", tmp_path, "--behavior", name, "--seconds", "5")
         assert (told["behavior"], told["doing"]) == ("lead", {"wander": 4})
-    assert said("run", "patrol", "-l", tmp_path, "--seconds", "1")["behavior"] == "lead"
-    alone = said("run", "patrol", "-l", tmp_path, "--behavior", "patrol", "--seconds", "1")
+    assert run_json("run", "patrol", "-l", tmp_path, "--seconds", "1")["behavior"] == "lead"
+    alone = run_json("run", "patrol", "-l", tmp_path, "--behavior", "patrol", "--seconds", "1")
     assert alone["behavior"] == "patrol"
 
 
@@ -135,11 +137,11 @@ def test_eval_judges_a_coordinator_with_its_robots(tmp_path: Path) -> None:
         + '\n[goal]\ntarget = "intruder"\nwithin = 0.5\n'
     )
     for name in ("lead", "patrol/lead"):
-        told = said("eval", mine, "-l", folder, "--behavior", name, "--seeds", "0:3", "--each")
+        told = run_json("eval", mine, "-l", folder, "--behavior", name, "--seeds", "0:3", "--each")
         assert (told["behavior"], told["worlds"], told["expert_median_s"]) == ("lead", 3, None)
         for row in told["results"]:
             seed = ("--seed", str(row["seed"]))
-            seen = said("run", mine, "-l", folder, "--behavior", name, *seed)
+            seen = run_json("run", mine, "-l", folder, "--behavior", name, *seed)
             assert row["success"] == seen["success"]
             assert row["seconds"] == (seen["seconds"] if seen["success"] else None)
     text = run("eval", mine, "-l", folder, "--behavior", "patrol/lead", "--seeds", "0:3").stdout
@@ -152,9 +154,9 @@ def test_types_that_differ_run_what_is_in_their_folders(tmp_path: Path) -> None:
         states = (START, State(behavior, behavior))
         roam = Automaton("roam", states, (), (), False, {"start": Tree((make_leaf(1),))})
         save_automaton(tmp_path / kind, TrainedAutomaton(roam))
-    told = said("run", "salvage", "-l", tmp_path, "--behavior", "carrier/roam", "--seconds", "2")
+    told = run_json("run", "salvage", "-l", tmp_path, "--behavior", "carrier/roam", "--seconds", "2")
     assert told["doing"] == {"rotate_left": 8, "idles": 4}
-    told = said("run", "salvage", "-l", tmp_path, "--behavior", "load", "--seconds", "1")
+    told = run_json("run", "salvage", "-l", tmp_path, "--behavior", "load", "--seconds", "1")
     assert told["doing"] == {"load": 8, "idles": 4}
     refused = run("run", "salvage", "-l", tmp_path, "--behavior", "roam")
     assert refused.exit_code == 2

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace as replace_fields
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 from tests.ui.cli.forage_parts import goto
 
 from understudy.learning.fit import learn_automaton
@@ -31,7 +31,7 @@ from understudy_lab.bench.patrol import lead
 
 
 @pytest.fixture
-def fetching(library: Path) -> Path:
+def fetch_library(library: Path) -> Path:
     """The library with an automaton that fetches something from the station, which promises to be there in time."""
     known = open_library(library, FORAGE_KIT).library
     lesson = new_lesson(
@@ -48,11 +48,11 @@ def fetching(library: Path) -> Path:
     return library
 
 
-def found(folder: Path, *arguments: object) -> dict[str, dict[str, Any]]:
-    return {each["name"]: each for each in said("test", folder, *arguments)["automata"]}
+def run_test(folder: Path, *arguments: object) -> dict[str, dict[str, Any]]:
+    return {each["name"]: each for each in run_json("test", folder, *arguments)["automata"]}
 
 
-def failed(folder: Path) -> tuple[dict[str, dict[str, Any]], str]:
+def run_failing(folder: Path) -> tuple[dict[str, dict[str, Any]], str]:
     result = run("test", folder, "--json")
     assert result.exit_code == 1, result.output
     text = run("test", folder)
@@ -62,23 +62,25 @@ def failed(folder: Path) -> tuple[dict[str, dict[str, Any]], str]:
     )
 
 
-def test_all_as_shown(fetching: Path) -> None:
-    told = said("test", fetching)
+def test_all_as_shown(fetch_library: Path) -> None:
+    told = run_json("test", fetch_library)
     assert (told["world"], told["works"]) == ("forage", True)
     (fetch,) = (each for each in told["automata"] if each["name"] == "fetch")
     assert fetch["examples"] == 3
     assert fetch["outcomes"][0]["took_s"] > 1.0
-    text = run("test", fetching)
+    text = run("test", fetch_library)
     assert text.exit_code == 0
     assert "✓ fetch 3 examples, 1 property\n" in text.stdout
     assert "✓ goto nothing recorded\n" in text.stdout
     assert text.stdout.endswith("library, in forage: 5 automata, all as shown\n")
 
 
-def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
+def test_an_outcome_that_no_longer_comes(fetch_library: Path) -> None:
     """Whoever changes GoTo is told what that does to those who run it."""
-    save_automaton(fetching, TrainedAutomaton(replace(goto, transitions={"start": Tree((make_leaf(0),))})))
-    told, text = failed(fetching)
+    save_automaton(
+        fetch_library, TrainedAutomaton(replace(goto, transitions={"start": Tree((make_leaf(0),))}))
+    )
+    told, text = run_failing(fetch_library)
     assert told["fetch"]["failed"] == [
         {"outcome": "done is raised within 60 s in forage", "problem": None, "comes_with_former": ["goto"]}
     ]
@@ -92,32 +94,32 @@ def test_an_outcome_that_no_longer_comes(fetching: Path) -> None:
     assert "5 automata, 1 does not do what was shown" in text
 
 
-def test_two_outcomes_of_one_wording(fetching: Path) -> None:
+def test_two_outcomes_of_one_wording(fetch_library: Path) -> None:
     """Each says what is wrong with itself."""
-    taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
+    taught = open_library(fetch_library, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
     (fine,) = taught.lesson.properties
     assert isinstance(fine.start, StoredMoment)
     slow = replace(fine, seconds=0.2)
     broken = replace(slow, start=replace(fine.start, snapshot=b"nothing"))
     save_automaton(
-        fetching, TrainedAutomaton(taught.automaton, replace(taught.lesson, properties=(slow, broken)))
+        fetch_library, TrainedAutomaton(taught.automaton, replace(taught.lesson, properties=(slow, broken)))
     )
-    told, text = failed(fetching)
+    told, text = run_failing(fetch_library)
     first, second = told["fetch"]["failed"]
     assert (first["problem"], "snapshot" in second["problem"]) == (None, True)
     assert text.count("is not a snapshot") == 1
 
 
-def test_a_press_that_is_no_longer_heeded(fetching: Path) -> None:
+def test_a_press_that_is_no_longer_heeded(fetch_library: Path) -> None:
     """Two say otherwise at the very same moment: the one that was right is outvoted."""
-    taught = open_library(fetching, FORAGE_KIT).library.taught["fetch"]
+    taught = open_library(fetch_library, FORAGE_KIT).library.taught["fetch"]
     assert taught.lesson is not None
     first = taught.lesson.examples[0]
     against = [replace(first, number=number, next="done") for number in (8, 9)]
     lesson = replace(taught.lesson, examples=(*taught.lesson.examples, *against), properties=())
-    save_automaton(fetching, TrainedAutomaton(learn_automaton(lesson), lesson))
-    told, text = failed(fetching)
+    save_automaton(fetch_library, TrainedAutomaton(learn_automaton(lesson), lesson))
+    told, text = run_failing(fetch_library)
     assert told["fetch"]["no_longer"] == [
         "where it went from start to goto as shown (example 1), it now goes to done"
     ]
@@ -144,20 +146,24 @@ def test_a_coordinator_is_tested_with_its_robots(tmp_path: Path) -> None:
     assert (outcome.start.sort, outcome.start.agent) == ("patrol", 0)
     add_moment_property(session, flag="done", within_s=3.0)
     save_automaton(tmp_path / "patrol", session.make_trained_automaton())
-    told = found(tmp_path)
+    told = run_test(tmp_path)
     assert set(told) == {"wander", "servo", "patrol", "patrol/out"}
     assert told["patrol/out"]["works"]
     wander = ROBOTS.automaton("wander")
     save_automaton(
         tmp_path, TrainedAutomaton(replace(wander, transitions={"start": wander.transitions["start"]}))
     )
-    assert found(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
+    assert run_test(tmp_path)["wander"]["affected"] == ["patrol", "patrol/out"]
 
 
-def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
+def test_the_folder_as_an_option(fetch_library: Path, tmp_path: Path) -> None:
     """As all other commands have it."""
-    assert said("test", "-l", fetching) == said("test", fetching) == said("test", fetching, "-l", fetching)
-    refused = run("test", fetching, "-l", tmp_path)
+    assert (
+        run_json("test", "-l", fetch_library)
+        == run_json("test", fetch_library)
+        == run_json("test", fetch_library, "-l", fetch_library)
+    )
+    refused = run("test", fetch_library, "-l", tmp_path)
     assert refused.exit_code == 2
     assert "name one of them" in " ".join(refused.output.split())
 
@@ -165,7 +171,7 @@ def test_the_folder_as_an_option(fetching: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("command", [("test",), ("rebuild", "-l")])
 def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: Path, tmp_path: Path) -> None:
     """A scenario of one's own cannot be guessed: that is said, with what was tried, and it can be named."""
-    assert said(*command, library)["world"] == "forage"
+    assert run_json(*command, library)["world"] == "forage"
     assert f"{library}, in forage: " in run(*command, library).stdout
     mine = tmp_path / "mine.toml"
     text = run("worlds", "forage").stdout.replace('name = "forage"', 'name = "mine"')
@@ -181,7 +187,7 @@ def test_a_world_that_is_found_out_is_named(command: tuple[str, ...], library: P
     assert "--world cannot be determined: none of the scenarios forage, arena, boxes," in told
     assert "has everything that its automata use" in told
     assert "give the scenario, such as --world my-scenario.toml" in told
-    assert said(*command, folder, "--world", mine)["world"] == "mine"
+    assert run_json(*command, folder, "--world", mine)["world"] == "mine"
 
 
 def test_the_world_of_a_squads_library_is_found_out(tmp_path: Path) -> None:
@@ -194,8 +200,8 @@ def test_the_world_of_a_squads_library_is_found_out(tmp_path: Path) -> None:
         "order", (START, State("roam", "roam")), (), (), False, {"start": Tree((make_leaf(1),))}
     )
     save_automaton(tmp_path / "patrol", TrainedAutomaton(order))
-    assert said("rebuild", "-l", tmp_path)["world"] == "patrol"
-    assert set(found(tmp_path)) == {"roam", "patrol/order"}
+    assert run_json("rebuild", "-l", tmp_path)["world"] == "patrol"
+    assert set(run_test(tmp_path)) == {"roam", "patrol/order"}
 
 
 def test_mistakes(tmp_path: Path, library: Path) -> None:
@@ -235,7 +241,7 @@ within_s = 30
 
 def test_properties_in_worlds(library: Path) -> None:
     (library / "properties.toml").write_text(PROPERTIES.partition("[hurries]")[0])
-    told = said("test", library)
+    told = run_json("test", library)
     assert told["works"]
     (delivers,) = told["properties"]
     assert (delivers["verdict"], delivers["worlds"], delivers["failed"]) == ("holds", 5, [])

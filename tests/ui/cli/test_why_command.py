@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from tests.sim.patrollers import ROBOTS
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.sim.forage import FORAGE_KIT, Forage
@@ -20,7 +20,7 @@ from understudy_lab.bench.patrol import lead
 
 
 @pytest.fixture
-def approached(tmp_path: Path) -> Path:
+def approach_library(tmp_path: Path) -> Path:
     """A library whose one automaton was taught by two presses: drive, and stop near the station."""
     lesson = new_lesson(
         Library(FORAGE_KIT),
@@ -55,11 +55,11 @@ def switches(path: Path) -> list[tuple[float, str, str]]:
     ]
 
 
-def test_examples_and_when_they_were_shown(approached: Path) -> None:
-    path = record(approached, "--behavior", "approach", "--seed", "9", "--seconds", "6")
+def test_examples_and_when_they_were_shown(approach_library: Path) -> None:
+    path = record(approach_library, "--behavior", "approach", "--seed", "9", "--seconds", "6")
     ((when, _, after),) = switches(path)
     assert after == "rotate_left"
-    told = said("why", path, "--time", when)
+    told = run_json("why", path, "--time", when)
     ((level,),) = (agent["levels"] for agent in told["agents"])
     decision = level["decision"]
     assert (decision["before"], decision["after"], told["switched"]) == ("forward", "rotate_left", True)
@@ -68,7 +68,7 @@ def test_examples_and_when_they_were_shown(approached: Path) -> None:
     assert [(row["number"], row["kind"], row["shown_s"]) for row in decision["examples"]] == [
         (3, "directive", 2.0)
     ]
-    told = said("why", path, "--time", when - 0.5)
+    told = run_json("why", path, "--time", when - 0.5)
     assert not told["switched"]
     assert [row["kind"] for row in told["agents"][0]["levels"][0]["decision"]["examples"]] == ["default"]
     assert (told["last_switch"]["before"], told["last_switch"]["time_s"]) == ("start", 0.0)
@@ -85,7 +85,7 @@ def test_every_level_of_a_hierarchy_answers(library: Path) -> None:
     found = switches(path)
     assert len(found) > 5
     for when, _, after in found[:4]:
-        told = said("why", path, "--time", when)
+        told = run_json("why", path, "--time", when)
         levels = told["agents"][0]["levels"]
         assert " > ".join(level["state"] for level in levels) == after
         switched = [
@@ -93,7 +93,7 @@ def test_every_level_of_a_hierarchy_answers(library: Path) -> None:
         ]
         assert switched
         assert all(level["decision"]["by_hand"] for level in levels if level["decision"])
-        told = said("why", path, "--time", when + 0.1)
+        told = run_json("why", path, "--time", when + 0.1)
         assert told["last_switch"]["time_s"] == pytest.approx(when - 0.1)
     assert "written by hand: no example is behind it" in run("why", path, "--time", "3").stdout
 
@@ -105,8 +105,8 @@ def test_a_recording_answers_as_a_trace(library: Path) -> None:
     recording = library.parent / "run.mcap"
     path = record(library, "--seed", "1", "--seconds", "20", "--record", recording)
     for when in (0.1, 3.0, 7.4, 20.0, *(when for when, _, _ in switches(path)[:4])):
-        of_trace = said("why", path, "--time", when)
-        told = said("why", recording, "--time", when - 0.1)
+        of_trace = run_json("why", path, "--time", when)
+        told = run_json("why", recording, "--time", when - 0.1)
         assert told.pop("time_s") == pytest.approx(of_trace.pop("time_s") - 0.1)
         assert told == of_trace
     for option, value, problem in (
@@ -138,7 +138,7 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
     path = tmp_path / "run.jsonl"
     arguments = ("-l", folder, "--behavior", "lead", "--seconds", "22", "--trace", path)
     assert run("run", "patrol", *arguments).exit_code == 0
-    told = said("why", path, "--time", "15", "--agent", "2")
+    told = run_json("why", path, "--time", "15", "--agent", "2")
     assert [(each["sort"], each["ordered"]) for each in told["agents"]] == [
         ("patrol", None),
         ("pioneer", "wander"),
@@ -149,7 +149,7 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
     assert coordinator[0]["decision"]["conditions"] == ["someone_sees(intruder) is no"]
     rows = [json.loads(line) for line in path.read_text().splitlines()[1:]]
     changed = next(row for row in rows if row["robot"] == 2 and row["doing"].startswith("servo"))
-    told = said("why", path, "--time", changed["time_s"] + 0.1, "--agent", "2")
+    told = run_json("why", path, "--time", changed["time_s"] + 0.1, "--agent", "2")
     assert told["agents"][1]["ordered"] == "servo(intruder)"
     assert [level["automaton"] for level in told["agents"][1]["levels"]] == ["servo(intruder)"]
     assert told["agents"][1]["levels"][0]["decision"]
@@ -160,7 +160,7 @@ def test_a_robot_in_a_team_is_asked_from_its_coordinator_down(tmp_path: Path) ->
 
 def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Path) -> None:
     path = record(library, "--seed", "1", "--seconds", "5")
-    before = said("why", path, "--time", "3")
+    before = run_json("why", path, "--time", "3")
     opened = open_library(library, FORAGE_KIT).library
     goto = opened.automaton("goto")
     other = replace(goto, transitions={**goto.transitions, "start": goto.transitions["left"]})
@@ -171,7 +171,7 @@ def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Pat
     save_automaton(
         library, TrainedAutomaton(replace(other, transitions={"start": other.transitions["start"]}))
     )
-    told = said("why", path, "--time", "3")
+    told = run_json("why", path, "--time", "3")
     assert told["former"] == {"goto": 1}
     assert {**told, "former": {}} == before
     assert "goto is another by now: this is its version 1" in run("why", path, "--time", "3").stdout
@@ -186,19 +186,19 @@ def test_a_library_that_changed_is_never_lied_about(library: Path, tmp_path: Pat
 
 def test_a_library_that_is_elsewhere_by_now(library: Path, tmp_path: Path) -> None:
     path = record(library, "--seconds", "3")
-    before = said("why", path, "--time", "2")
+    before = run_json("why", path, "--time", "2")
     elsewhere = library.rename(tmp_path / "elsewhere")
     refused = run("why", path, "--time", "2")
     assert refused.exit_code == 2
     assert "there is no folder" in " ".join(refused.output.split())
-    assert said("why", path, "--time", "2", "-l", elsewhere) == before
+    assert run_json("why", path, "--time", "2", "-l", elsewhere) == before
 
 
 def test_a_scenario_that_changed_is_never_lied_about(library: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.toml"
     mine.write_text(run("worlds", "forage").stdout)
     path = record(library, mine, "--seconds", "3")
-    assert said("why", path, "--time", "2")["doing"]
+    assert run_json("why", path, "--time", "2")["doing"]
     mine.write_text(run("worlds", "forage").stdout.replace("limit_s = 1800", "limit_s = 60"))
     refused = run("why", path, "--time", "2")
     assert refused.exit_code == 1
@@ -267,7 +267,7 @@ def test_a_run_that_was_killed(library: Path) -> None:
     path = record(library, "--seconds", "3")
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:21]) + lines[21][:30])
-    assert said("why", path, "--time", "2")["time_s"] == 2.0
+    assert run_json("why", path, "--time", "2")["time_s"] == 2.0
     assert run("why", path, "--time", "2.1").exit_code == 2
     path.write_bytes(lines[0] + lines[1][:30])
     refused = run("why", path, "--time", "0")
@@ -279,7 +279,7 @@ def test_parquet(library: Path) -> None:
     pytest.importorskip("duckdb")
     lines = record(library, "--seconds", "3")
     table = record(library, "--seconds", "3", name="run.parquet")
-    assert said("why", table, "--time", "2") == said("why", lines, "--time", "2")
+    assert run_json("why", table, "--time", "2") == run_json("why", lines, "--time", "2")
 
 
 def test_a_basic_behavior_decides_nothing(tmp_path: Path) -> None:

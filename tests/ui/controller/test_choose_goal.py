@@ -53,7 +53,7 @@ def begin(folder: Path) -> OpenSession:
 
 
 @pytest.fixture
-def opened(tmp_path: Path) -> OpenSession:
+def open_session(tmp_path: Path) -> OpenSession:
     """Opened with one press, and with scores that are taken at once."""
     opened = begin(tmp_path / "library")
     trainer = opened.trainer
@@ -63,8 +63,8 @@ def opened(tmp_path: Path) -> OpenSession:
     return opened
 
 
-def test_it_is_asked_chosen_measured_and_undone(opened: OpenSession) -> None:
-    trainer, score = opened.trainer, opened.trainer.score
+def test_it_is_asked_chosen_measured_and_undone(open_session: OpenSession) -> None:
+    trainer, score = open_session.trainer, open_session.trainer.score
     assert (score.describe(), score.goal, score.is_goal_chosen) == (ASKS, "", False)
     assert [each.name for each in score.offers] == [TOUCHES, COVERS]
     said = choose_goal(trainer, TOUCHES)
@@ -78,7 +78,7 @@ def test_it_is_asked_chosen_measured_and_undone(opened: OpenSession) -> None:
     assert score.describe() == "wander works in 3 of 3 new worlds"
     choose_goal(trainer, None)
     assert (score.describe(), score.goal) == (ASKS, "")
-    opened.close()
+    open_session.close()
 
 
 def open_in_squad(folder: Path, *, leads: bool) -> OpenSession:
@@ -122,25 +122,25 @@ def test_it_is_chosen_and_measured_among_others(tmp_path: Path, leads: bool, goa
     opened.close()
 
 
-def test_one_key_chooses_the_next(opened: OpenSession) -> None:
+def test_one_key_chooses_the_next(open_session: OpenSession) -> None:
     found = []
     for _ in range(3):
-        choose_next_goal(opened.trainer)
-        found.append(opened.trainer.score.goal)
+        choose_next_goal(open_session.trainer)
+        found.append(open_session.trainer.score.goal)
     assert found == [TOUCHES, COVERS, ""]
-    opened.close()
+    open_session.close()
 
 
-def test_only_what_is_offered_can_be_chosen(opened: OpenSession) -> None:
+def test_only_what_is_offered_can_be_chosen(open_session: OpenSession) -> None:
     with pytest.raises(
         SessionError, match="not offered: 'flies'; offered are: never touches anything; covers"
     ):
-        choose_goal(opened.trainer, "flies")
-    opened.close()
+        choose_goal(open_session.trainer, "flies")
+    open_session.close()
 
 
-def test_keep_going_counts_what_was_chosen(opened: OpenSession) -> None:
-    trainer = opened.trainer
+def test_keep_going_counts_what_was_chosen(open_session: OpenSession) -> None:
+    trainer = open_session.trainer
     with pytest.raises(SessionError, match="not measured: choose what success means first"):
         trainer.continuation.begin()
     choose_goal(trainer, COVERS)
@@ -148,18 +148,18 @@ def test_keep_going_counts_what_was_chosen(opened: OpenSession) -> None:
     assert (result.verdict, result.held) == (Verdict.FAILS, 0)
     said = trainer.continuation.finish(result).text
     assert f"Here, in 3.0 s: this does not hold: it {COVERS}. Press what it should do, and resume" in said
-    opened.close()
+    open_session.close()
 
 
-def test_a_chosen_goal_can_be_taken_back_beside_a_flag_that_came_later(opened: OpenSession) -> None:
-    trainer, score = opened.trainer, opened.trainer.score
+def test_a_chosen_goal_can_be_taken_back_beside_a_flag_that_came_later(open_session: OpenSession) -> None:
+    trainer, score = open_session.trainer, open_session.trainer.score
     choose_goal(trainer, TOUCHES)
     trainer.change_design(LessonChoices(flags=["done"]))
     assert (score.goal, score.is_goal_chosen) == (TOUCHES, True)
     assert TOUCHES in [each.name for each in score.offers]
     choose_goal(trainer, None)
     assert (score.goal, score.offers) == ("done is raised, wherever that is", ())
-    opened.close()
+    open_session.close()
 
 
 QUIET_CHANGES: dict[str, Callable[[Trainer], object]] = {
@@ -171,31 +171,31 @@ QUIET_CHANGES: dict[str, Callable[[Trainer], object]] = {
 
 
 @pytest.mark.parametrize("what", QUIET_CHANGES)
-def test_each_change_of_what_is_learned_from_is_scored(opened: OpenSession, what: str) -> None:
-    trainer = opened.trainer
+def test_each_change_of_what_is_learned_from_is_scored(open_session: OpenSession, what: str) -> None:
+    trainer = open_session.trainer
     choose_goal(trainer, TOUCHES)
     before = trainer.score.change
     QUIET_CHANGES[what](trainer)
     assert trainer.score.change is not before
-    opened.close()
+    open_session.close()
 
 
-def test_it_is_saved_with_the_lesson(opened: OpenSession, tmp_path: Path) -> None:
-    choose_goal(opened.trainer, TOUCHES)
-    assert opened.trainer.has_unsaved_changes
-    opened.trainer.save()
-    assert not opened.trainer.has_unsaved_changes
-    opened.close()
+def test_it_is_saved_with_the_lesson(open_session: OpenSession, tmp_path: Path) -> None:
+    choose_goal(open_session.trainer, TOUCHES)
+    assert open_session.trainer.has_unsaved_changes
+    open_session.trainer.save()
+    assert not open_session.trainer.has_unsaved_changes
+    open_session.close()
     lesson = open_library(tmp_path / "library", KIT, learn).library.taught["wander"].lesson
     assert lesson is not None
-    assert lesson.goal == opened.trainer.session.lesson.goal
+    assert lesson.goal == open_session.trainer.session.lesson.goal
 
 
-def test_it_survives_a_kill(opened: OpenSession, tmp_path: Path) -> None:
-    choose_goal(opened.trainer, TOUCHES)
-    session, copy = opened.trainer.session, tmp_path / "journal"
-    copy.write_bytes(opened.journal.read_bytes())
+def test_it_survives_a_kill(open_session: OpenSession, tmp_path: Path) -> None:
+    choose_goal(open_session.trainer, TOUCHES)
+    session, copy = open_session.trainer.session, tmp_path / "journal"
+    copy.write_bytes(open_session.journal.read_bytes())
     again = Session.resume(copy, session.body, session.library)
     assert again.lesson.goal == session.lesson.goal
     again.close()
-    opened.close()
+    open_session.close()

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.tui.desks import Wall, fail_by_presses, plan, right
+from tests.ui.tui.desks import Wall, fail_by_presses, make_plan, right
 
 from understudy.errors import SessionError
 from understudy.falsification.holding_test import HoldingResult
@@ -29,8 +29,8 @@ from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, 
 
 
 @pytest.fixture
-def opened(tmp_path: Path) -> OpenSession:
-    chosen = plan(tmp_path / "library")
+def open_session(tmp_path: Path) -> OpenSession:
+    chosen = make_plan(tmp_path / "library")
     start = make_session_start(chosen)
     assert start is not None
     return begin_session(chosen, start, Wall())
@@ -47,9 +47,9 @@ def show(trainer: Trainer, seeds: range) -> None:
             trainer.tick()
 
 
-def test_it_ends_where_the_behavior_holds(opened: OpenSession) -> None:
+def test_it_ends_where_the_behavior_holds(open_session: OpenSession) -> None:
     """Two worlds are not enough; a person presses where it stops, and it holds after some rounds."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     show(trainer, range(3, 5))
     said = []
     for _ in range(12):
@@ -66,15 +66,15 @@ def test_it_ends_where_the_behavior_holds(opened: OpenSession) -> None:
             trainer.tick()
     assert " holds, " in said[-1], said
     assert "in at least 95 % of worlds (" in said[-1]
-    opened.close()
+    open_session.close()
 
 
 def make_result(*mistakes: Mistake, verdict: Verdict = Verdict.FAILS) -> HoldingResult:
     return HoldingResult(Library(FORAGE_KIT), verdict, 80, 121, (0.5, 0.8), mistakes)
 
 
-def test_the_situation_is_three_seconds_before_the_mistake(opened: OpenSession) -> None:
-    trainer = opened.trainer
+def test_the_situation_is_three_seconds_before_the_mistake(open_session: OpenSession) -> None:
+    trainer = open_session.trainer
     show(trainer, range(3, 6))
     examples = trainer.session.examples
     trainer.continuation.begin()
@@ -90,7 +90,7 @@ def test_the_situation_is_three_seconds_before_the_mistake(opened: OpenSession) 
         "goto works in 80 of 121 new worlds. Here, in 3.0 s: done where distance_to(A) is 2.1 m, shown at 0.2 to "
         "0.4 m. Press what it should do, and resume"
     )
-    opened.close()
+    open_session.close()
 
 
 def open_on(
@@ -164,15 +164,15 @@ def test_among_others_it_is_tested_until_it_is_decided(
     trainer.session.close()
 
 
-def test_a_limit_of_presses_ends_it(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
-    trainer = opened.trainer
+def test_a_limit_of_presses_ends_it(open_session: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     trainer.continuation.begin()
     monkeypatch.setattr(keep_going, "MOST_PRESSES", 0)
     said = trainer.continuation.finish(make_result(Mistake(7, {"A": "station"}, 4.0, "")))
     assert said.text == "goto does not hold yet, as it is: it works in 80 of 121 new worlds"
     assert said.tone == "error"
-    opened.close()
+    open_session.close()
 
 
 def press(trainer: Trainer, *states: str) -> None:
@@ -188,9 +188,9 @@ def begin_with_press(trainer: Trainer) -> None:
 
 
 def test_what_the_last_press_made_worse_is_said_and_undo_leads_back(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5})
     begin_with_press(trainer)
     said = trainer.keep_going().text
@@ -207,14 +207,14 @@ def test_what_the_last_press_made_worse_is_said_and_undo_leads_back(
     assert (better.steps, better.since) == (1, "the last press")
     trainer.undo()
     assert trainer.continuation.better is None, "it is that version again"
-    opened.close()
+    open_session.close()
 
 
 def test_several_presses_that_made_it_worse_are_undone_in_one_act(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And the next world is another one in which the better version goes wrong."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5, 3: 0.5})
     begin_with_press(trainer)
     trainer.keep_going()
@@ -238,13 +238,13 @@ def test_several_presses_that_made_it_worse_are_undone_in_one_act(
     trainer.redo()
     trainer.redo()
     assert keep_going.count_presses(trainer.session.lesson) == 3
-    opened.close()
+    open_session.close()
 
 
 def test_an_edit_since_the_best_version_is_a_change(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5})
     begin_with_press(trainer)
     trainer.keep_going()
@@ -252,12 +252,14 @@ def test_an_edit_since_the_best_version_is_a_change(
     shown = [each.number for each in trainer.session.examples if each.is_shown]
     trainer.edit(shown[-1], next="done")
     assert ", before the last 2 changes. Undo them, or go on" in trainer.keep_going().text
-    opened.close()
+    open_session.close()
 
 
-def test_a_difference_by_chance_is_not_said(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_difference_by_chance_is_not_said(
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """97 of 121 and 102 of 146: by Fisher's exact test, so few by chance in 1 of 30 cases."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.3})
     begin_with_press(trainer)
     trainer.keep_going()
@@ -265,12 +267,14 @@ def test_a_difference_by_chance_is_not_said(opened: OpenSession, monkeypatch: py
     assert trainer.keep_going().text.startswith("goto works in 102 of 146 new worlds. Here, in ")
     with pytest.raises(SessionError, match="no better version is known"):
         trainer.go_back()
-    opened.close()
+    open_session.close()
 
 
-def test_at_the_limit_the_best_version_is_named(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_at_the_limit_the_best_version_is_named(
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Also one that was better by no more than chance; then undo leads back to it."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.3})
     begin_with_press(trainer)
     trainer.keep_going()
@@ -284,28 +288,28 @@ def test_at_the_limit_the_best_version_is_named(opened: OpenSession, monkeypatch
     )
     trainer.go_back()
     assert keep_going.count_presses(trainer.session.lesson) == 1
-    opened.close()
+    open_session.close()
 
 
 def test_versions_by_another_measure_are_not_compared(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Tested with a target that was not there before, it fails in more worlds."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5})
     begin_with_press(trainer)
     trainer.keep_going()
     trainer.cycle_targets()
     press(trainer, "rotate_left")
     assert trainer.keep_going().text.startswith("goto works in 74 of 146 new worlds. Here, in ")
-    opened.close()
+    open_session.close()
 
 
 def test_nothing_is_offered_once_undone_presses_were_replaced(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Undo leads back to no version that was itself undone."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     fail_by_presses(monkeypatch, {2: 0.2, 1: 0.3, 3: 0.6})
     begin_with_press(trainer)
     press(trainer, "rotate_left")
@@ -313,7 +317,7 @@ def test_nothing_is_offered_once_undone_presses_were_replaced(
     trainer.undo()
     press(trainer, "rotate_right", "forward")
     assert trainer.keep_going().text.startswith("goto works in 58 of 146 new worlds. Here, in ")
-    opened.close()
+    open_session.close()
 
 
 def list_seeds(trainer: Trainer, monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -329,9 +333,9 @@ def list_seeds(trainer: Trainer, monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return seeds
 
 
-def test_no_world_is_used_twice(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_world_is_used_twice(open_session: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor after it held, as it may have been taught there; nor when the lesson is opened again."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     first, second = list_seeds(trainer, monkeypatch), list_seeds(trainer, monkeypatch)
     assert len(first) >= 100
@@ -339,7 +343,7 @@ def test_no_world_is_used_twice(opened: OpenSession, monkeypatch: pytest.MonkeyP
     trainer.continuation = keep_going.LessonContinuation(trainer)
     third = list_seeds(trainer, monkeypatch)
     assert len({*first, *second, *third}) == len(first) + len(second) + len(third)
-    opened.close()
+    open_session.close()
 
 
 def go_on_to_the_next_world(trainer: Trainer) -> None:
@@ -376,9 +380,9 @@ def test_no_world_that_was_seen_after_a_mistake_is_evidence(
 
 
 def test_while_it_is_tested_it_is_not_tested_again(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trainer = opened.trainer
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     test = trainer.continuation.begin()
     with pytest.raises(SessionError, match="goto is being tested in new worlds already: wait for the result"):
@@ -392,14 +396,14 @@ def test_while_it_is_tested_it_is_not_tested_again(
         with pytest.raises(ValueError, match="broken"):
             test()
     trainer.continuation.begin()
-    opened.close()
+    open_session.close()
 
 
 def test_without_a_change_it_goes_to_the_next_mistake_of_the_same_test(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Pressed twice, it tests once; after the last mistake it tests in other worlds."""
-    trainer, tested = opened.trainer, list[int]()
+    trainer, tested = open_session.trainer, list[int]()
     show(trainer, range(3, 4))
 
     def fail(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
@@ -415,33 +419,33 @@ def test_without_a_change_it_goes_to_the_next_mistake_of_the_same_test(
         seeds.append(trainer.seed)
     assert seeds == [tested[0], tested[0] + 1, tested[1]]
     assert len(tested) == 2
-    opened.close()
+    open_session.close()
 
 
 def test_what_holds_is_said_again_without_a_test(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trainer = opened.trainer
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     assert list_seeds(trainer, monkeypatch)
     assert list_seeds(trainer, monkeypatch) == []
     trainer.session.change_design(options=replace(trainer.session.lesson.options, reaction_s=0.4))
     assert list_seeds(trainer, monkeypatch)
-    opened.close()
+    open_session.close()
 
 
-def test_what_was_changed_meanwhile_is_not_judged(opened: OpenSession) -> None:
-    trainer = opened.trainer
+def test_what_was_changed_meanwhile_is_not_judged(open_session: OpenSession) -> None:
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     trainer.continuation.begin()
     trainer.undo()
     said = trainer.continuation.finish(make_result(verdict=Verdict.HOLDS))
     assert said.text == "goto was changed while it was tested: keep going to test it as it is now"
-    opened.close()
+    open_session.close()
 
 
-def test_presses_that_are_undone_do_not_count(opened: OpenSession) -> None:
-    trainer = opened.trainer
+def test_presses_that_are_undone_do_not_count(open_session: OpenSession) -> None:
+    trainer = open_session.trainer
     show(trainer, range(3, 4))
     trainer.continuation.begin()
     trainer.continuation.finish(make_result(Mistake(7, {"A": "station"}, 4.0, "")))
@@ -449,14 +453,14 @@ def test_presses_that_are_undone_do_not_count(opened: OpenSession) -> None:
     trainer.continuation.begin()
     said = trainer.continuation.finish(make_result(verdict=Verdict.HOLDS))
     assert said.text.startswith("goto holds, as it is: ")
-    opened.close()
+    open_session.close()
 
 
-def test_what_cannot_be_tested_is_refused(opened: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
-    trainer = opened.trainer
+def test_what_cannot_be_tested_is_refused(open_session: OpenSession, monkeypatch: pytest.MonkeyPatch) -> None:
+    trainer = open_session.trainer
     with pytest.raises(SessionError, match="nothing to test yet"):
         trainer.keep_going()
     monkeypatch.setattr(SessionSetup, "from_session", lambda _: None)
     with pytest.raises(SessionError, match="no other worlds"):
         trainer.keep_going()
-    opened.close()
+    open_session.close()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.inline_executor import InlineExecutor
 from tests.own_worlds import NAME
-from tests.ui.cli.commands import said
+from tests.ui.cli.commands import run_json
 
 from understudy.data.trace_drive import read_trace_drive
 from understudy.errors import SessionError
@@ -85,7 +85,7 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def scripted(tmp_path: Path) -> Scripted:
+def scripted_drive(tmp_path: Path) -> Scripted:
     return Scripted(tmp_path)
 
 
@@ -109,24 +109,29 @@ class FoodDriver:
         return StickPosition(-0.1, 0.95)
 
 
-def test_labels_of_what_the_stick_did(scripted: Scripted) -> None:
+def test_labels_of_what_the_stick_did(scripted_drive: Scripted) -> None:
     """At 10 Hz, seconds of 10 ticks each."""
-    scripted.live.drive()
+    scripted_drive.live.drive()
     for stick, seconds in ((AHEAD, 2), (RIGHT, 1), (AHEAD, 1.5), (LEFT, 1)):
-        scripted.drive(hold(stick), seconds)
-    scripted.pause()
-    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_right", "forward", "rotate_left"]
-    assert [first for _, first, _ in scripted.spans] == pytest.approx([0, 20, 30, 45], abs=1)
+        scripted_drive.drive(hold(stick), seconds)
+    scripted_drive.pause()
+    assert [label for label, _, _ in scripted_drive.spans] == [
+        "forward",
+        "rotate_right",
+        "forward",
+        "rotate_left",
+    ]
+    assert [first for _, first, _ in scripted_drive.spans] == pytest.approx([0, 20, 30, 45], abs=1)
 
 
-def test_labels_appear_while_somebody_drives(scripted: Scripted) -> None:
-    scripted.live.drive()
-    scripted.drive(hold(AHEAD), 5)
-    assert scripted.live.version >= 3
-    assert scripted.live.driving
-    assert [label for label, _, _ in scripted.spans] == ["forward"]
+def test_labels_appear_while_somebody_drives(scripted_drive: Scripted) -> None:
+    scripted_drive.live.drive()
+    scripted_drive.drive(hold(AHEAD), 5)
+    assert scripted_drive.live.version >= 3
+    assert scripted_drive.live.driving
+    assert [label for label, _, _ in scripted_drive.spans] == ["forward"]
     with pytest.raises(SessionError, match="pause it"):
-        scripted.live.check_change()
+        scripted_drive.live.check_change()
 
 
 def test_when_the_driver_switches_is_learned_at_a_pause(tmp_path: Path) -> None:
@@ -142,29 +147,29 @@ def test_when_the_driver_switches_is_learned_at_a_pause(tmp_path: Path) -> None:
     assert live.find_review().segmentation.switches is not None
 
 
-def test_behaviors_are_proposed_at_a_pause_only(scripted: Scripted) -> None:
+def test_behaviors_are_proposed_at_a_pause_only(scripted_drive: Scripted) -> None:
     """An arc is no behavior of the forager: half the turn and half the speed are unexplained, and proposed."""
-    live = scripted.live
+    live = scripted_drive.live
     live.drive()
-    scripted.drive(hold(StickPosition(0.5, 0.5)), 2)
+    scripted_drive.drive(hold(StickPosition(0.5, 0.5)), 2)
     assert live.find_review().list_proposals() == ()
-    scripted.drive(hold(StickPosition(0.5, 0.5)), 2)
-    scripted.pause()
+    scripted_drive.drive(hold(StickPosition(0.5, 0.5)), 2)
+    scripted_drive.pause()
     (proposal,) = live.find_review().list_proposals()
     assert set(proposal.command) == {"drive", "turn"}
     live.find_review().define_behavior("arc", proposal.command)
     live.drive()
-    scripted.drive(hold(AHEAD), 2)
-    scripted.pause()
-    assert [label for label, _, _ in scripted.spans] == ["arc", "forward"]
+    scripted_drive.drive(hold(AHEAD), 2)
+    scripted_drive.pause()
+    assert [label for label, _, _ in scripted_drive.spans] == ["arc", "forward"]
 
 
-def test_the_world_waits_for_the_stick(scripted: Scripted) -> None:
-    live = scripted.live
+def test_the_world_waits_for_the_stick(scripted_drive: Scripted) -> None:
+    live = scripted_drive.live
     live.drive()
-    scripted.drive(hold(StickPosition(0.05, 0.05)), 2)  # within the dead zone
+    scripted_drive.drive(hold(StickPosition(0.05, 0.05)), 2)  # within the dead zone
     assert (live.waiting, live.ticks, live.world.time_s) == (True, 0, 0.0)
-    scripted.drive(hold(AHEAD), 1)
+    scripted_drive.drive(hold(AHEAD), 1)
     assert not live.waiting
     assert live.ticks in (10, 11)
 
@@ -184,37 +189,37 @@ def test_at_rest_when_nothing_is_heard(tmp_path: Path) -> None:
     assert [label for label, _, _ in scripted.spans] == ["forwards", "stop"]
 
 
-def test_the_world_waits_at_rest_where_no_behavior_rests(scripted: Scripted) -> None:
+def test_the_world_waits_at_rest_where_no_behavior_rests(scripted_drive: Scripted) -> None:
     """Foragers have no stop: what nothing could explain is not driven."""
-    live = scripted.live
+    live = scripted_drive.live
     live.drive()
-    scripted.drive(hold(AHEAD), 1)
+    scripted_drive.drive(hold(AHEAD), 1)
     before = live.ticks
-    scripted.drive(hold(AT_REST), 3)
+    scripted_drive.drive(hold(AT_REST), 3)
     assert (live.waiting, live.ticks) == (True, before)
-    scripted.drive(hold(BACK), 1)  # nor do they drive back
+    scripted_drive.drive(hold(BACK), 1)  # nor do they drive back
     assert (live.waiting, live.ticks) == (True, before)
-    scripted.drive(hold(RIGHT), 1)
-    scripted.pause()
-    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_right"]
+    scripted_drive.drive(hold(RIGHT), 1)
+    scripted_drive.pause()
+    assert [label for label, _, _ in scripted_drive.spans] == ["forward", "rotate_right"]
     drive = live.find_review().segmentation.drive
     assert drive.commands.any(axis=1).all()
     assert np.diff(drive.times) == pytest.approx(0.1)
 
 
-def test_what_was_set_by_hand_stays_when_the_drive_goes_on(scripted: Scripted) -> None:
-    live = scripted.live
+def test_what_was_set_by_hand_stays_when_the_drive_goes_on(scripted_drive: Scripted) -> None:
+    live = scripted_drive.live
     live.drive()
-    scripted.drive(hold(AHEAD), 2)
-    scripted.pause()
+    scripted_drive.drive(hold(AHEAD), 2)
+    scripted_drive.pause()
     review = live.find_review()
     review.set_label(5, 8, "load_food")
     review.set_label(8, 12, UNEXPLAINED)
     live.drive()
-    scripted.drive(hold(RIGHT), 2)
-    scripted.pause()
+    scripted_drive.drive(hold(RIGHT), 2)
+    scripted_drive.pause()
     assert live.find_review() is review
-    assert scripted.spans == [
+    assert scripted_drive.spans == [
         ("forward", 0, 5), ("load_food", 5, 8), (UNEXPLAINED, 8, 12), ("forward", 12, 20),
         ("rotate_right", 20, live.ticks),
     ]  # fmt: skip
@@ -222,24 +227,24 @@ def test_what_was_set_by_hand_stays_when_the_drive_goes_on(scripted: Scripted) -
     assert not review.can_undo
 
 
-def test_another_world_is_another_episode(scripted: Scripted) -> None:
-    live = scripted.live
+def test_another_world_is_another_episode(scripted_drive: Scripted) -> None:
+    live = scripted_drive.live
     live.begin_world(4)  # nothing was driven in the first one
     live.drive()
-    scripted.drive(hold(AHEAD), 1)
+    scripted_drive.drive(hold(AHEAD), 1)
     with pytest.raises(SessionError, match="pause first"):
         live.begin_world(5)
-    scripted.pause()
+    scripted_drive.pause()
     first = live.ticks
     live.begin_world(5)
     live.drive()
-    scripted.drive(hold(LEFT), 1)
-    scripted.pause()
+    scripted_drive.drive(hold(LEFT), 1)
+    scripted_drive.pause()
     episodes = live.find_review().segmentation.drive.episodes
     assert [(each.source, each.first, each.end) for each in episodes] == [
         ("seed 4", 0, first), ("seed 5", first, live.ticks),
     ]  # fmt: skip
-    assert [label for label, _, _ in scripted.spans] == ["forward", "rotate_left"]
+    assert [label for label, _, _ in scripted_drive.spans] == ["forward", "rotate_left"]
     assert len(live.list_places()) == live.ticks
 
 
@@ -271,16 +276,16 @@ def test_a_body_of_ones_own(tmp_path: Path) -> None:
     assert second.values["x", None][0] == 5.0
 
 
-def test_what_is_kept_is_what_was_driven(scripted: Scripted, tmp_path: Path) -> None:
+def test_what_is_kept_is_what_was_driven(scripted_drive: Scripted, tmp_path: Path) -> None:
     """Each world has a trace of its own, from which `understudy learn` learns the same."""
     for seed in (3, 4):
         if seed != 3:
-            scripted.live.begin_world(seed)
-        scripted.live.drive()
-        scripted.drive(FoodDriver(), 12)
-        scripted.pause()
-    drive = scripted.live.find_review().segmentation.drive
-    paths = scripted.files.paths
+            scripted_drive.live.begin_world(seed)
+        scripted_drive.live.drive()
+        scripted_drive.drive(FoodDriver(), 12)
+        scripted_drive.pause()
+    drive = scripted_drive.live.find_review().segmentation.drive
+    paths = scripted_drive.files.paths
     assert {*(tmp_path / "recordings").iterdir()} == {*paths}
     assert len(paths) == len(drive.episodes) == 2
     for path, episode in zip(paths, drive.episodes, strict=True):
@@ -291,12 +296,12 @@ def test_what_is_kept_is_what_was_driven(scripted: Scripted, tmp_path: Path) -> 
         np.testing.assert_array_equal(kept.drive.commands, drive.commands[ticks])
         for key, column in drive.values.items():
             np.testing.assert_array_equal(kept.drive.values[key], column[ticks])
-        np.testing.assert_allclose(kept.places, scripted.live.list_places()[ticks], atol=1e-6)
+        np.testing.assert_allclose(kept.places, scripted_drive.live.list_places()[ticks], atol=1e-6)
         assert [each.name for each in kept.drive.channels] == [each.name for each in drive.channels]
         assert {each.name: (each.kind, each.unit) for each in kept.drive.readings} == {
             each.name: (each.kind, each.unit) for each in drive.readings
         }
-    found = said("learn", "--recording", paths[0], "--features", "angle_to(nearest_food)")
+    found = run_json("learn", "--recording", paths[0], "--features", "angle_to(nearest_food)")
     assert {"forward"} < {each["label"] for each in found["drive"]["spans"]}
     assert json.loads(paths[0].read_text().splitlines()[0])["run"]["scenario"] == "forage"
 
@@ -315,7 +320,7 @@ def test_what_was_driven_is_learned(tmp_path: Path) -> None:
     near = 0
     for seed in range(100, 110):
         live.world.reset([seed])
-        library: Library = learned.made.library.with_automaton(learned.taught)
+        library: Library = learned.drive.library.with_automaton(learned.taught)
         near += go_by_itself(live, library)
     assert near >= 8
 

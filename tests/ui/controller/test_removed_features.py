@@ -10,7 +10,7 @@ import pytest
 from tests.learning.test_shown_ranges import read
 from tests.ui.cli.commands import run
 from tests.ui.controller.test_keep_going import show
-from tests.ui.tui.desks import GOTO, Wall, plan
+from tests.ui.tui.desks import GOTO, Wall, make_plan
 
 from understudy.errors import UnknownName
 from understudy.model.lesson import Lesson
@@ -26,7 +26,7 @@ ANYWHERE = "done counts wherever it is raised"
 @pytest.fixture
 def trainer(tmp_path: Path) -> Iterator[Trainer]:
     """GoTo, shown in four worlds, with scores that are taken at once."""
-    chosen = plan(tmp_path / "library")
+    chosen = make_plan(tmp_path / "library")
     start = make_session_start(chosen)
     assert start is not None
     opened = begin_session(chosen, start, Wall())

@@ -15,7 +15,9 @@ VIEW = {"action": "show", "view": "one"}
 STATES = ("start", "forward", "rotate_left", "rotate_right", "done")
 
 
-def goto(*, body: Forage | None = None, live: bool = False, journal: Path | None = None) -> Session:
+def make_goto_session(
+    *, body: Forage | None = None, live: bool = False, journal: Path | None = None
+) -> Session:
     """A session of a robot that is to go to its station."""
     lesson = new_lesson(
         Library(FORAGE_KIT),
@@ -60,7 +62,7 @@ class Hand:
         self.driver.receive(request)
 
     @property
-    def said(self) -> tuple[str, str]:
+    def status(self) -> tuple[str, str]:
         """The status: its text and its tone."""
         status = self.driver.trainer.status
         return status.text, status.tone

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 from tests.bodies import Scripted
-from tests.ui.notebook.sessions import STATES, VIEW, Hand, goto
+from tests.ui.notebook.sessions import STATES, VIEW, Hand, make_goto_session
 
 from understudy.errors import FileError, SessionError, SettingError, UnderstudyError
 from understudy.model.library import Library
@@ -24,12 +24,12 @@ from understudy.ui.notebook.view_data import describe_panel
 
 
 def test_a_press_is_answered_at_once_and_recorded_at_the_next_tick() -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     assert hand.press("rotate_left") == "start → rotate_left"
     assert hand.driver.trainer.session_view.waiting == "rotate_left"
     hand.wait()
-    assert hand.said[1] == "recorded"
-    assert hand.said[0].startswith("start → rotate_left, distance_to(A) = ")
+    assert hand.status[1] == "recorded"
+    assert hand.status[0].startswith("start → rotate_left, distance_to(A) = ")
     assert [str(example.kind) for example in hand.session.lesson.examples] == ["directive", "default"]
     assert hand.session.view().state == "rotate_left"
 
@@ -53,11 +53,11 @@ BAD = [  # what a page sends, what the status says
 
 @pytest.mark.parametrize(("content", "says"), BAD, ids=str)
 def test_what_cannot_be_done_is_refused_in_a_sentence(content: Any, says: str) -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     hand.wait()
     before = hand.session.view(), hand.session.examples
     hand.driver.receive(content)
-    text, tone = hand.said
+    text, tone = hand.status
     assert says in text
     assert "\n" not in text
     assert tone == "error"
@@ -81,14 +81,14 @@ MOVES = some.lists(
 @settings(max_examples=25, deadline=None)
 @given(moves=MOVES, live=some.booleans())
 def test_a_session_in_a_notebook_is_that_of_a_program(moves: Sequence[tuple[str, Any]], live: bool) -> None:
-    hand, other = Hand(goto(live=live)), goto(live=live)
+    hand, other = Hand(make_goto_session(live=live)), make_goto_session(live=live)
     for action, what in moves:
         if action == "wait":
             hand.wait(what)
             if not other.paused:
                 for _ in range(what):
                     other.tick()
-        elif hand.ask(action=action, state=what) and hand.said[1] != "error":
+        elif hand.ask(action=action, state=what) and hand.status[1] != "error":
             repeat(other, action, what)
         assert repr(hand.session.view()) == repr(other.view())
     assert is_same_lesson(hand.session.lesson, other.lesson)
@@ -115,7 +115,7 @@ def repeat(session: Session, action: str, state: str) -> None:
 
 
 def test_the_world_stands_still_while_no_view_is_on_a_screen() -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     hand.press("forward")
     hand.wait(5)
     assert hand.session.body.time_s == pytest.approx(0.5)
@@ -131,7 +131,7 @@ def test_the_world_stands_still_while_no_view_is_on_a_screen() -> None:
 
 
 def test_of_two_views_one_on_a_screen_is_enough() -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     hand.ask(action="show", view="two")
     hand.ask(action="hide", view="two")
     hand.now += 0.1
@@ -141,7 +141,7 @@ def test_of_two_views_one_on_a_screen_is_enough() -> None:
 
 def test_a_view_that_is_silent_counts_as_hidden() -> None:
     """A browser that crashed, or a computer that sleeps."""
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     for _ in range(round(2 * SILENT_S / 0.1)):
         hand.now += 0.1
         hand.driver.beat()
@@ -150,7 +150,7 @@ def test_a_view_that_is_silent_counts_as_hidden() -> None:
 
 
 def test_cells_may_use_the_session_meanwhile() -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     hand.press("forward")
     hand.wait(2)
     hand.session.direct("done")  # a cell
@@ -170,7 +170,7 @@ def test_cells_may_use_the_session_meanwhile() -> None:
 
 
 def test_it_asks_and_a_press_answers() -> None:
-    hand = Hand(goto())
+    hand = Hand(make_goto_session())
     for state, ticks in (
         ("rotate_left", 9),
         ("forward", 30),
@@ -190,7 +190,7 @@ def test_it_asks_and_a_press_answers() -> None:
     else:
         raise AssertionError("it never asked")
     assert hand.session.paused
-    assert hand.said[0] == f"{question.sentence} Space continues"
+    assert hand.status[0] == f"{question.sentence} Space continues"
     before = len(hand.session.examples)
     hand.press(question.answers[0])
     assert len(hand.session.examples) > before
@@ -200,7 +200,7 @@ def test_it_asks_and_a_press_answers() -> None:
 
 
 def test_save_keeps_the_automaton_in_the_library(tmp_path: Path) -> None:
-    hand = Hand(goto(), folder=tmp_path)
+    hand = Hand(make_goto_session(), folder=tmp_path)
     hand.press("forward")
     hand.wait()
     assert hand.ask(action="save").startswith("Saved in ")
@@ -209,7 +209,7 @@ def test_save_keeps_the_automaton_in_the_library(tmp_path: Path) -> None:
 
 def test_no_press_is_lost_when_the_kernel_ends(tmp_path: Path) -> None:
     """The journal has a press before its answer, so nothing has to be closed."""
-    hand = Hand(goto(journal=tmp_path / "goto.journal"))
+    hand = Hand(make_goto_session(journal=tmp_path / "goto.journal"))
     for state in ("rotate_left", "forward", "done"):
         hand.press(state)
         hand.wait(3)
@@ -228,7 +228,7 @@ def test_no_press_is_lost_when_the_kernel_ends(tmp_path: Path) -> None:
 
 
 def test_a_session_that_is_closed_says_so(tmp_path: Path) -> None:
-    hand = Hand(goto(journal=tmp_path / "goto.journal"))
+    hand = Hand(make_goto_session(journal=tmp_path / "goto.journal"))
     hand.session.close()
     assert "this journal is closed; continue it with Session.resume" in hand.press("forward")
 
@@ -264,10 +264,10 @@ FAULTS = [
 
 @pytest.mark.parametrize(("body", "says"), FAULTS)
 def test_a_body_that_fails_pauses_the_session(body: type[Forage], says: str) -> None:
-    hand = Hand(goto(body=body([42])))
+    hand = Hand(make_goto_session(body=body([42])))
     hand.press("forward")
     hand.wait(5)
-    assert hand.said == (says, "error")
+    assert hand.status == (says, "error")
     assert hand.session.paused
     assert " → rotate_left" in hand.press("rotate_left")
 
@@ -287,15 +287,15 @@ def test_bodies_that_cannot_be_shown() -> None:
     with pytest.raises(
         SettingError, match=r"Timeless: tick_s is 0\.0; give the length of a tick in seconds, above 0"
     ):
-        driver(goto(body=Timeless([42])))
-    session = goto()
+        driver(make_goto_session(body=Timeless([42])))
+    session = make_goto_session()
     session.body = Scripted(1)
     with pytest.raises(
         SessionError, match="there is no picture of a Scripted: give the session a body that is"
     ):
         driver(session)
     with pytest.raises(SettingError, match=r"show_session: speed is 3; give one of 0\.25, 0\.5, 1"):
-        SessionDriver(goto(), speed=3.0, folder=None, wall=lambda: 0.0)
+        SessionDriver(make_goto_session(), speed=3.0, folder=None, wall=lambda: 0.0)
 
 
 def test_views_report_as_often_as_the_page_does() -> None:
@@ -305,22 +305,22 @@ def test_views_report_as_often_as_the_page_does() -> None:
 
 
 def test_what_a_change_says_beyond_itself_is_shown_until_it_is_undone(tmp_path: Path) -> None:
-    hand = Hand(goto(live=True), folder=tmp_path)
+    hand = Hand(make_goto_session(live=True), folder=tmp_path)
     hand.press("forward")
     hand.wait(3)
     hand.press("rotate_left")
     hand.wait(3)
 
-    def changed() -> str:
+    def read_changes() -> str:
         said: str = describe_panel(hand.driver.trainer, can_save=True)["changed"]
         return said
 
-    assert changed() == ""
+    assert read_changes() == ""
     assert hand.ask(action="save") == f"Saved in {tmp_path / 'goto.json'}"
     hand.session.delete(3)
-    assert changed() == "forward no longer goes to rotate_left"
+    assert read_changes() == "forward no longer goes to rotate_left"
     hand.ask(action="undo")
-    assert changed() == ""
+    assert read_changes() == ""
     hand.ask(action="redo")
     assert hand.ask(action="save").endswith(
         ". Since it was last saved: forward no longer goes to rotate_left"

@@ -12,7 +12,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.ui.notebook.sessions import VIEW, goto
+from tests.ui.notebook.sessions import VIEW, make_goto_session
 
 import understudy.ui.notebook
 from understudy.errors import SessionError
@@ -51,7 +51,7 @@ def send(widget: SessionWidget, **content: str) -> None:
 
 @in_loop
 async def test_a_press_in_the_page_reaches_the_session_and_comes_back() -> None:
-    session = goto()
+    session = make_goto_session()
     widget = show_session(session, speed=16.0)
     send(widget, **VIEW)
     send(widget, action="press", state="rotate_left")
@@ -66,7 +66,7 @@ async def test_a_press_in_the_page_reaches_the_session_and_comes_back() -> None:
 
 @in_loop
 async def test_what_is_sent_is_plain() -> None:
-    widget = show_session(goto())
+    widget = show_session(make_goto_session())
     for data in (widget.arena, widget.lesson, widget.panel, widget.moment, widget.objects):
         json.dumps(data, allow_nan=False)
     x, y, heading, stored = struct.unpack("<4f", widget.robots)
@@ -79,7 +79,7 @@ async def test_what_is_sent_is_plain() -> None:
 
 @in_loop
 async def test_conditions_are_numbered_as_in_the_picture() -> None:
-    session = goto()
+    session = make_goto_session()
     widget = show_session(session)
     for state in ("rotate_left", "forward", "rotate_left", "forward", "done"):
         session.direct(state)
@@ -100,10 +100,10 @@ async def test_conditions_are_numbered_as_in_the_picture() -> None:
 @in_loop
 async def test_a_session_has_one_widget() -> None:
     """Two would run its world twice as fast."""
-    session = goto()
+    session = make_goto_session()
     widget = show_session(session)
     assert show_session(session) is widget
-    assert show_session(goto()) is not widget
+    assert show_session(make_goto_session()) is not widget
     widget.close()
     send(widget, **VIEW)
     again = show_session(session)
@@ -113,7 +113,7 @@ async def test_a_session_has_one_widget() -> None:
 
 @in_loop
 async def test_a_closed_widget_leaves_the_session_alone() -> None:
-    session = goto()
+    session = make_goto_session()
     widget = show_session(session, speed=16.0)
     send(widget, **VIEW)
     await until(widget, lambda: session.body.time_s > 0)
@@ -130,7 +130,7 @@ async def test_a_closed_widget_leaves_the_session_alone() -> None:
 def test_outside_a_notebook_it_says_so() -> None:
     pytest.importorskip("anywidget", reason="needs the extra notebook")
     with pytest.raises(SessionError, match="works in a cell of a notebook only"):
-        show_session(goto())
+        show_session(make_goto_session())
 
 
 def test_without_anywidget_it_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,4 +140,4 @@ def test_without_anywidget_it_names_the_command(monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(
         ExtraMissing, match=r"a session in a notebook needs .*'understudy-robots\[notebook\]'"
     ):
-        show_session(goto())
+        show_session(make_goto_session())

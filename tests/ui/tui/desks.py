@@ -47,7 +47,7 @@ class Wall:
         return self.now
 
 
-def plan(folder: Path, name: str = "goto", choices: LessonChoices = GOTO, seed: int = 0) -> TrainingPlan:
+def make_plan(folder: Path, name: str = "goto", choices: LessonChoices = GOTO, seed: int = 0) -> TrainingPlan:
     library = open_library(folder, FORAGE_KIT, learn).library if folder.exists() else Library(FORAGE_KIT)
     return TrainingPlan(name, folder, find_scenario("forage"), library, choices, seed)
 
@@ -64,12 +64,12 @@ class Hand:
         return self.app.open_session.trainer
 
     @property
-    def teaching(self) -> TeachingScreen:
+    def teach_screen(self) -> TeachingScreen:
         assert isinstance(self.app.screen, TeachingScreen), self.app.screen
         return self.app.screen
 
     @property
-    def said(self) -> str:
+    def status_text(self) -> str:
         return self.trainer.status.text
 
     async def press(self, *keys: str) -> None:
@@ -79,11 +79,11 @@ class Hand:
         """So much time passes."""
         for _ in range(round(seconds / 0.1)):
             self.wall.now += 0.1
-            self.teaching.run_due_ticks()
+            self.teach_screen.run_due_ticks()
 
-    def shown(self, part: str) -> str:
+    def read_part(self, part: str) -> str:
         """The text of a part of the screen."""
-        return self.teaching._drawn[part].plain
+        return self.teach_screen._drawn[part].plain
 
     async def show(self, *, worlds: int, limit_s: float = 60.0) -> None:
         """Show GoTo from here, and in the next worlds."""
@@ -139,7 +139,7 @@ def tolerable(view: SessionView) -> str | None:
 
 
 @asynccontextmanager
-async def trainer(
+async def make_trainer(
     made: TrainingPlan,
     *,
     size: tuple[int, int] = (80, 24),

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.tui.desks import GOTO, Hand, fail_by_presses, plan, trainer
+from tests.ui.tui.desks import GOTO, Hand, fail_by_presses, make_plan, make_trainer
 
 from understudy.learning.fit import learn
 from understudy.model.lesson import ExampleKind, Lesson
@@ -38,7 +38,7 @@ def run(test: Test) -> Callable[..., None]:
     return sync
 
 
-def saved(folder: Path, name: str = "goto") -> Lesson:
+def save_lesson(folder: Path, name: str = "goto") -> Lesson:
     lesson = open_library(folder, FORAGE_KIT, learn).library.taught[name].lesson
     assert lesson is not None
     return lesson
@@ -56,11 +56,11 @@ def kinds(hand: Hand) -> list[str]:
 @pytest.mark.long
 @run
 async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_saw(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path / "library", seed=6)) as hand:
+    async with make_trainer(make_plan(tmp_path / "library", seed=6)) as hand:
         await hand.show(worlds=3)
         await hand.press("n", "t")
         assert hand.trainer.session_view.mode is Mode.TESTING
-        assert "TESTING" in hand.shown("header")
+        assert "TESTING" in hand.read_part("header")
         for _ in range(2):
             await hand.guide()
             station = find_target_place(find_drawn_world(hand.trainer.body), "station")
@@ -72,53 +72,53 @@ async def test_a_robot_is_taught_goto_by_keys_and_goes_there_in_worlds_it_never_
     ended = hand.app.return_value
     assert isinstance(ended, SessionEnd)
     assert ended.saved
-    assert len(saved(tmp_path / "library").examples) == ended.examples
+    assert len(save_lesson(tmp_path / "library").examples) == ended.examples
     assert ended.journal.exists()
     assert not list((tmp_path / "library" / ".journals").glob("*.journal"))
 
 
 @run
 async def test_a_press_is_recorded_with_its_default_and_said(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("left")
         assert hand.trainer.session_view.waiting == "rotate_left"
         await hand.wait(0.1)
-        assert hand.said.startswith("start → rotate_left, distance_to(A) = ")
-        assert hand.said.endswith("°, with its default")
-        assert "▶  turn left" in hand.shown("states")
+        assert hand.status_text.startswith("start → rotate_left, distance_to(A) = ")
+        assert hand.status_text.endswith("°, with its default")
+        assert "▶  turn left" in hand.read_part("states")
         await hand.wait(0.5)
         await hand.press("1")
         await hand.wait(0.1)
         await hand.press("enter")
         await hand.wait(0.1)
-        assert hand.said.startswith("forward confirmed")
+        assert hand.status_text.startswith("forward confirmed")
         assert kinds(hand) == ["directive", "default", "directive", "default", "confirmation"]
-        assert "5 shown" in hand.shown("lower")
+        assert "5 shown" in hand.read_part("lower")
 
 
 @run
 async def test_directing_in_testing_visibly_becomes_a_correction(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("t")
-        assert "nothing to test yet" in hand.said
+        assert "nothing to test yet" in hand.status_text
         await hand.press("up")
         await hand.wait(0.5)
         await hand.press("t")
         await hand.wait(0.3)
         assert hand.trainer.session_view.state == "forward"
-        assert "press to correct" in hand.shown("states")
+        assert "press to correct" in hand.read_part("states")
         await hand.press("right")
-        assert "CORRECTED" in hand.shown("header")
+        assert "CORRECTED" in hand.read_part("header")
         await hand.wait(0.1)
         assert hand.trainer.session_view.mode is Mode.TRAINING
-        assert hand.said.startswith("correction: forward → rotate_right")
+        assert hand.status_text.startswith("correction: forward → rotate_right")
         assert kinds(hand)[-2:] == ["directive ◆", "default ◆"]
-        assert "◆ forward → turn right" in hand.shown("lower")
+        assert "◆ forward → turn right" in hand.read_part("lower")
 
 
 @run
 async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("up")
         await hand.wait(0.5)
         await hand.press("4")
@@ -126,7 +126,7 @@ async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path
         await hand.press("t")
         await hand.wait(1)
         assert hand.trainer.session_view.flag == "done"
-        assert hand.said.startswith("goto raised done")
+        assert hand.status_text.startswith("goto raised done")
         await hand.press("up")
         await hand.wait(0.1)
         last = hand.trainer.session.examples[-1]
@@ -137,33 +137,33 @@ async def test_a_flag_raised_too_early_is_corrected_where_it_was_raised(tmp_path
 
 @run
 async def test_undo_and_redo(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("u")
-        assert "nothing to undo" in hand.said
+        assert "nothing to undo" in hand.status_text
         assert hand.trainer.status.tone == "error"
         await hand.press("left")
         await hand.wait(0.2)
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("ctrl+z")
-        assert hand.said == "Undone: rotate_left → forward"
+        assert hand.status_text == "Undone: rotate_left → forward"
         assert kinds(hand) == ["directive", "default"]
         assert hand.trainer.session_view.state == "rotate_left"
         await hand.press("U")
-        assert hand.said == "Redone: rotate_left → forward"
+        assert hand.status_text == "Redone: rotate_left → forward"
         assert len(hand.trainer.session.examples) == 4
 
 
 @run
 async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("up")
         await hand.wait(1)
         await hand.press("space")
         before, clock = hand.trainer.session_view.time_s, hand.trainer.pace.time_s
         await hand.wait(5)
         assert (hand.trainer.session_view.time_s, hand.trainer.pace.time_s) == (before, clock)
-        assert "PAUSED" in hand.shown("header")
+        assert "PAUSED" in hand.read_part("header")
         await hand.press("left")
         assert hand.trainer.session_view.waiting == "rotate_left"
         await hand.press("full_stop")
@@ -177,12 +177,12 @@ async def test_time_stands_still_while_paused_and_a_press_then_is_marked(tmp_pat
 
 @run
 async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         start = where(hand)
         await hand.press("d")
         await hand.wait(1)
         assert where(hand) == start, "it stands still until a key is pressed"
-        assert "DRIVING" in hand.shown("header")
+        assert "DRIVING" in hand.read_part("header")
         await hand.press("up")
         await hand.wait(1)
         await hand.press("enter", "d")
@@ -193,26 +193,26 @@ async def test_driving_into_position_records_nothing(tmp_path: Path) -> None:
 
 @run
 async def test_what_is_saved_is_opened_again_and_goes_on(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path, seed=3)) as hand:
+    async with make_trainer(make_plan(tmp_path, seed=3)) as hand:
         await hand.press("left")
         await hand.wait(0.3)
         await hand.press("s", "q")
-    async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
-        assert "Opened " in hand.said
+    async with make_trainer(make_plan(tmp_path, choices=LessonChoices())) as hand:
+        assert "Opened " in hand.status_text
         assert hand.trainer.session_view.targets == {"A": "station"}
         assert not hand.trainer.has_unsaved_changes
         await hand.press("p", "right")
         await hand.wait(0.3)
         assert hand.trainer.has_unsaved_changes
         await hand.press("s", "q")
-    lesson = saved(tmp_path)
+    lesson = save_lesson(tmp_path)
     assert [example.binding["A"] for example in lesson.examples] == ["station"] * 2 + ["nearest_food"] * 2
     assert len(list_versions(tmp_path, "goto")) == 1
 
 
 @run
 async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("q")
@@ -232,19 +232,19 @@ async def test_quitting_asks_about_what_is_not_saved(tmp_path: Path) -> None:
 @run
 async def test_what_changed_is_said_and_asked_before_it_is_saved(tmp_path: Path) -> None:
     live = replace(GOTO, live=True)
-    async with trainer(plan(tmp_path / "library", choices=live), size=(100, 30)) as hand:
+    async with make_trainer(make_plan(tmp_path / "library", choices=live), size=(100, 30)) as hand:
         await hand.press("1")
         await hand.wait(0.3)
         await hand.press("2")
         await hand.wait(0.3)
         await hand.press("s")
-        assert hand.said.startswith("Saved in")
-        assert "Changed:" not in hand.shown("said")
+        assert hand.status_text.startswith("Saved in")
+        assert "Changed:" not in hand.read_part("said")
         hand.trainer.delete(3)
-        hand.teaching.draw()
-        assert "± Changed: forward no longer goes to turn left  u undo" in hand.shown("said")
+        hand.teach_screen.draw()
+        assert "± Changed: forward no longer goes to turn left  u undo" in hand.read_part("said")
         await hand.press("u")
-        assert "Changed:" not in hand.shown("said")
+        assert "Changed:" not in hand.read_part("said")
         await hand.press("U")
         hand.trainer.delete(1)
         await hand.press("s")
@@ -252,13 +252,13 @@ async def test_what_changed_is_said_and_asked_before_it_is_saved(tmp_path: Path)
         await hand.press("escape")
         assert hand.trainer.has_unsaved_changes
         await hand.press("s", "s")
-        assert "Since it was last saved: start no longer goes to forward" in hand.said
+        assert "Since it was last saved: start no longer goes to forward" in hand.status_text
         assert not hand.trainer.has_unsaved_changes
 
 
 @run
 async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("left")
         await hand.wait(0.5)
         await hand.press("up")
@@ -268,7 +268,7 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         (journal,) = (tmp_path / ".journals").iterdir()
         killed = journal.read_bytes()
     journal.write_bytes(killed)  # as a kill at that moment would have left it
-    async with trainer(plan(tmp_path), offer=True) as hand:
+    async with make_trainer(make_plan(tmp_path), offer=True) as hand:
         assert hand.app.unfinished is not None
         assert hand.app.unfinished.examples == 4
         await hand.press("enter")
@@ -280,15 +280,15 @@ async def test_a_killed_session_is_offered_and_nothing_shown_is_lost(tmp_path: P
         await hand.wait(0.2)
         assert len(hand.trainer.session.examples) == 6
         await hand.press("s", "q")
-    assert len(saved(tmp_path).examples) == 6
-    async with trainer(plan(tmp_path), offer=True) as hand:
+    assert len(save_lesson(tmp_path).examples) == 6
+    async with make_trainer(make_plan(tmp_path), offer=True) as hand:
         assert hand.app.unfinished is None
 
 
 @pytest.mark.long
 @run
 async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path, choices=LessonChoices())) as hand:
+    async with make_trainer(make_plan(tmp_path, choices=LessonChoices())) as hand:
         await hand.press("ctrl+g")
         told = hand.app.screen.query_one("#told").render()
         assert "No states yet" in str(told)
@@ -308,7 +308,7 @@ async def test_everything_is_chosen_on_the_first_page(tmp_path: Path) -> None:
 
 @run
 async def test_features_are_chosen_anew_and_examples_stay(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path)) as hand:
+    async with make_trainer(make_plan(tmp_path)) as hand:
         await hand.press("up")
         await hand.wait(0.2)
         await hand.press("c", "tab", "end", *["up"] * 3, "space", "ctrl+g")
@@ -321,7 +321,7 @@ async def test_features_are_chosen_anew_and_examples_stay(tmp_path: Path) -> Non
 
 @run
 async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
-    async with trainer(plan(tmp_path, seed=3), size=(120, 40)) as hand:
+    async with make_trainer(make_plan(tmp_path, seed=3), size=(120, 40)) as hand:
         await hand.press("left")
         await hand.wait(0.5)
         await hand.press("up")
@@ -329,8 +329,8 @@ async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
         await hand.press("t")
         await hand.wait(1.5)
         await hand.press("question_mark")
-        assert "ago it went from turn left to forward because" in hand.shown("lower")
-        assert "(shown by " in hand.shown("lower")
+        assert "ago it went from turn left to forward because" in hand.read_part("lower")
+        assert "(shown by " in hand.read_part("lower")
         await hand.press("l")
         await hand.press("x", "u", "x", "escape")
         assert len(hand.trainer.session.examples) == 3
@@ -341,32 +341,32 @@ async def test_why_and_the_page_of_the_lesson(tmp_path: Path) -> None:
 @run
 async def test_watched_examples_can_be_switched_off(tmp_path: Path) -> None:
     watched = replace(GOTO, watched=True)
-    async with trainer(plan(tmp_path, choices=watched)) as hand:
+    async with make_trainer(make_plan(tmp_path, choices=watched)) as hand:
         await hand.press("w")
-        assert hand.said == "Learning from silence: off"
+        assert hand.status_text == "Learning from silence: off"
         await hand.press("w", "up")
         await hand.wait(2)
         await hand.press("left")
         await hand.wait(0.1)
         assert "watched" in kinds(hand)
-        assert "watched" in hand.shown("lower")
+        assert "watched" in hand.read_part("lower")
 
 
 @run
 async def test_what_made_it_worse_is_undone_by_a_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fail_by_presses(monkeypatch, {1: 0.2, 2: 0.5, 3: 0.5})
-    async with trainer(plan(tmp_path / "library", seed=3)) as hand:
+    async with make_trainer(make_plan(tmp_path / "library", seed=3)) as hand:
         hand.trainer.pause()
         await hand.press("up", "full_stop", "T")
-        assert "goto works in 97 of 121 new worlds. Here, in " in hand.shown("said")
-        assert "undo the last" not in hand.shown("said")
+        assert "goto works in 97 of 121 new worlds. Here, in " in hand.read_part("said")
+        assert "undo the last" not in hand.read_part("said")
         await hand.press("left", "full_stop", "up", "full_stop", "T")
-        said = " ".join(hand.shown("said").split())
+        said = " ".join(hand.read_part("said").split())
         assert (
             "goto works in 73 of 146 new worlds: 97 of 121 after press 1, before the last 2 presses." in said
         )
         assert "B undo the last 2 presses" in said
         await hand.press("B")
-        said = " ".join(hand.shown("said").split())
+        said = " ".join(hand.read_part("said").split())
         assert "goto is as after press 1 again; redo brings back the last 2 presses. Here, in" in said
         assert hand.trainer.session_view.examples == 2, "a press and its default"

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.sim.made import crossing
-from tests.ui.tui.desks import GOTO, Wall, plan
+from tests.make.run_frames import make_crossing
+from tests.ui.tui.desks import GOTO, Wall, make_plan
 from textual.screen import Screen
 
 from understudy.errors import KindError, UnderstudyError
@@ -190,7 +190,7 @@ def test_the_picture_keeps_its_size_and_shows_what_there_is(columns: int, lines:
 
 @pytest.mark.parametrize("robots", [1, 4, 30, 1000])
 def test_any_world_in_characters(robots: int) -> None:
-    view = crossing(3, robots=robots)[-1].view
+    view = make_crossing(3, robots=robots)[-1].view
     wide, tall = fit_arena(view, 90, 30)
     rows = render_world(view, columns=wide, lines=tall).plain.split("\n")
     assert (len(rows), {len(row) for row in rows}) == (tall, {wide})
@@ -225,11 +225,11 @@ def test_a_plan_that_makes_no_sense_is_refused(
     tmp_path: Path, name: str, choices: LessonChoices, problem: str
 ) -> None:
     with pytest.raises(UnderstudyError, match=problem):
-        make_session_start(plan(tmp_path, name, choices))
+        make_session_start(make_plan(tmp_path, name, choices))
 
 
 def test_a_plan_with_something_left_to_choose(tmp_path: Path) -> None:
-    assert make_session_start(plan(tmp_path, choices=LessonChoices(parameters=["A"]))) is None
+    assert make_session_start(make_plan(tmp_path, choices=LessonChoices(parameters=["A"]))) is None
 
 
 def test_only_the_last_ended_journals_are_kept_and_other_names_are_left_alone(tmp_path: Path) -> None:

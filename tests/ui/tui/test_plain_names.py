@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.ui.tui.desks import GOTO, Hand, plan, trainer
+from tests.ui.tui.desks import GOTO, Hand, make_plan, make_trainer
 
 from understudy.ui.controller.training_plan import LessonChoices
 
@@ -17,32 +17,32 @@ IDENTIFIER = re.compile(r"\w*_\w+|\w+\([A-Za-z]\w*\)", re.ASCII)
 TARGET = {"A": "nearest_food"}
 
 
-async def taught(hand: Hand) -> None:
+async def teach(hand: Hand) -> None:
     await hand.press("left")
     await hand.wait(0.5)
     await hand.press("up")
     await hand.wait(0.5)
 
 
-async def tried(hand: Hand) -> None:
-    await taught(hand)
+async def try_it(hand: Hand) -> None:
+    await teach(hand)
     await hand.press("t")
     await hand.wait(1.5)
 
 
-async def explained(hand: Hand) -> None:
-    await tried(hand)
+async def explain(hand: Hand) -> None:
+    await try_it(hand)
     await hand.press("question_mark")
 
 
-async def corrected(hand: Hand) -> None:
-    await tried(hand)
+async def correct(hand: Hand) -> None:
+    await try_it(hand)
     await hand.press("right")
     await hand.wait(0.1)
 
 
 async def undone(hand: Hand) -> None:
-    await taught(hand)
+    await teach(hand)
     await hand.press("u")
 
 
@@ -50,13 +50,13 @@ async def driven(hand: Hand) -> None:
     await hand.press("d")
 
 
-async def listed(hand: Hand) -> None:
-    await taught(hand)
+async def open_library(hand: Hand) -> None:
+    await teach(hand)
     await hand.press("l")
 
 
-async def deleted(hand: Hand) -> None:
-    await listed(hand)
+async def delete(hand: Hand) -> None:
+    await open_library(hand)
     await hand.press("x", "u")
 
 
@@ -64,45 +64,45 @@ async def chosen(hand: Hand) -> None:
     await hand.press("c")
 
 
-async def helped(hand: Hand) -> None:
+async def open_help(hand: Hand) -> None:
     await hand.press("h")
 
 
-async def left(hand: Hand) -> None:
-    await taught(hand)
+async def leave(hand: Hand) -> None:
+    await teach(hand)
     await hand.press("q")
 
 
-async def advised(hand: Hand) -> None:
-    await tried(hand)
+async def open_advice(hand: Hand) -> None:
+    await try_it(hand)
     await hand.press("C")
 
 
-async def checked(hand: Hand) -> None:
-    await taught(hand)
+async def run_check(hand: Hand) -> None:
+    await teach(hand)
     await hand.press("K")
 
 
-async def nothing(hand: Hand) -> None:
+async def stay(hand: Hand) -> None:
     """Look at the first screen."""
 
 
 SCREENS: list[tuple[Callable[[Hand], Awaitable[None]], LessonChoices, str]] = [
     # what was done, with which choices, and what the screen then shows
-    (nothing, GOTO, "▶  start"),
-    (nothing, LessonChoices(), "[ ] turn left"),
-    (taught, GOTO, "turn left → forward"),
-    (explained, GOTO, "it went from turn left to forward"),
-    (corrected, GOTO, "correction: forward → turn right"),
+    (stay, GOTO, "▶  start"),
+    (stay, LessonChoices(), "[ ] turn left"),
+    (teach, GOTO, "turn left → forward"),
+    (explain, GOTO, "it went from turn left to forward"),
+    (correct, GOTO, "correction: forward → turn right"),
     (undone, GOTO, "Undone: turn left → forward"),
     (driven, GOTO, "turn left"),
-    (listed, GOTO, "distance to A"),
-    (deleted, GOTO, "What fetch it learned"),
+    (open_library, GOTO, "distance to A"),
+    (delete, GOTO, "What fetch it learned"),
     (chosen, GOTO, "[x] turn left"),
-    (helped, GOTO, "The lesson"),
-    (left, GOTO, "fetch it has unsaved changes"),
-    (advised, GOTO, "A"),
-    (checked, GOTO, "What a check finds"),
+    (open_help, GOTO, "The lesson"),
+    (leave, GOTO, "fetch it has unsaved changes"),
+    (open_advice, GOTO, "A"),
+    (run_check, GOTO, "What a check finds"),
 ]
 
 
@@ -117,8 +117,8 @@ def test_no_screen_shows_names_of_the_code(
     act: Callable[[Hand], Awaitable[None]], choices: LessonChoices, said: str, tmp_path: Path
 ) -> None:
     async def look() -> str:
-        made = plan(tmp_path, "fetch_it", replace(choices, targets=TARGET), seed=3)
-        async with trainer(made, size=(140, 48)) as hand:
+        made = make_plan(tmp_path, "fetch_it", replace(choices, targets=TARGET), seed=3)
+        async with make_trainer(made, size=(140, 48)) as hand:
             await act(hand)
             await hand.pilot.pause()
             return read(hand)
@@ -130,12 +130,12 @@ def test_no_screen_shows_names_of_the_code(
 
 def test_an_interrupted_session_is_offered_in_plain_names(tmp_path: Path) -> None:
     async def look() -> str:
-        async with trainer(plan(tmp_path, "fetch_it")) as hand:
-            await taught(hand)
+        async with make_trainer(make_plan(tmp_path, "fetch_it")) as hand:
+            await teach(hand)
             (journal,) = (tmp_path / ".journals").iterdir()
             killed = journal.read_bytes()
         journal.write_bytes(killed)
-        async with trainer(plan(tmp_path, "fetch_it"), offer=True) as hand:
+        async with make_trainer(make_plan(tmp_path, "fetch_it"), offer=True) as hand:
             return read(hand)
 
     shown = asyncio.run(look())
@@ -152,7 +152,7 @@ MORE = [  # what is written in the line for more states, and the state that it m
 @pytest.mark.parametrize(("written", "made"), MORE)
 def test_names_may_be_written_as_they_are_read(written: str, made: tuple[str, str], tmp_path: Path) -> None:
     async def choose() -> list[tuple[str, str | None]]:
-        async with trainer(plan(tmp_path, "fetch_it", replace(GOTO, targets=TARGET))) as hand:
+        async with make_trainer(make_plan(tmp_path, "fetch_it", replace(GOTO, targets=TARGET))) as hand:
             await hand.press("c", *["tab"] * 3)
             await hand.press(*("space" if each == " " else "=" if each == "=" else each for each in written))
             await hand.press("ctrl+g")

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.twins import Rig
-from tests.ui.tui.desks import GOTO, Hand, trainer
+from tests.ui.tui.desks import GOTO, Hand, make_trainer
 from tests.ui.tui.test_main_screen import run
 
 from understudy.model.library import Library
@@ -36,30 +36,30 @@ async def wait(hand: Hand, rig: Rig, seconds: float) -> None:
     """So much time passes, with odometry."""
     for _ in range(round(seconds / 0.1)):
         rig.now += 0.1
-        rig.seen()
+        rig.send_odometry()
         await hand.wait(0.1)
 
 
 async def end_of_arming(hand: Hand, before: str = "Arming…") -> None:
     """Wait until the thread that arms has ended, and something else is said than `before`."""
     async with timeout(LONGEST_S):
-        while hand.said == before:
+        while hand.status_text == before:
             await hand.pilot.pause(0.01)
 
 
 @run
 async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
     rig = Rig(("one",))
-    rig.seen()
-    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+    rig.send_odometry()
+    async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await wait(hand, rig, 0.2)
-        assert hand.teaching.query_one("#world").border_title == "one: not armed (y)"
+        assert hand.teach_screen.query_one("#world").border_title == "one: not armed (y)"
         await hand.press("y")
         await end_of_arming(hand)
         await hand.press("up")
         await wait(hand, rig, 0.3)
         assert rig.sent(0) == (0.4, 0.0)
-        assert hand.teaching.query_one("#world").border_title == "one: armed (Esc)"
+        assert hand.teach_screen.query_one("#world").border_title == "one: armed (Esc)"
         assert [str(example.kind) for example in hand.trainer.session.examples] == ["directive", "default"]
         await hand.press("space")  # paused it stands, and stays armed
         await wait(hand, rig, 0.3)
@@ -71,9 +71,9 @@ async def test_a_real_robot_is_armed_taught_and_stopped(tmp_path: Path) -> None:
         await hand.press("escape")
         assert rig.sent(0) == (0.0, 0.0)
         assert not rig.robots[0].armed
-        assert hand.said == "Stopped. y arms it again"
+        assert hand.status_text == "Stopped. y arms it again"
         await hand.press("n")
-        assert "cannot be reset" in hand.said
+        assert "cannot be reset" in hand.status_text
 
 
 @run
@@ -82,20 +82,20 @@ async def test_time_goes_on_while_it_is_armed_and_a_stop_wins(
 ) -> None:
     """Such as over a network, where an agent may take its time to answer."""
     rig, answered = Rig(("one",)), Event()
-    rig.seen()
+    rig.send_odometry()
     monkeypatch.setattr(rig.robots[0], "prepare", lambda: answered.wait(LONGEST_S))
-    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+    async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y")
-        assert hand.said == "Arming…"
+        assert hand.status_text == "Arming…"
         before = hand.trainer.session.body.time_s
         await wait(hand, rig, 0.3)
         assert hand.trainer.session.body.time_s > before
         await hand.press("escape", "y")
-        assert "has not ended yet" in hand.said
-        before_end = hand.said
+        assert "has not ended yet" in hand.status_text
+        before_end = hand.status_text
         answered.set()
         await end_of_arming(hand, before_end)
-        assert "it was stopped meanwhile" in hand.said
+        assert "it was stopped meanwhile" in hand.status_text
         assert not rig.robots[0].armed
 
 
@@ -104,7 +104,7 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rig, left, ended, armings = Rig(("one",)), Event(), Event(), list[str]()
-    rig.seen()
+    rig.send_odometry()
     robot = rig.robots[0]
     arm = robot.arm
 
@@ -127,7 +127,7 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
     monkeypatch.setattr(TeachingScreen, "on_unmount", leave)
     monkeypatch.setattr(robot, "prepare", lambda: left.wait(LONGEST_S))
     monkeypatch.setattr(robot, "arm", arm_and_note)
-    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+    async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y", "q")
     assert await to_thread(ended.wait, LONGEST_S)
     assert armings == ["refused"]
@@ -138,17 +138,17 @@ async def test_who_leaves_while_it_is_armed_leaves_it_disarmed(
 async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
     """Another screen on top lets time stand still: the robot rests, and is armed still."""
     rig = Rig(("one",))
-    rig.seen()
-    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+    rig.send_odometry()
+    async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         await hand.press("y")
         await end_of_arming(hand)
         await hand.press("up")
         await wait(hand, rig, 0.2)
-        teaching = hand.teaching
+        teaching = hand.teach_screen
         await hand.press("h")
         for _ in range(3):
             rig.now += 0.1
-            rig.seen()
+            rig.send_odometry()
             teaching.run_due_ticks()
         assert rig.sent(0) == (0.0, 0.0)
         assert rig.robots[0].armed
@@ -158,8 +158,8 @@ async def test_help_and_questions_stop_it_not(tmp_path: Path) -> None:
 async def test_escape_stops_it_whatever_lies_on_top(tmp_path: Path) -> None:
     """Without that, it would close the help, and the robot would go on."""
     rig = Rig(("one",))
-    rig.seen()
-    async with trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
+    rig.send_odometry()
+    async with make_trainer(plan(rig, tmp_path), ground=rig.twin) as hand:
         for key in ("h", "l", "c"):
             await hand.press("y")
             await end_of_arming(hand)

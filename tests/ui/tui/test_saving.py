@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from tests.ui.tui.desks import GOTO, Wall, plan
+from tests.ui.tui.desks import GOTO, Wall, make_plan
 
 from understudy.errors import SessionError
 from understudy.sim.forage import FORAGE_KIT
@@ -21,7 +21,7 @@ from understudy.ui.controller.training_plan import LessonChoices, make_session_s
 
 @contextmanager
 def open_trainer(folder: Path, name: str = "goto", choices: LessonChoices = GOTO) -> Iterator[Trainer]:
-    made = plan(folder, name, choices)
+    made = make_plan(folder, name, choices)
     start = make_session_start(made)
     assert start is not None
     opened = begin_session(made, start, Wall())

@@ -39,7 +39,7 @@ class Terminal:
             env={**os.environ, "TERM": "xterm-256color", "COLORTERM": "", "PYTHONWARNINGS": "default"},
         )  # fmt: skip
         os.close(theirs)
-        self.shown = b""
+        self.read_part = b""
 
     def press(self, keys: str) -> None:
         os.write(self._ours, keys.encode())
@@ -51,7 +51,7 @@ class Terminal:
             read = os.read(self._ours, 65536)
         except OSError:  # it ended
             return False
-        self.shown += read
+        self.read_part += read
         return bool(read)
 
     def until(self, text: str) -> None:
@@ -61,11 +61,11 @@ class Terminal:
             self._read(0.1)
             if time.monotonic() > limit or (self.process.poll() is not None and text not in self.text):
                 raise AssertionError(f"{text!r} was not shown in {self.text[-3000:]!r}")
-        self.shown = b""
+        self.read_part = b""
 
     @property
     def text(self) -> str:
-        return " ".join(ESCAPES.sub(b"", self.shown).decode(errors="replace").split())
+        return " ".join(ESCAPES.sub(b"", self.read_part).decode(errors="replace").split())
 
     def end(self) -> int:
         """Wait for its end."""

@@ -12,8 +12,8 @@ import pytest
 
 pytest.importorskip("rosbags", reason="needs the extra ros2")
 
+from tests.make.studios import GOTO, Page, Wall, open_page, serve_studio
 from tests.robots.slow_agents import SlowAgents, make_fleet, wait_for
-from tests.ui.web.pages import GOTO, Page, Wall, page, served
 
 from understudy.robots.team_network.remote_robot import drive_robots
 from understudy.robots.twin import DigitalTwin
@@ -50,13 +50,13 @@ class Lab:
 
     def is_heard(self) -> bool:
         """Report that the page in control is there, and return whether that was answered."""
-        return bool(self.page.done("here", holding=False))
+        return bool(self.page.done("heartbeat", holding=False))
 
 
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[Lab]:
     made = Lab(tmp_path)
-    with served(made.studio) as client, page(client) as made.page, page(client) as made.other:
+    with serve_studio(made.studio) as client, open_page(client) as made.page, open_page(client) as made.other:
         yield made
 
 
@@ -110,8 +110,8 @@ def test_meanwhile_the_other_robot_is_driven(lab: Lab) -> None:
 def test_where_the_page_is_closed_meanwhile_nothing_is_armed(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     held = lab.agents.hold("two", "arm")
-    with served(lab.studio) as client:
-        with page(client) as lab.page:
+    with serve_studio(lab.studio) as client:
+        with open_page(client) as lab.page:
             lab.arm("two")
             lab.wait_asked("two", "arm")
         lab.wait_asked("two", "stop")

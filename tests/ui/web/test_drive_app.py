@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
-from tests.ui.web.pages import Wall
+from tests.make.studios import Wall
 
 from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
 from understudy.ui.controller.stick import StickPosition
@@ -144,7 +144,7 @@ def test_what_a_page_hears_first(client: TestClient) -> None:
     with visit(client) as driver:
         assert (driver.scene["scenario"], driver.scene["seed"]) == ("forage", 3)
         assert driver.news["held"] == ["load_food", "unload_food"]
-        assert (driver.news["ways"], driver.news["driving"]) == (["up", "right", "left"], False)
+        assert (driver.news["directions"], driver.news["driving"]) == (["up", "right", "left"], False)
         assert "distance_to(station)" in {each["label"] for each in driver.news["features"]}
     answer = client.get("/review")
     assert (answer.status_code, "nothing was driven yet" in answer.json()["error"]) == (400, True)

@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 from tests.export.exports import FIXTURE
 from tests.export.test_ros2 import FORAGER
-from tests.ui.web.pages import HOME, page, served, studio
+from tests.make.studios import HOME, make_studio, open_page, serve_studio
 
 from understudy.ui.web.app import make_app
 
@@ -32,7 +32,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def client(folder: Path) -> Iterator[TestClient]:
-    with served(studio(folder)) as client:
+    with serve_studio(make_studio(folder)) as client:
         yield client
 
 
@@ -53,7 +53,7 @@ def test_an_automaton_goes_out_as_a_folder_in_a_zip(client: TestClient, folder: 
     answer = ask(client, name="forage", to="c99")
     assert {"forage-c99/forage.c", "forage-c99/manifest.json", "forage-c99/Makefile"} <= list_files(answer)
     assert 'filename="forage-c99.zip"' in answer.headers["content-disposition"]
-    assert unquote(answer.headers["X-Understudy-Said"]) == "Exported forage for c99"
+    assert unquote(answer.headers["X-Understudy-Message"]) == "Exported forage for c99"
     single = ask(client, name="forage", to="c99", single="1")
     with ZipFile(BytesIO(single.content)) as archive:
         assert b"typedef float forage_real;" in archive.read("forage-c99/forage.h")
@@ -69,7 +69,7 @@ def test_parameters_get_their_targets(client: TestClient) -> None:
 def test_a_package_for_ros_is_for_the_robot_of_a_file(client: TestClient) -> None:
     answer = ask(client, FORAGER, name="forage", to="ros2")
     assert "forage-ros2/src/forage_node.cpp" in list_files(answer)
-    assert "rover ignores load and unload" in unquote(answer.headers["X-Understudy-Said"])
+    assert "rover ignores load and unload" in unquote(answer.headers["X-Understudy-Message"])
 
 
 MISTAKES = [
@@ -105,12 +105,12 @@ def test_a_file_that_is_no_text_is_refused(client: TestClient) -> None:
 
 
 def test_pages_know_the_targets(folder: Path) -> None:
-    with served(studio(folder)) as client, page(client) as person:
+    with serve_studio(make_studio(folder)) as client, open_page(client) as person:
         assert {"c99", "python", "json", "ros2"} <= set(person.hello["exports"])
 
 
 def test_a_token_and_the_own_site_are_asked_for(folder: Path) -> None:
-    with TestClient(make_app(studio(folder), token="secret"), base_url=HOME) as client:
+    with TestClient(make_app(make_studio(folder), token="secret"), base_url=HOME) as client:
         query = {"name": "forage", "to": "json"}
         assert client.post(HERE, params=query).status_code == 403
         assert client.post(HERE, params={**query, "token": "secret"}).status_code == 200

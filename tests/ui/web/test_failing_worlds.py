@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import pytest
 from tests.falsification.idle_lesson import make_idle_library
 from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE
-from tests.ui.web.pages import Page, Wall, page, served
+from tests.make.studios import Page, Wall, open_page, serve_studio
 
 from understudy.falsification.failing_world import FACTS_FILE
 from understudy.falsification.joint_worlds import Trial
@@ -38,8 +38,8 @@ def make_failures(folder: Path) -> Path:
 
 
 @pytest.fixture
-def made(failing_library: Path) -> StudioServer:
-    return start(failing_library.parent)
+def server(library_with_failures: Path) -> StudioServer:
+    return start(library_with_failures.parent)
 
 
 def start(folder: Path) -> StudioServer:
@@ -49,26 +49,20 @@ def start(folder: Path) -> StudioServer:
     return StudioServer(host, wall=Wall(glance=0.01))
 
 
-@pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
-    with served(made) as client, page(client) as here:
-        yield here
-
-
-def shown(person: Page) -> dict[str, Any]:
-    found: dict[str, Any] = person.desk["failures"]
+def read_failures(person: Page) -> dict[str, Any]:
+    found: dict[str, Any] = person.news["failures"]
     return found
 
 
 def until(person: Page, holds: Callable[[dict[str, Any]], bool]) -> None:
     """Wait until something holds of the list."""
-    while not holds(shown(person)):
-        person.until_desk()
+    while not holds(read_failures(person)):
+        person.wait_for_news()
 
 
 def states(person: Page) -> dict[str, str]:
     """Whether each fails."""
-    return {each["name"]: each["state"] for each in shown(person)["worlds"]}
+    return {each["name"]: each["state"] for each in read_failures(person)["worlds"]}
 
 
 def rerun(person: Page) -> dict[str, str]:
@@ -79,26 +73,26 @@ def rerun(person: Page) -> dict[str, str]:
 
 
 def test_they_are_listed_with_what_went_wrong(person: Page) -> None:
-    worlds = shown(person)["worlds"]
+    worlds = read_failures(person)["worlds"]
     assert {each["name"] for each in worlds} == set(SEEDS)
     assert all((each["state"], each["behavior"]) == ("not run", "forage") for each in worlds)
     assert all("no more progress" in each["sentences"][0] for each in worlds)
-    assert shown(person)["open"] is None
+    assert read_failures(person)["open"] is None
 
 
-def test_one_is_opened_corrected_and_ticked_off(person: Page, made: StudioServer) -> None:
+def test_one_is_opened_corrected_and_ticked_off(person: Page, server: StudioServer) -> None:
     """The press is learned, unsaved; older failures are run again beside it, and one still fails."""
     assert set(rerun(person).values()) == {"fails"}
     person.done("open_failure", name="forage-2")
-    trainer = made.host.active_trainer
-    assert (trainer.name, trainer.session_view.state, made.host.paused) == ("goto", "start", True)
+    trainer = server.host.active_trainer
+    assert (trainer.name, trainer.session_view.state, server.host.paused) == ("goto", "start", True)
     assert trainer.session_view.targets == {"A": "station"}
     assert trainer.session_view.features["distance_to(A)"] == pytest.approx(9.66, abs=0.01)
-    assert made.host.status.text == (
+    assert server.host.status.text == (
         "Paused in forage-2, where it goes wrong. Press what goto should do, and resume"
     )
     until(person, lambda found: found["open"] is not None)
-    assert (shown(person)["open"], shown(person)["leads_to"]) == ("forage-2", "forage")
+    assert (read_failures(person)["open"], read_failures(person)["previous_world"]) == ("forage-2", "forage")
     person.done("press", state="left")
     person.done("step")
     assert trainer.session_view.state == "left"
@@ -107,13 +101,13 @@ def test_one_is_opened_corrected_and_ticked_off(person: Page, made: StudioServer
     assert rerun(person) == MENDED
 
 
-def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, made: StudioServer) -> None:
+def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, server: StudioServer) -> None:
     person.done("open_failure", name="forage-2")
     person.done("press", state="left")
     person.done("step")
-    examples = len(made.host.active_trainer.session.examples)
+    examples = len(server.host.active_trainer.session.examples)
     person.done("open_failure", name="forage-3")
-    trainer = made.host.active_trainer
+    trainer = server.host.active_trainer
     assert len(trainer.session.examples) == examples
     assert trainer.has_unsaved_changes
     assert trainer.session_view.features["distance_to(A)"] == pytest.approx(9.11, abs=0.01)
@@ -121,8 +115,8 @@ def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, ma
     person.done("step")
     assert rerun(person) == MENDED
     person.done("leave_failure")
-    assert (made.host.scenario.name, made.host.seed) == ("forage", 7)
-    assert len(made.host.active_trainer.session.examples) > examples
+    assert (server.host.scenario.name, server.host.seed) == ("forage", 7)
+    assert len(server.host.active_trainer.session.examples) > examples
     until(person, lambda found: found["open"] is None)
     person.done("save")
     assert rerun(person) == MENDED
@@ -131,7 +125,7 @@ def test_what_was_corrected_goes_along_to_the_next_one_and_back(person: Page, ma
 
 @pytest.mark.parametrize("goes_to", ["open_failure", "leave_failure", None])
 def test_a_studio_that_ends_in_a_failing_world_loses_no_press(
-    person: Page, made: StudioServer, goes_to: str | None
+    person: Page, server: StudioServer, goes_to: str | None
 ) -> None:
     """The lesson is offered again, also right after it went along to another world."""
     person.done("open_failure", name="forage-2")
@@ -139,75 +133,77 @@ def test_a_studio_that_ends_in_a_failing_world_loses_no_press(
     person.done("step")
     if goes_to is not None:
         person.done(goes_to, **({"name": "forage-1"} if goes_to == "open_failure" else {}))
-    examples = [str(each) for each in made.host.active_trainer.session.examples]
-    made.host.close()
-    again = start(made.host.folder.parent)
-    with served(again) as client, page(client) as later:
-        assert [each["name"] for each in later.desk["library"]["cut_off"]] == ["goto"]
+    examples = [str(each) for each in server.host.active_trainer.session.examples]
+    server.host.close()
+    again = start(server.host.folder.parent)
+    with serve_studio(again) as client, open_page(client) as later:
+        assert [each["name"] for each in later.news["library"]["interrupted"]] == ["goto"]
         assert "interrupted" in later.say("open_failure", name="forage-1")["error"]
         later.done("open", name="goto")
         assert [str(each) for each in again.host.active_trainer.session.examples] == examples
         later.done("step")
 
 
-def test_one_that_passes_is_opened_where_it_went_wrong(person: Page, made: StudioServer) -> None:
+def test_one_that_passes_is_opened_where_it_went_wrong(person: Page, server: StudioServer) -> None:
     person.done("open_failure", name="forage-2")
     person.done("press", state="left")
     person.done("step")
     person.done("open_failure", name="forage-1")
-    assert "it passes now" in made.host.status.text
+    assert "it passes now" in server.host.status.text
 
 
-def test_an_unsaved_draft_that_does_not_run_there_is_not_lost(person: Page, made: StudioServer) -> None:
+def test_an_unsaved_draft_that_does_not_run_there_is_not_lost(person: Page, server: StudioServer) -> None:
     person.done("new", name="other", states=["forward"], features=["distance_to(A)"], parameters=["A"])
     person.done("press", state="forward")
     person.done("step")
     assert "other has unsaved changes" in person.say("open_failure", name="forage-1")["error"]
-    assert made.host.active_trainer.name == "other"
+    assert server.host.active_trainer.name == "other"
     person.done("open_failure", name="forage-1", discard=True)
-    assert made.host.active_trainer.name == "goto"
+    assert server.host.active_trainer.name == "goto"
 
 
-def test_properties_are_tested_beside(person: Page, made: StudioServer) -> None:
-    (made.host.folder / "properties.toml").write_text(
+def test_properties_are_tested_beside(person: Page, server: StudioServer) -> None:
+    (server.host.folder / "properties.toml").write_text(
         'understudy = "properties"\nversion = 1\n[stands]\nbehavior = "forage"\nworld = "forage"\nseeds = 2\n'
         'limit_s = 20\nnever = "food_stored is at least 99 units"\n'
     )
     rerun(person)
-    (found,) = person.desk["properties"]["rows"]
+    (found,) = person.news["properties"]["rows"]
     assert (found["name"], found["verdict"]) == ("stands", "holds")
     assert "no failure in 2 worlds" in found["sentences"][0]
-    (made.host.folder / "properties.toml").write_text("[")
+    (server.host.folder / "properties.toml").write_text("[")
     rerun(person)
-    assert "properties.toml" in shown(person)["problems"][0]
+    assert "properties.toml" in read_failures(person)["problems"][0]
 
 
-def test_what_cannot_be_read_or_run_is_said(person: Page, made: StudioServer) -> None:
-    folder = made.host.failures.folder
+def test_what_cannot_be_read_or_run_is_said(person: Page, server: StudioServer) -> None:
+    folder = server.host.failures.folder
     assert folder is not None
     facts = folder / "forage-1" / FACTS_FILE
     facts.write_text(facts.read_text().replace('"behavior": "forage"', '"behavior": "soccer"'))
     (folder / "forage-2" / FACTS_FILE).write_text("{")
     assert rerun(person) == {"forage-1": "unknown", "forage-3": "fails", "forage-4": "fails"}
-    assert "soccer" in next(each["problem"] for each in shown(person)["worlds"] if each["name"] == "forage-1")
-    assert "forage-2" in shown(person)["problems"][0]
+    assert "soccer" in next(
+        each["problem"] for each in read_failures(person)["worlds"] if each["name"] == "forage-1"
+    )
+    assert "forage-2" in read_failures(person)["problems"][0]
     assert "soccer" in person.say("open_failure", name="forage-1")["error"]
     assert "'forage-9'" in person.say("open_failure", name="forage-9")["error"]
 
 
-def test_quick_runs_are_repeated_when_the_lesson_changed(person: Page, made: StudioServer) -> None:
+def test_quick_runs_are_repeated_when_the_lesson_changed(person: Page, server: StudioServer) -> None:
     rerun(person)
     person.done("open_failure", name="forage-2")
     person.done("press", state="left")
     person.done("step")
     assert set(states(person).values()) == {"fails"}
-    made.host.wall.now += 2.0  # type: ignore[attr-defined]  # the clock of a test
+    server.host.wall.now += 2.0  # type: ignore[attr-defined]  # the clock of a test
     until(person, lambda _: states(person)["forage-1"] == "passes")
     assert states(person) == MENDED
-    assert made.host.status.text == "3 of 4 failing worlds passed"
+    assert server.host.status.text == "3 of 4 failing worlds passed"
 
 
-def test_who_looks_on_may_not_open_one(person: Page, made: StudioServer) -> None:
-    with served(made) as client, page(client) as other:
+def test_who_looks_on_may_not_open_one(person: Page, server: StudioServer) -> None:
+    with serve_studio(server) as client, open_page(client) as other:
         for asked in ({"do": "open_failure", "name": "forage-1"}, {"do": "rerun_failures"}):
             assert "not in control" in other.say(**asked)["error"]

@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, page, served, studio
+from tests.make.studios import GOTO, Wall, make_studio, open_page, serve_studio
 from tests.ui.web.simulated_pages import LONGEST_S, SimulatedPage, SimulatedTime, connect_pages
 
 from understudy.sim.catalog import find_scenario
@@ -27,7 +27,7 @@ BEATS = 12
 
 
 def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
-    made = studio(tmp_path, wall=Wall(glance=BUSY_S / TICKS / 2))
+    made = make_studio(tmp_path, wall=Wall(glance=BUSY_S / TICKS / 2))
     viewer = made.connect(None)
 
     def say(do: str, **fields: object) -> None:
@@ -57,15 +57,15 @@ def test_ticks_fill_the_beat_and_all_of_them_are_kept(tmp_path: Path) -> None:
 
 
 def test_pages_are_told_in_a_word(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as somebody:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as somebody:
         somebody.done("speed", speed="fastest")
-        while somebody.desk["speed"] != "fastest":
+        while somebody.news["speed"] != "fastest":
             somebody.hear()
 
 
 @pytest.mark.parametrize("speed", ["faster", 17.0, -1.0, True, None])
 def test_other_speeds_are_refused(tmp_path: Path, speed: object) -> None:
-    with served(studio(tmp_path)) as client, page(client) as somebody:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as somebody:
         assert "error" in somebody.say("speed", speed=speed)
 
 

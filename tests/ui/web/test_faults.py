@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, page, served
+from tests.make.studios import GOTO, Wall, open_page, serve_studio
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import Column, Continuous
@@ -32,15 +32,15 @@ def test_a_feature_of_somebodys_own_that_fails(tmp_path: Path) -> None:
 
     wall, scenario = Wall(), find_scenario("forage")
     host = SessionHost(scenario, tmp_path, make_scenario_kit(scenario) + Kit.from_parts(risky), wall=wall)
-    with served(StudioServer(host, wall=Wall(glance=0.01))) as client, page(client) as person:
+    with serve_studio(StudioServer(host, wall=Wall(glance=0.01))) as client, open_page(client) as person:
         person.done(**{**GOTO, "features": ["risky"], "parameters": [], "targets": {}})
         person.done("press", state="forward")
         failing = True
         wall.now += 0.2
-        while person.desk["said"]["tone"] != "error":
+        while person.news["message"]["tone"] != "error":
             person.hear()
-        assert "out of cheese" in person.desk["said"]["text"]
-        assert person.desk["paused"]
+        assert "out of cheese" in person.news["message"]["text"]
+        assert person.news["paused"]
         assert "error" in person.say("step")
         failing = False
         person.done("step")
@@ -57,7 +57,7 @@ def test_a_fault_of_the_program(
     )
     scenario = find_scenario("forage")
     made = StudioServer(SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()))
-    with caplog.at_level(logging.CRITICAL), served(made) as client, page(client) as person:
+    with caplog.at_level(logging.CRITICAL), serve_studio(made) as client, open_page(client) as person:
         assert "internal error: KeyError" in person.say("undo")["error"]
         person.done("pause", paused=True)
 
@@ -67,7 +67,7 @@ def test_a_picture_that_cannot_be_drawn(tmp_path: Path, monkeypatch: pytest.Monk
     made = StudioServer(
         SessionHost(scenario, tmp_path, make_scenario_kit(scenario), wall=Wall()), wall=Wall(glance=0.01)
     )
-    with served(made) as client, page(client) as person:
+    with serve_studio(made) as client, open_page(client) as person:
         person.done(**GOTO)
         with monkeypatch.context() as patched:
             patched.setattr(made.host, "frame", lambda: 1 / 0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.testing import assert_allclose
-from tests.ui.web.pages import GOTO, Frame, Wall, plain, studio
+from tests.make.studios import GOTO, Frame, Wall, make_studio, to_json
 
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
@@ -46,11 +46,11 @@ def same(read: Frame, host: SessionHost) -> None:
 
 @pytest.mark.parametrize("world", list_builtin_scenarios())
 def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
-    host = studio(tmp_path, world=world, seed=3).host
+    host = make_studio(tmp_path, world=world, seed=3).host
     read = Frame.read(host.frame())
     same(read, host)
     assert (read.kind, read.bits, read.state, read.agent, read.features) == (1, 1, NONE, 0, [])  # paused
-    scene: dict[str, Any] = plain(host.scene())
+    scene: dict[str, Any] = to_json(host.scene())
     sonars = scene["sonars"][scene["robot_type"][0]]
     percept = host.world.sense([(sonar["name"], None) for sonar in sonars])
     expected = [percept[sonar["name"], None][0] for sonar in sonars]
@@ -59,8 +59,8 @@ def test_a_frame_is_the_view(tmp_path: Path, world: str) -> None:
     assert all(row[1] < len(scene["classes"]) for row in read.objects)
 
 
-def test_a_frame_of_a_desk(tmp_path: Path) -> None:
-    host = studio(tmp_path, world="forage-team").host
+def test_a_frame_of_a_session(tmp_path: Path) -> None:
+    host = make_studio(tmp_path, world="forage-team").host
     session.select_agent(host, 1)
     fields = {key: value for key, value in GOTO.items() if key not in ("do", "name")}
     session.begin_automaton(host, "goto", LessonChoices(**fields), discard=False)
@@ -79,7 +79,7 @@ def test_a_frame_of_a_desk(tmp_path: Path) -> None:
 
 
 def test_absent_values_and_numbers_that_are_too_large(tmp_path: Path) -> None:
-    host = studio(tmp_path).host
+    host = make_studio(tmp_path).host
     host.world.state.objects["amount"][0] = 2_000_000
     data = encode_frame(host.world.view(), tick=2**40, agent=0, features=(nan, 1.5), sonar=(nan,))
     read = Frame.read(data)
@@ -106,6 +106,6 @@ def test_a_robot_type_with_300_sonar_sectors(tmp_path: Path) -> None:
 
 
 def test_food_that_is_home(tmp_path: Path) -> None:
-    host = studio(tmp_path, world="forage-team").host
+    host = make_studio(tmp_path, world="forage-team").host
     host.world.state.robots["delivered"][:2] = 40_000, 30_000
     assert Frame.read(host.frame()).delivered == 70_000

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.make.studios import GOTO
 from tests.processes import end_with_tests
-from tests.ui.web.pages import GOTO
 from websockets.sync.client import ClientConnection, connect
 
 LONGEST_S = 60.0
@@ -24,7 +24,7 @@ LONGEST_S = 60.0
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
+def run_studio(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """A studio, and its port."""
     code = "from understudy.ui.cli import run_command_line; run_command_line()"
     words = [sys.executable, "-c", code, "studio", "--library", str(folder), "--no-browser", "--port", "0"]
@@ -49,7 +49,7 @@ class Line:
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket, self.numbers = socket, count(1)
-        self.desk: dict[str, Any] = {}
+        self.news: dict[str, Any] = {}
 
     def say(self, do: str, **fields: Any) -> dict[str, Any]:
         number = next(self.numbers)
@@ -64,8 +64,8 @@ class Line:
         if isinstance(received, bytes):
             return {}
         said: dict[str, Any] = json.loads(received)
-        if said.get("is") == "desk":
-            self.desk = said
+        if said.get("is") == "session":
+            self.news = said
         return said
 
 
@@ -75,40 +75,40 @@ def line(port: int) -> Iterator[Line]:
         yield Line(socket)
 
 
-def shown(person: Line, count: int) -> list[tuple[int, str, str]]:
-    while not person.desk.get("desk") or len(person.desk["desk"]["examples"]) < count:
+def wait_for_examples(person: Line, count: int) -> list[tuple[int, str, str]]:
+    while not person.news.get("session") or len(person.news["session"]["examples"]) < count:
         person.hear()
-    return [(each["number"], each["state"], each["next"]) for each in person.desk["desk"]["examples"]]
+    return [(each["number"], each["state"], each["next"]) for each in person.news["session"]["examples"]]
 
 
 @pytest.mark.timed
 def test_killed_in_the_middle_of_a_lesson(tmp_path: Path) -> None:
     folder = tmp_path / "library"
-    with running(folder) as (process, port), line(port) as person:
+    with run_studio(folder) as (process, port), line(port) as person:
         assert person.say(**GOTO)["ok"]
         person.say("pause", paused=True)
         for state in ("forward", "rotate_left"):
             assert person.say("press", state=state)["ok"]
             assert person.say("step")["ok"]
-        before = shown(person, 4)
+        before = wait_for_examples(person, 4)
         assert person.say("press", state="done")["ok"]  # acknowledged, and not acted on yet
         process.send_signal(signal.SIGKILL)
         process.wait(LONGEST_S)
-    with running(folder) as (process, port), line(port) as person:
-        while not person.desk:
+    with run_studio(folder) as (process, port), line(port) as person:
+        while not person.news:
             person.hear()
-        assert [each["name"] for each in person.desk["library"]["cut_off"]] == ["goto"]
-        assert "goto" in person.desk["said"]["text"]
+        assert [each["name"] for each in person.news["library"]["interrupted"]] == ["goto"]
+        assert "goto" in person.news["message"]["text"]
         assert person.say("open", name="goto")["ok"]
-        assert shown(person, 4) == before
-        assert person.desk["desk"]["waiting"] == "done"
-        assert person.desk["paused"]
-        assert "interrupted" in person.desk["said"]["text"]
+        assert wait_for_examples(person, 4) == before
+        assert person.news["session"]["pending"] == "done"
+        assert person.news["paused"]
+        assert "interrupted" in person.news["message"]["text"]
         person.say("step")
         process.send_signal(signal.SIGTERM)
         assert process.wait(LONGEST_S) in (0, -signal.SIGTERM)
-    with running(folder) as (_, port), line(port) as person:
+    with run_studio(folder) as (_, port), line(port) as person:
         assert person.say("open", name="goto")["ok"]
-        assert shown(person, 5) == [*before, (5, "rotate_left", "done")]
+        assert wait_for_examples(person, 5) == [*before, (5, "rotate_left", "done")]
         assert person.say("save")["ok"]
     assert (folder / "goto.json").exists()

@@ -13,8 +13,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import pytest
 from starlette.testclient import TestClient
-from tests.ui.web.pages import GOTO, HOME, Page, page, served, studio
-from tests.ui.web.test_library import files, names, teach
+from tests.make.studios import GOTO, HOME, Page, make_studio, open_page, serve_studio, teach
+from tests.ui.web.test_library import files, names
 
 from understudy.errors import FileError
 from understudy.model.library import Kit, Library
@@ -52,15 +52,15 @@ class Rig:
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Iterator[Rig]:
-    made = studio(tmp_path / "library")
-    with served(made) as client, page(client) as person:
+    made = make_studio(tmp_path / "library")
+    with serve_studio(made) as client, open_page(client) as person:
         person.done(**GOTO)
         teach(person, "forward")
         person.done("save")
         yield Rig(made, client, person)
 
 
-def zipped(*members: tuple[str, bytes | str]) -> bytes:
+def zip_members(*members: tuple[str, bytes | str]) -> bytes:
     made = BytesIO()
     with ZipFile(made, "w", ZIP_DEFLATED) as archive:
         for name, content in members:
@@ -77,15 +77,15 @@ def test_documents_go_out_and_come_in_elsewhere(rig: Rig, tmp_path: Path) -> Non
     parcel = rig.out()
     with ZipFile(BytesIO(parcel)) as archive:
         assert sorted(archive.namelist()) == ["a%2Fb.json", "goto.json"]
-    other = studio(tmp_path / "other")
-    with served(other) as client, page(client) as person:
+    other = make_studio(tmp_path / "other")
+    with serve_studio(other) as client, open_page(client) as person:
         there = Rig(other, client, person)
         assert there.out()[:2] == b"PK"  # empty, and no folder yet
-        assert there.give(parcel) == (200, {"said": "Imported a/b, goto"})
-        while not person.desk["library"]["trained"]:
+        assert there.give(parcel) == (200, {"message": "Imported a/b, goto"})
+        while not person.news["library"]["trained"]:
             person.hear()
-        assert person.desk["said"]["text"] == "Imported a/b, goto"
-        assert there.give(parcel) == (200, {"said": "The zip contains nothing new"})
+        assert person.news["message"]["text"] == "Imported a/b, goto"
+        assert there.give(parcel) == (200, {"message": "The zip contains nothing new"})
     assert files(other.host) == ["a%2Fb.json", "goto.json"]
     for name in files(other.host):
         here, there_ = (each.library_view.folder / name for each in (rig.host, other.host))
@@ -100,15 +100,15 @@ def test_what_is_there_is_replaced_only_when_asked(rig: Rig) -> None:
     rig.person.done("save")
     before = rig.contents()
     status, answer = rig.give(parcel)
-    assert (status, answer["taken"]) == (409, ["goto"])
+    assert (status, answer["conflicts"]) == (409, ["goto"])
     assert "the library already has a different goto" in answer["error"]
-    assert "goto is being trained" in rig.give(parcel, taken="replace")[1]["error"]
+    assert "goto is being trained" in rig.give(parcel, conflicts="replace")[1]["error"]
     assert rig.contents() == before
-    assert rig.give(parcel, taken="keep") == (200, {"said": "Imported extra"})
+    assert rig.give(parcel, conflicts="keep") == (200, {"message": "Imported extra"})
     assert before.items() <= rig.contents().items()
     rig.person.done("open", name="extra")
     said = "The zip contains nothing new; replaced goto, former versions are kept"
-    assert rig.give(parcel, taken="replace") == (200, {"said": said})
+    assert rig.give(parcel, conflicts="replace") == (200, {"message": said})
     assert rig.host.library_view.library.taught["goto"].lesson is not None
     assert [each.number for each in list_versions(rig.host.library_view.folder, "goto")] == [1, 2]
 
@@ -128,7 +128,7 @@ BAD_NAMES = [
 @pytest.mark.parametrize("name", BAD_NAMES)
 def test_only_plain_file_names(rig: Rig, name: str) -> None:
     before = rig.contents()
-    status, answer = rig.give(zipped(("reach.json", document(rig, name="reach")), (name, "{}")))
+    status, answer = rig.give(zip_members(("reach.json", document(rig, name="reach")), (name, "{}")))
     assert status == 400
     assert "plain name" in answer["error"]
     assert rig.contents() == before
@@ -153,7 +153,7 @@ def test_only_documents_that_open(rig: Rig) -> None:
     before = rig.contents()
     for members, said in bad:
         with pytest.warns(UserWarning, match="Duplicate") if len(members) == 2 else _quiet():
-            parcel = zipped(*members)
+            parcel = zip_members(*members)
         status, answer = rig.give(parcel)
         assert (status, said in answer["error"]) == (400, True), answer
     assert rig.contents() == before
@@ -176,12 +176,15 @@ def test_broken_and_boundless_zips(rig: Rig, monkeypatch: pytest.MonkeyPatch) ->
     for data in (b"", b"PK", b"no zip", parcel[:-30], bytes(damaged), bytes(encrypted)):
         status, answer = rig.give(data)
         assert (status, "cannot be read as a zip" in answer["error"]) == (400, True), answer
-    bomb = zipped(("bomb.json", b" " * (65 * 2**20)))
+    bomb = zip_members(("bomb.json", b" " * (65 * 2**20)))
     assert len(bomb) < 2**17
     assert "bomb.json in the zip: it is longer than 16 MB" in rig.give(bomb)[1]["error"]
-    bombs = zipped(*((f"bomb{number}.json", b" " * (15 * 2**20)) for number in range(5)))
+    bombs = zip_members(*((f"bomb{number}.json", b" " * (15 * 2**20)) for number in range(5)))
     assert "more than 64 MB" in rig.give(bombs)[1]["error"]
-    assert "more than 1000 files" in rig.give(zipped(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
+    assert (
+        "more than 1000 files"
+        in rig.give(zip_members(*((f"a{n}.json", "") for n in range(1_001))))[1]["error"]
+    )
     monkeypatch.setattr("understudy.ui.web.library_zip.MOST_PACKED", 100)
     status, answer = rig.give(parcel)
     assert status == 413
@@ -215,7 +218,7 @@ def test_what_is_in_an_upload_is_judged_before_it_is_built(
 ) -> None:
     """Building these lists would take 20 times their text, and the interpreter from all other threads."""
     monkeypatch.setattr(library_zip, "MOST_DOCUMENT", 2**20)
-    parcel = zipped(("reach.json", b"[" + b"[]," * int(mb * 2**20 / 3) + b"1]"))
+    parcel = zip_members(("reach.json", b"[" + b"[]," * int(mb * 2**20 / 3) + b"1]"))
     tracemalloc.start()
     try:
         with pytest.raises(FileError) as refusal:
@@ -233,20 +236,20 @@ def test_only_who_directs_imports(rig: Rig) -> None:
     for key in ("", "guess", "é"):
         status, answer = rig.give(parcel, key=key)
         assert (status, "not in control" in answer["error"]) == (403, True)
-    assert rig.give(parcel, taken="all")[0] == 400
-    rig.person.done("hand_over")
+    assert rig.give(parcel, conflicts="all")[0] == 400
+    rig.person.done("release_control")
     assert rig.give(parcel)[0] == 403
 
 
 def test_a_token_and_the_own_site_are_asked_for(tmp_path: Path) -> None:
-    made = studio(tmp_path)
+    made = make_studio(tmp_path)
     with TestClient(make_app(made, token="secret"), base_url=HOME) as client:
         assert client.get(HERE).status_code == 403
         assert client.get(HERE, params={"token": "secret"}).status_code == 200
         assert (
             client.get(HERE, params={"token": "secret"}, headers={"host": "evil.example"}).status_code == 403
         )
-        with page(client, "?token=secret") as person:
+        with open_page(client, "?token=secret") as person:
             query = {"token": "secret", "key": person.hello["key"]}
             foreign = {"origin": "http://evil.example"}
             assert client.post(HERE, params=query, headers=foreign).status_code == 403

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.cli.commands import run, said
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
+from tests.ui.cli.commands import run, run_json
 
 from understudy.robots.twin import find_drawn_world
 from understudy.sim.scenario.files import TARGET, list_builtin_scenarios
@@ -28,8 +28,8 @@ def slots(somebody: Page) -> list[int]:
 
 @pytest.mark.parametrize("world", list_builtin_scenarios())
 def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> None:
-    made = studio(tmp_path, world=world)
-    with served(made) as client, page(client) as somebody:
+    made = make_studio(tmp_path, world=world)
+    with serve_studio(made) as client, open_page(client) as somebody:
         kinds = {each["name"]: each for each in somebody.scene["classes"]}
         assert (kinds["marker"]["marker"], kinds["marker"]["offered"]) == (True, True)
         assert not kinds["mouse"]["offered"]
@@ -43,54 +43,54 @@ def test_placed_moved_and_removed_in_any_world(tmp_path: Path, world: str) -> No
         assert find_target_place(find_drawn_world(made.host.world), TARGET) is None
 
 
-def shown(somebody: Page, *states: str) -> list[dict[str, Any]]:
+def press_each(somebody: Page, *states: str) -> list[dict[str, Any]]:
     """Press and step; the examples there are then."""
     for state in states:
         somebody.done("press", state=state)
         somebody.done("step")
-    somebody.until_desk()
-    examples: list[dict[str, Any]] = somebody.desk["desk"]["examples"]
+    somebody.wait_for_news()
+    examples: list[dict[str, Any]] = somebody.news["session"]["examples"]
     return examples
 
 
 def test_a_lesson_about_markers_outlasts_its_studio(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as somebody:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as somebody:
         somebody.send(TO_MARKER)
         somebody.done("pause", paused=True)
-        assert shown(somebody, "rotate_left")[0]["values"] == ["–", "–"], "none is placed yet"
+        assert press_each(somebody, "rotate_left")[0]["values"] == ["–", "–"], "none is placed yet"
         somebody.done("add_object", kind="marker", x=3.0, y=4.0)
-        assert "–" not in shown(somebody, "forward")[2]["values"]
-    made = studio(tmp_path)
-    with served(made) as client, page(client) as somebody:
+        assert "–" not in press_each(somebody, "forward")[2]["values"]
+    made = make_studio(tmp_path)
+    with serve_studio(made) as client, open_page(client) as somebody:
         somebody.done("open", name="goto")
         assert find_target_place(find_drawn_world(made.host.world), TARGET) == pytest.approx((3.0, 4.0))
         assert made.host.active_trainer.session_view.targets == {"A": TARGET}
-        assert "–" not in shown(somebody, "done")[-1]["values"]
+        assert "–" not in press_each(somebody, "done")[-1]["values"]
         somebody.done("save")
         somebody.done("new", name="trip", states=["goto(nearest_marker)"], features=["done"], flags=["there"])
-        shown(somebody, "goto", "there")
+        press_each(somebody, "goto", "there")
         somebody.done("save")
     first = open_document(tmp_path / "goto.json", made.host.kit).taught.lesson
     assert first is not None
     assert first.examples[0].values == pytest.approx((nan, nan), nan_ok=True)
-    told = said("run", "forage", "--library", tmp_path, "--behavior", "trip", "--seconds", "2")
+    told = run_json("run", "forage", "--library", tmp_path, "--behavior", "trip", "--seconds", "2")
     assert told["path"] == ["there"]
-    told = said(
+    told = run_json(
         "run", "arena", "--library", tmp_path, "--behavior", "goto", "--bind", f"A={TARGET}", "--seconds", "2"
     )
     assert told["behavior"] == "goto"
 
 
 def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as somebody:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as somebody:
         somebody.send(TO_MARKER)
         somebody.done("pause", paused=True)
-        shown(somebody, "forward")
+        press_each(somebody, "forward")
         somebody.done("save")
         somebody.done(
             "new", name="trip", states=["goto(nearest_marker)"], features=["food_left"], flags=["there"]
         )
-        shown(somebody, "goto")
+        press_each(somebody, "goto")
         somebody.done("save")
     plain = "understudy.sim.forage:FORAGE_KIT"
     result = run(
@@ -101,15 +101,15 @@ def test_where_there_is_no_such_target_it_is_said(tmp_path: Path) -> None:
 
 
 def test_what_a_parameter_stands_for_is_shown_at_once_while_time_stands_still(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as somebody:
+    with serve_studio(make_studio(tmp_path)) as client, open_page(client) as somebody:
         somebody.send(GOTO)
         somebody.done("pause", paused=True)
         while somebody.frame is None or len(somebody.frame.features) != 2:
             somebody.hear()
         assert not isnan(somebody.frame.features[0])
-        somebody.done("stand_for", targets={"A": TARGET})
+        somebody.done("bind_targets", targets={"A": TARGET})
         while not isnan(somebody.frame.features[0]):
             somebody.hear()
-        somebody.done("choose", states=["forward"], features=["food_left"])
+        somebody.done("change_design", states=["forward"], features=["food_left"])
         while len(somebody.frame.features) != 1:
             somebody.hear()

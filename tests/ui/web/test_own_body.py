@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
+from tests.make.studios import Page, Wall, open_page, serve_studio
 from tests.own_worlds import NAME
-from tests.ui.web.pages import Page, Wall, page, served
 
 from understudy.adapters.body_maker import BodyMaker
 from understudy.sim.body_world import BodyWorld
@@ -33,7 +32,7 @@ def function() -> str:
 
 
 @pytest.fixture
-def made(tmp_path: Path, function: str) -> StudioServer:
+def server(tmp_path: Path, function: str) -> StudioServer:
     return make_studio(tmp_path / "mine", function)
 
 
@@ -43,12 +42,6 @@ def make_studio(folder: Path, function: str) -> StudioServer:
     world = BodyWorld(maker, 7, name=maker.name)
     host = SessionHost(world.scenario, folder, maker.find_kit(), wall=Wall(), ground=world)
     return StudioServer(host, wall=Wall(glance=0.01))
-
-
-@pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
-    with served(made) as client, page(client) as here:
-        yield here
 
 
 def see(person: Page) -> list[int]:
@@ -61,12 +54,12 @@ def see(person: Page) -> list[int]:
     return [column for column in range(12) if image.getpixel((column, 0)) > 128]
 
 
-def test_pictures_follow_the_body(made: StudioServer, person: Page) -> None:
+def test_pictures_follow_the_body(server: StudioServer, person: Page) -> None:
     assert person.scene["drawing"] == "pictures"
     assert (person.scene["width"], person.scene["height"]) == (0.12, 0.04)
     assert see(person) == [7]
     person.done(**CLIMB)
-    assert made.host.paused  # its episode may be over in a moment
+    assert server.host.paused  # its episode may be over in a moment
     person.done("press", state="ahead")
     person.done("step")
     person.done("step")
@@ -77,29 +70,29 @@ def test_pictures_follow_the_body(made: StudioServer, person: Page) -> None:
     assert person.frame.time_s == 1.0
 
 
-def test_teaching_ends_with_the_episode_and_begins_again(made: StudioServer, person: Page) -> None:
+def test_teaching_ends_with_the_episode_and_begins_again(server: StudioServer, person: Page) -> None:
     person.done(**CLIMB)
     person.done("press", state="ahead")
     for _ in range(6):
         person.done("step")
-    assert made.host.status.text == "The episode is over after 3.0 s. Begin a new world, or reset this one"
-    assert made.host.paused
+    assert server.host.status.text == "The episode is over after 3.0 s. Begin a new world, or reset this one"
+    assert server.host.paused
     person.done("reset", seed=2)
-    assert (made.host.seed, made.host.world.time_s) == (2, 0.0)
-    assert len(made.host.active_trainer.session.examples) == 2
+    assert (server.host.seed, server.host.world.time_s) == (2, 0.0)
+    assert len(server.host.active_trainer.session.examples) == 2
     person.done("save")
-    assert "climb" in made.host.library_view.library.taught
+    assert "climb" in server.host.library_view.library.taught
 
 
-def test_an_interrupted_session_goes_on(made: StudioServer, tmp_path: Path, function: str) -> None:
+def test_an_interrupted_session_goes_on(server: StudioServer, tmp_path: Path, function: str) -> None:
     """Its lesson is there again; the body begins anew."""
-    with served(made) as client, page(client) as person:
+    with serve_studio(server) as client, open_page(client) as person:
         person.done(**CLIMB)
         person.done("press", state="ahead")
         person.done("step")
     again = make_studio(tmp_path / "mine", function)
     assert list(again.host.cut_off) == ["climb"]
-    with served(again) as client, page(client) as person:
+    with serve_studio(again) as client, open_page(client) as person:
         person.done("open", name="climb")
         assert len(again.host.active_trainer.session.examples) == 2
         person.done("press", state="back")
@@ -108,7 +101,7 @@ def test_an_interrupted_session_goes_on(made: StudioServer, tmp_path: Path, func
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"do": "place", "agent": 0, "x": 0.1, "y": 0.02, "heading": 0.0}, "cannot be changed by hand"),
+    ({"do": "move_robot", "agent": 0, "x": 0.1, "y": 0.02, "heading": 0.0}, "cannot be changed by hand"),
     ({"do": "add_obstacle", "x": 0.1, "y": 0.02, "radius": 0.1}, "cannot be changed by hand"),
     ({"do": "rewind", "time_s": 0.0}, "cannot be rewound: reset the world instead"),
     (
@@ -122,7 +115,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("message", "sentence"), REFUSED, ids=[each["do"] for each, _ in REFUSED])
-def test_refused(made: StudioServer, person: Page, message: dict[str, Any], sentence: str) -> None:
+def test_refused(server: StudioServer, person: Page, message: dict[str, Any], sentence: str) -> None:
     person.done(**{**CLIMB, "live": True})
     person.done("press", state="ahead")
     person.done("step")
@@ -130,6 +123,6 @@ def test_refused(made: StudioServer, person: Page, message: dict[str, Any], sent
 
 
 @pytest.mark.parametrize("function", ["make_plain"])
-def test_without_pictures(made: StudioServer, person: Page) -> None:
+def test_without_pictures(server: StudioServer, person: Page) -> None:
     assert person.scene["drawing"] == "none"
-    assert made.host.picture() is None
+    assert server.host.picture() is None

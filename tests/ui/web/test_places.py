@@ -7,22 +7,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ui.web.pages import GOTO, Page, page, served, studio
-from tests.ui.web.test_library import names, teach
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, teach
+from tests.ui.web.test_library import names
 
 from understudy.sim.scenario.files import load_scenario
 from understudy.ui.web.server import StudioServer
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> StudioServer:
-    return studio(tmp_path / "mine", seed=3)
+def server(tmp_path: Path) -> StudioServer:
+    return make_studio(tmp_path / "mine", seed=3)
 
 
 @pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
+def person(server: StudioServer) -> Iterator[Page]:
     """Somebody who has saved goto, and goes on teaching it."""
-    with served(made) as client, page(client) as here:
+    with serve_studio(server) as client, open_page(client) as here:
         here.done(**GOTO)
         teach(here, "forward")
         here.done("save")
@@ -31,37 +31,37 @@ def person(made: StudioServer) -> Iterator[Page]:
 
 def places(person: Page) -> dict[str, Any]:
     """What can be chosen, as the page has it now."""
-    found: dict[str, Any] = person.desk["places"]
+    found: dict[str, Any] = person.news["places"]
     return found
 
 
-def test_what_can_be_chosen(made: StudioServer, person: Page, tmp_path: Path) -> None:
+def test_what_can_be_chosen(server: StudioServer, person: Page, tmp_path: Path) -> None:
     (tmp_path / "pictures").mkdir()
     (tmp_path / "pictures" / "notes.json").write_text("{}")
     found = places(person)
-    assert (found["world"], found["library"], found["saves"]) == ("forage", "mine", True)
+    assert (found["world"], found["library"], found["can_save"]) == ("forage", "mine", True)
     assert {"forage", "arena", "soccer"} <= set(found["worlds"])
     assert found["libraries"] == ["mine"]
 
 
-def test_another_world_and_back(made: StudioServer, person: Page) -> None:
+def test_another_world_and_back(server: StudioServer, person: Page) -> None:
     """What is trained goes along where the other world has all that it needs; the seed stays."""
     person.done("open_world", name="rooms")
-    assert (made.host.scenario.name, made.host.seed) == ("rooms", 3)
+    assert (server.host.scenario.name, server.host.seed) == ("rooms", 3)
     while person.scene["scenario"] != "rooms":
         person.hear()
     person.done("open_world", name="forage")
-    assert made.host.scenario.name == "forage"
-    assert "goto" in names(made.host)
+    assert server.host.scenario.name == "forage"
+    assert "goto" in names(server.host)
     person.done("open", name="goto")
     teach(person, "rotate_left")
 
 
-def test_what_is_trained_goes_along(made: StudioServer, person: Page) -> None:
+def test_what_is_trained_goes_along(server: StudioServer, person: Page) -> None:
     person.done("save_world", name="yard")
     person.done("open_world", name="yard")
-    assert made.host.active_trainer.name == "goto"
-    assert made.host.status.text == "World yard: goto is opened here"
+    assert server.host.active_trainer.name == "goto"
+    assert server.host.status.text == "World yard: goto is opened here"
     teach(person, "rotate_left")
     person.done("undo")
 
@@ -69,26 +69,28 @@ def test_what_is_trained_goes_along(made: StudioServer, person: Page) -> None:
 @pytest.mark.parametrize(
     "asked", [{"do": "open_world", "name": "arena"}, {"do": "open_library", "name": "other"}]
 )
-def test_unsaved_changes_are_not_left_behind(made: StudioServer, person: Page, asked: dict[str, Any]) -> None:
+def test_unsaved_changes_are_not_left_behind(
+    server: StudioServer, person: Page, asked: dict[str, Any]
+) -> None:
     teach(person, "rotate_left")
-    examples = len(made.host.active_trainer.session.examples)
+    examples = len(server.host.active_trainer.session.examples)
     assert "unsaved changes" in person.say(**asked)["error"]
-    assert len(made.host.active_trainer.session.examples) == examples
+    assert len(server.host.active_trainer.session.examples) == examples
     person.done(**asked, discard=True)
 
 
-def test_a_new_library_and_the_old_one(made: StudioServer, person: Page, tmp_path: Path) -> None:
+def test_a_new_library_and_the_old_one(server: StudioServer, person: Page, tmp_path: Path) -> None:
     person.done("open_library", name="other")
-    assert names(made.host) == []
+    assert names(server.host) == []
     assert not (tmp_path / "other").exists()  # until something is saved
     person.done(**GOTO)
     teach(person, "forward", "rotate_left")
     person.done("save")
     assert (tmp_path / "other" / "goto.json").is_file()
     person.done("open_library", name="mine")
-    assert made.host.active_trainer.name == "goto"
-    assert made.host.active_trainer.folder == tmp_path / "mine"
-    assert len(made.host.active_trainer.session.examples) == 2
+    assert server.host.active_trainer.name == "goto"
+    assert server.host.active_trainer.folder == tmp_path / "mine"
+    assert len(server.host.active_trainer.session.examples) == 2
     while places(person)["library"] != "mine":
         person.hear()
     assert places(person)["libraries"] == ["mine", "other"]
@@ -96,7 +98,7 @@ def test_a_new_library_and_the_old_one(made: StudioServer, person: Page, tmp_pat
 
 @pytest.mark.parametrize("name", ["../elsewhere", "/etc", "a/b", "1"])
 def test_a_library_stays_beside_the_first(
-    made: StudioServer, person: Page, tmp_path: Path, name: str
+    server: StudioServer, person: Page, tmp_path: Path, name: str
 ) -> None:
     before = sorted(tmp_path.rglob("*"))
     assert "cannot be the name of a library" in person.say("open_library", name=name)["error"]
@@ -106,7 +108,7 @@ def test_a_library_stays_beside_the_first(
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_an_edited_world_is_saved_and_offered(made: StudioServer, person: Page, tmp_path: Path) -> None:
+def test_an_edited_world_is_saved_and_offered(server: StudioServer, person: Page, tmp_path: Path) -> None:
     person.done("add_obstacle", x=6.0, y=6.0, radius=0.4)
     person.done("save_world", name="yard")
     while "yard" not in places(person)["worlds"]:
@@ -116,7 +118,7 @@ def test_an_edited_world_is_saved_and_offered(made: StudioServer, person: Page, 
     assert scenario.about == "Saved in the studio: forage, world 3, as it stood then."
     person.done("open_world", name="yard", discard=True)
     person.done("reset", seed=8)
-    assert made.host.world.view().discs.x.tolist() == [6.0]
+    assert server.host.world.view().discs.x.tolist() == [6.0]
 
 
 @pytest.mark.parametrize(
@@ -124,7 +126,7 @@ def test_an_edited_world_is_saved_and_offered(made: StudioServer, person: Page, 
     [("yard", "already"), ("YARD", "already"), ("forage", "already"), ("../yard", "cannot be the name")],
 )
 def test_no_world_is_overwritten(
-    made: StudioServer, person: Page, tmp_path: Path, name: str, problem: str
+    server: StudioServer, person: Page, tmp_path: Path, name: str, problem: str
 ) -> None:
     person.done("save_world", name="yard")
     before = (tmp_path / "scenarios" / "yard.toml").read_bytes()
@@ -135,10 +137,10 @@ def test_no_world_is_overwritten(
 
 
 def test_a_world_that_cannot_be_read_leaves_all_as_it_is(
-    made: StudioServer, person: Page, tmp_path: Path
+    server: StudioServer, person: Page, tmp_path: Path
 ) -> None:
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "broken.toml").write_text("size = 3")
     assert "broken.toml" in person.say("open_world", name="broken")["error"]
     assert "no world" in person.say("open_world", name="nowhere")["error"]
-    assert (made.host.scenario.name, made.host.active_trainer.name) == ("forage", "goto")
+    assert (server.host.scenario.name, server.host.active_trainer.name) == ("forage", "goto")

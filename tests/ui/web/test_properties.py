@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.falsification.idle_lesson import make_idle_library
 from tests.falsification.planted import FORAGE
-from tests.ui.web.pages import Page, Wall, page, served
+from tests.make.studios import Page, Wall, open_page, serve_studio
 
 from understudy import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
@@ -55,7 +55,7 @@ within_s = 0.5
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> StudioServer:
+def server(tmp_path: Path) -> StudioServer:
     for taught in make_idle_library().taught.values():
         save_automaton(tmp_path / "library", taught)
     host = SessionHost(FORAGE, tmp_path / "library", make_scenario_kit(FORAGE), seed=7, wall=Wall())
@@ -63,25 +63,19 @@ def made(tmp_path: Path) -> StudioServer:
 
 
 @pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
-    with served(made) as client, page(client) as here:
-        yield here
+def file(server: StudioServer) -> Path:
+    return server.host.folder / "properties.toml"
 
 
-@pytest.fixture
-def file(made: StudioServer) -> Path:
-    return made.host.folder / "properties.toml"
-
-
-def shown(person: Page) -> dict[str, Any]:
-    found: dict[str, Any] = person.desk["properties"]
+def read_properties(person: Page) -> dict[str, Any]:
+    found: dict[str, Any] = person.news["properties"]
     return found
 
 
 def until(person: Page, holds: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    while not holds(shown(person)):
-        person.until_desk()
-    return shown(person)
+    while not holds(read_properties(person)):
+        person.wait_for_news()
+    return read_properties(person)
 
 
 def row(person: Page, name: str, *verdicts: str) -> dict[str, Any]:
@@ -97,8 +91,8 @@ def row(person: Page, name: str, *verdicts: str) -> dict[str, Any]:
     return found
 
 
-def test_one_is_added_and_tested_at_once(person: Page, made: StudioServer, file: Path) -> None:
-    assert shown(person) == {"problem": "", "rows": [], "testing": None, "through": 0, "total": 1}
+def test_one_is_added_and_tested_at_once(person: Page, server: StudioServer, file: Path) -> None:
+    assert read_properties(person) == {"problem": "", "rows": [], "testing": None, "finished": 0, "total": 1}
     person.done("save_property", name="few", fields=NEVER)
     found = row(person, "few", "holds")
     assert found["sentences"] == ["no failure in 3 worlds: it fails in at most 63.2 % of worlds, at 95 %"]
@@ -109,7 +103,7 @@ def test_one_is_added_and_tested_at_once(person: Page, made: StudioServer, file:
 
 
 def test_one_that_a_person_wrote_is_changed_and_keeps_its_comments(
-    person: Page, made: StudioServer, file: Path
+    person: Page, server: StudioServer, file: Path
 ) -> None:
     file.write_text(BY_HAND)
     person.done("test_properties")
@@ -198,7 +192,7 @@ def test_a_file_with_mistakes_is_shown_and_left_alone(person: Page, file: Path) 
     assert file.read_text() == "["
 
 
-def test_results_are_marked_when_the_lesson_changes(person: Page, made: StudioServer) -> None:
+def test_results_are_marked_when_the_lesson_changes(person: Page, server: StudioServer) -> None:
     """A correction makes the result old, the next test runs with it though it is not saved."""
     always = NEVER | {
         "kind": "always",
@@ -213,7 +207,7 @@ def test_results_are_marked_when_the_lesson_changes(person: Page, made: StudioSe
     assert row(person, "delivers", "fails")["stale"] is False
     row(person, "few", "holds")
     person.done("open", name="goto")
-    person.done("stand_for", targets={"A": "station"})
+    person.done("bind_targets", targets={"A": "station"})
     person.done("press", state="left")
     person.done("step")
     until(person, lambda now: all(each["stale"] for each in now["rows"]))
@@ -245,8 +239,8 @@ def test_every_offered_condition_can_be_used(world: str) -> None:
         bind_condition(parse_condition(each.text), run, ["done"])()
 
 
-def test_who_looks_on_may_not_change_them(person: Page, made: StudioServer) -> None:
-    with served(made) as client, page(client) as other:
+def test_who_looks_on_may_not_change_them(person: Page, server: StudioServer) -> None:
+    with serve_studio(server) as client, open_page(client) as other:
         for asked in (
             {"do": "save_property", "name": "few", "fields": NEVER},
             {"do": "delete_property", "name": "few"},

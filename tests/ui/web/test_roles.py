@@ -6,68 +6,72 @@ from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
-from tests.ui.web.pages import GOTO, HOME, Wall, page, served, studio
+from tests.make.studios import GOTO, HOME, Wall, make_studio, open_page, serve_studio
 
 from understudy.ui.web.app import make_app
 
 
 def test_the_first_page_directs_and_the_second_watches(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client, page(client) as first, page(client) as second:
-        assert (first.hello["directs"], second.hello["directs"]) == (True, False)
+    with (
+        serve_studio(make_studio(tmp_path)) as client,
+        open_page(client) as first,
+        open_page(client) as second,
+    ):
+        assert (first.hello["has_control"], second.hello["has_control"]) == (True, False)
         first.done(**GOTO)
         assert "not in control" in second.say("press", state="forward")["error"]
-        assert "another page is in control" in second.say("take")["error"]
+        assert "another page is in control" in second.say("take_control")["error"]
         assert second.done("why")["levels"]
-        while not second.desk["desk"]:
+        while not second.news["session"]:
             second.hear()
-        assert second.desk["desk"]["waiting"] is None
-        assert (second.desk["directs"], second.desk["viewers"]) == (False, 2)
+        assert second.news["session"]["pending"] is None
+        assert (second.news["has_control"], second.news["viewers"]) == (False, 2)
 
 
 def test_handing_over_pauses_and_lets_another_take(tmp_path: Path) -> None:
-    made = studio(tmp_path)
-    with served(made) as client, page(client) as first, page(client) as second:
+    made = make_studio(tmp_path)
+    with serve_studio(made) as client, open_page(client) as first, open_page(client) as second:
         first.done(**GOTO)
         assert not made.host.paused
-        first.done("hand_over")
+        first.done("release_control")
         assert made.host.paused
         assert "take over first" in first.say("press", state="forward")["error"]
-        second.done("take")
+        second.done("take_control")
         second.done("press", state="forward")
         assert "not in control" in first.say("undo")["error"]
 
 
 def test_the_director_leaving_pauses_and_its_key_brings_it_back(tmp_path: Path) -> None:
-    made = studio(tmp_path)
-    with served(made) as client, page(client) as watcher:
-        watcher.done("hand_over")
-        with page(client) as person:
-            assert person.hello["directs"]
+    made = make_studio(tmp_path)
+    with serve_studio(made) as client, open_page(client) as watcher:
+        watcher.done("release_control")
+        with open_page(client) as person:
+            assert person.hello["has_control"]
             person.done(**GOTO)
             person.done("press", state="forward")
             key = person.hello["key"]
-        while not watcher.desk["paused"] or watcher.desk["viewers"] != 1:
+        while not watcher.news["paused"] or watcher.news["viewers"] != 1:
             watcher.hear()
         assert made.host.paused
-        with page(client, f"?key={key}") as again:
-            assert again.hello["directs"]
+        with open_page(client, f"?key={key}") as again:
+            assert again.hello["has_control"]
             assert again.hello["key"] == key
-            assert again.desk["desk"]["waiting"] == "forward"  # what was acknowledged is there
+            assert again.news["session"]["pending"] == "forward"  # what was acknowledged is there
 
 
 def test_a_run_goes_on_when_the_page_that_left_comes_back(tmp_path: Path) -> None:
     """A page that was loaded anew, or lost its connection, goes on; what a person paused stays paused."""
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
-    with served(made) as client:
-        with page(client) as person:
+    made = make_studio(tmp_path, wall=wall)
+    with serve_studio(made) as client:
+        with open_page(client) as person:
             person.done(**GOTO)
             key = person.hello["key"]
         assert made.host.paused
-        with page(client, f"?key={key}") as again:
+        with open_page(client, f"?key={key}") as again:
             assert not made.host.paused
             again.done("pause", paused=True)
-        with page(client, f"?key={key}"):
+        with open_page(client, f"?key={key}"):
             assert made.host.paused
 
 
@@ -75,73 +79,77 @@ def test_a_run_goes_on_when_the_page_that_left_comes_back(tmp_path: Path) -> Non
 def test_a_run_stays_paused(tmp_path: Path, how: str) -> None:
     """Nothing moves again where somebody else was in control, after a long time, or after handing over."""
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
-    with served(made) as client:
-        with page(client) as person:
+    made = make_studio(tmp_path, wall=wall)
+    with serve_studio(made) as client:
+        with open_page(client) as person:
             person.done(**GOTO)
             key = person.hello["key"]
             if how == "handed over":
-                person.done("hand_over")
+                person.done("release_control")
         if how == "another page came":
-            with page(client):
+            with open_page(client):
                 pass
         wall.now += 31 if how == "too late" else 0
-        with page(client, f"?key={key}") as again:
-            assert again.hello["directs"]
+        with open_page(client, f"?key={key}") as again:
+            assert again.hello["has_control"]
             assert made.host.paused
 
 
 def test_control_is_offered_only_where_it_can_be_taken(tmp_path: Path) -> None:
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
-    with served(made) as client, page(client) as first, page(client) as second:
-        assert (second.desk["directed"], second.desk["can_take"]) == (True, False)
+    made = make_studio(tmp_path, wall=wall)
+    with serve_studio(made) as client, open_page(client) as first, open_page(client) as second:
+        assert (second.news["is_controlled"], second.news["can_take_control"]) == (True, False)
         wall.now += 31
-        while not second.desk["can_take"]:
+        while not second.news["can_take_control"]:
             second.hear()
         first.done("pause", paused=True)  # it speaks again
-        while second.desk["can_take"]:
+        while second.news["can_take_control"]:
             second.hear()
-        first.done("hand_over")
-        while second.desk["directed"]:
+        first.done("release_control")
+        while second.news["is_controlled"]:
             second.hear()
-        assert second.desk["can_take"]
+        assert second.news["can_take_control"]
 
 
 def test_a_page_cut_off_unnoticed_is_replaced_by_itself(tmp_path: Path) -> None:
     with (
-        served(studio(tmp_path)) as client,
-        page(client) as lost,
-        page(client, f"?key={lost.hello['key']}") as back,
+        serve_studio(make_studio(tmp_path)) as client,
+        open_page(client) as lost,
+        open_page(client, f"?key={lost.hello['key']}") as back,
     ):
-        assert back.hello["directs"]
+        assert back.hello["has_control"]
         back.done(**GOTO)
         with pytest.raises(ConnectionError):
             lost.answer(1)
-        with page(
+        with open_page(
             client, f"?key={lost.hello['key']}"
         ) as again:  # it does not throw out the one that came after
-            assert not again.hello["directs"]
+            assert not again.hello["has_control"]
         back.done("confirm")
 
 
 def test_a_key_does_not_take_the_place_of_another(tmp_path: Path) -> None:
-    with served(studio(tmp_path)) as client:
-        with page(client) as first:
+    with serve_studio(make_studio(tmp_path)) as client:
+        with open_page(client) as first:
             key = first.hello["key"]
-        with page(client), page(client, f"?key={key}") as late, page(client, "?key=made-up") as stranger:
-            assert not late.hello["directs"]
+        with (
+            open_page(client),
+            open_page(client, f"?key={key}") as late,
+            open_page(client, "?key=made-up") as stranger,
+        ):
+            assert not late.hello["has_control"]
             assert stranger.hello["key"] != "made-up"
 
 
 def test_a_silent_director_can_be_replaced(tmp_path: Path) -> None:
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
-    with served(made) as client, page(client), page(client) as second:
+    made = make_studio(tmp_path, wall=wall)
+    with serve_studio(made) as client, open_page(client), open_page(client) as second:
         wall.now += 29
-        assert "29 s so far" in second.say("take")["error"]
+        assert "29 s so far" in second.say("take_control")["error"]
         wall.now += 1
-        second.done("take")
+        second.done("take_control")
 
 
 REFUSED = [  # query, headers, what it says
@@ -155,23 +163,23 @@ REFUSED = [  # query, headers, what it says
 
 @pytest.mark.parametrize(("query", "headers", "said"), REFUSED)
 def test_who_may_not_connect(tmp_path: Path, query: str, headers: dict[str, str], said: str) -> None:
-    made = studio(tmp_path)
+    made = make_studio(tmp_path)
     with TestClient(make_app(made, token="secret"), base_url=HOME) as client:
         with client.websocket_connect(f"ws://127.0.0.1/ws{query}", headers=headers) as socket:
             closed = socket.receive()
         assert closed["type"] == "websocket.close"
         assert said in closed["reason"]
         assert len(made.viewers) == 0
-        with page(client, "?token=secret") as person:
-            assert person.hello["directs"]
+        with open_page(client, "?token=secret") as person:
+            assert person.hello["has_control"]
 
 
 def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("understudy.ui.web.app.MOST_PAGES", 2)
     with (
-        served(studio(tmp_path)) as client,
-        page(client),
-        page(client),
+        serve_studio(make_studio(tmp_path)) as client,
+        open_page(client),
+        open_page(client),
         client.websocket_connect("ws://127.0.0.1/ws") as third,
     ):
         assert "2 pages are open already" in third.receive()["reason"]
@@ -179,8 +187,8 @@ def test_too_many_pages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> None:
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
-    with served(made) as client, page(client) as person:
+    made = make_studio(tmp_path, wall=wall)
+    with serve_studio(made) as client, open_page(client) as person:
         answers = [person.say("pause", paused=False) for _ in range(210)]
         assert [answer.get("ok", False) for answer in answers] == [True] * 200 + [False] * 10
         assert "200 per second" in answers[-1]["error"]
@@ -190,7 +198,7 @@ def test_too_many_messages_are_refused_and_undone_by_waiting(tmp_path: Path) -> 
 
 def test_the_page_and_nothing_outside_of_it(tmp_path: Path) -> None:
     static = tmp_path / "static"
-    made = studio(tmp_path / "library")
+    made = make_studio(tmp_path / "library")
     with TestClient(make_app(made, static=static), base_url=HOME) as client:
         answer = client.get("/")
         assert answer.status_code == 503

@@ -7,7 +7,7 @@ import socket
 from pathlib import Path
 
 import pytest
-from tests.ui.web.pages import Wall
+from tests.make.studios import Wall
 from tests.ui.web.simulated_pages import LONGEST_S, SimulatedPage, SimulatedTime, connect_pages
 
 from understudy.errors import SettingError
@@ -63,7 +63,7 @@ def test_an_address_that_is_not_here() -> None:
 def test_a_slow_page_misses_frames_and_nothing_else() -> None:
     viewer = Client("key", Wall())
     for number in range(100):
-        viewer.show(frame=bytes([number]), news=b"desk %d" % number)
+        viewer.show(frame=bytes([number]), news=b"news %d" % number)
     for number in range(5):
         viewer.send_reply(b"answer %d" % number)
     taken = []
@@ -71,7 +71,7 @@ def test_a_slow_page_misses_frames_and_nothing_else() -> None:
         taken.append(found)
     assert taken == [
         *((b"answer %d" % number, False) for number in range(5)),
-        (b"desk 99", False),
+        (b"news 99", False),
         (b"c", True),
     ]
     assert not viewer.closing

@@ -8,7 +8,7 @@ from pathlib import Path
 from sys import stderr
 
 import pytest
-from tests.ui.web.pages import GOTO, Wall, studio
+from tests.make.studios import GOTO, Wall, make_studio
 
 HOURS = 8
 MOST_GROWTH = 2**20
@@ -25,7 +25,7 @@ def resident() -> int:
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's /proc")
 def test_hours_of_fast_time(tmp_path: Path) -> None:
     wall = Wall()
-    made = studio(tmp_path, wall=wall)
+    made = make_studio(tmp_path, wall=wall)
     viewer = made.connect(None)
 
     def say(message: dict[str, object]) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.falsification.team_kept import keep_team
 from tests.falsification.test_team_failure import WRONG_S, teach_lead
+from tests.make.studios import Wall, open_page, serve_studio
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.web.pages import Wall, page, served
 
 from understudy.falsification.open_failure import BEFORE_S
 from understudy.ui.web.server import StudioServer
@@ -19,15 +19,15 @@ def test_a_coordinator_is_opened_and_corrected(tmp_path: Path) -> None:
     library = keep_team(tmp_path, teach_lead())
     host = SessionHost(SCENARIO, library, ROBOTS.kit, wall=Wall(), failures=tmp_path / "failures")
     made = StudioServer(host, wall=Wall(glance=0.01))
-    with served(made) as client, page(client) as person:
+    with serve_studio(made) as client, open_page(client) as person:
         person.done("open_failure", name="patrol-1")
         trainer = host.active_trainer
         assert (trainer.name, host.sort, host.paused) == ("lead", "patrol", True)
         assert host.world.time_s == pytest.approx(WRONG_S - BEFORE_S)
         assert "3.0 s before it goes wrong" in host.status.text
-        while person.desk["desk"] is None:
-            person.until_desk()
-        assert (person.desk["sort"], person.desk["desk"]["name"]) == ("patrol", "lead")
+        while person.news["session"] is None:
+            person.wait_for_news()
+        assert (person.news["sort"], person.news["session"]["name"]) == ("patrol", "lead")
         other = "home" if trainer.session_view.state != "home" else "out"
         person.done("press", state=other)
         person.done("step")

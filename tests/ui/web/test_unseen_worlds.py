@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.ui.cli.commands import said
-from tests.ui.web.pages import GOTO, Page, page, served, studio
+from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
+from tests.ui.cli.commands import run_json
 
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
@@ -24,16 +24,11 @@ OTHER = {**GOTO, "name": "other", "discard": True}
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> StudioServer:
-    return studio(tmp_path / "library")
-
-
-@pytest.fixture
-def person(made: StudioServer) -> Iterator[Page]:
+def person(server: StudioServer) -> Iterator[Page]:
     """Somebody who has shown a goto that turns until A is ahead, drives on, and is done after a while."""
-    with served(made) as client, page(client) as here:
+    with serve_studio(server) as client, open_page(client) as here:
         here.done(**GOTO)
-        teach(here, made)
+        teach(here, server)
         yield here
 
 
@@ -54,29 +49,29 @@ def teach(person: Page, made: StudioServer) -> None:
             )
 
 
-def shown(person: Page) -> dict[str, Any] | None:
+def read_evaluation(person: Page) -> dict[str, Any] | None:
     """What the page is shown of the evaluation; None where there is none."""
-    session = person.desk["desk"]
+    session = person.news["session"]
     return None if session is None else session.get("evaluation")
 
 
-def ended(person: Page) -> dict[str, Any]:
+def wait_for_result(person: Page) -> dict[str, Any]:
     """What came of it."""
-    while (found := shown(person)) is None or (found["result"] is None and not found["problem"]):
-        person.until_desk()
+    while (found := read_evaluation(person)) is None or (found["result"] is None and not found["problem"]):
+        person.wait_for_news()
     return found
 
 
-def tried(person: Page, **fields: Any) -> dict[str, Any]:
+def evaluate_and_wait(person: Page, **fields: Any) -> dict[str, Any]:
     """Try it; what came of it."""
     person.done("evaluate", **fields)
-    result: dict[str, Any] = ended(person)["result"]
+    result: dict[str, Any] = wait_for_result(person)["result"]
     person.done("cancel_evaluation")
     return result
 
 
 @pytest.fixture
-def held(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Event, Event]]:
+def held_evaluations(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Event, Event]]:
     """Evaluations that are at the third world until the first event is set; the second is, once one has ended."""
     let_go, over = Event(), Event()
 
@@ -93,9 +88,9 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Event, Event]]:
     let_go.set()
 
 
-def test_the_rate_is_that_of_eval_on_the_same_worlds(person: Page, made: StudioServer) -> None:
-    result = tried(person)
-    library = lesson_test._present(made.host)
+def test_the_rate_is_that_of_eval_on_the_same_worlds(person: Page, server: StudioServer) -> None:
+    result = evaluate_and_wait(person)
+    library = lesson_test._present(server.host)
     judged = evaluate(library, "goto", "forage", range(1000, 1100), binding={"A": "station"})
     failed = [seed for seed, done in zip(judged.seeds, judged.taught.finished, strict=True) if not done]
     assert 0 < len(failed) < 100
@@ -109,39 +104,39 @@ def test_the_rate_is_that_of_eval_on_the_same_worlds(person: Page, made: StudioS
         "raised": "done counts wherever it is raised: nothing shown says where it is right",
         "leaves_shown": False,
     }
-    assert tried(person) == result
+    assert evaluate_and_wait(person) == result
     person.done("save")
     of_goto = ("--behavior", "goto", "--bind", "A=station", "--seeds", "1000:1100")
-    told = said("eval", "-l", made.host.library_view.folder, *of_goto)
+    told = run_json("eval", "-l", server.host.library_view.folder, *of_goto)
     assert (told["success"], told["failed_seeds"]) == ((100 - len(failed)) / 100, failed)
 
 
 def test_in_testing_it_does_in_a_world_what_it_did_when_it_was_tried_there(
-    person: Page, made: StudioServer
+    person: Page, server: StudioServer
 ) -> None:
-    library = lesson_test._present(made.host)
+    library = lesson_test._present(server.host)
     seconds = evaluate(library, "goto", "forage", range(1000, 1040), binding={"A": "station"}).taught.seconds
     quickest = int(np.nanargmin(seconds))
-    person.done("turn")
+    person.done("toggle_mode")
     person.done("reset", seed=1000 + quickest)
-    while made.host.active_trainer.session_view.flag is None:
+    while server.host.active_trainer.session_view.flag is None:
         person.done("step")
-    assert made.host.world.time_s == pytest.approx(seconds[quickest])
+    assert server.host.world.time_s == pytest.approx(seconds[quickest])
 
 
 def test_worlds_that_were_on_the_page_are_left_out(person: Page) -> None:
     for seed in (1001, 1003):
         person.done("reset", seed=seed)
-    result = tried(person, count=4)
+    result = evaluate_and_wait(person, count=4)
     assert (result["first"], result["last"]) == (1000, 1005)
     assert not {each["seed"] for each in result["failed"]} & {1001, 1003}
 
 
-def test_the_first_hundred_failures_are_listed(person: Page, made: StudioServer) -> None:
-    last = made.host.active_trainer.session.examples[-1]
+def test_the_first_hundred_failures_are_listed(person: Page, server: StudioServer) -> None:
+    last = server.host.active_trainer.session.examples[-1]
     assert last.next == "done"
     person.done("delete", number=last.number)
-    result = tried(person, count=120)
+    result = evaluate_and_wait(person, count=120)
     assert result["succeeded"] <= 20
     assert len(result["failed"]) == 100
 
@@ -150,7 +145,7 @@ def test_what_has_no_flag_is_judged_by_the_goal(person: Page) -> None:
     person.done(**{**GOTO, "name": "drive", "flags": [], "discard": True})
     person.done("press", state="forward")
     person.done("step")
-    result = tried(person, count=2)
+    result = evaluate_and_wait(person, count=2)
     assert result["success"] == "the goal of forage within 3 times the time of a hand-written controller"
     assert all(each["problem"].startswith("goal not reached after ") for each in result["failed"])
     assert result["succeeded"] == 0
@@ -160,7 +155,7 @@ def test_what_has_no_flag_is_judged_by_the_goal(person: Page) -> None:
 def test_a_number_of_worlds_that_makes_no_sense(person: Page, count: int) -> None:
     error = person.say("evaluate", count=count)["error"]
     assert error == f"the studio: number of worlds is {count}; give one from 1 to 1000"
-    assert shown(person) is None
+    assert read_evaluation(person) is None
 
 
 @pytest.mark.parametrize("count", [-1, 4.5, "many"])
@@ -169,8 +164,8 @@ def test_a_number_of_worlds_that_is_none(person: Page, count: Any) -> None:
     assert error == "The count is not a whole number of 0 or more. Nothing was changed"
 
 
-def test_what_cannot_be_tried_is_said(made: StudioServer) -> None:
-    with served(made) as client, page(client) as person:
+def test_what_cannot_be_tried_is_said(server: StudioServer) -> None:
+    with serve_studio(server) as client, open_page(client) as person:
         assert "No automaton is open" in person.say("evaluate")["error"].capitalize()
         person.done(**GOTO)
         assert "there is nothing to test yet" in person.say("evaluate")["error"]
@@ -184,7 +179,10 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
         "features": ["time_in_state"],
         "flags": [],
     }
-    with served(studio(tmp_path / "library", world="patrol")) as client, page(client) as person:
+    with (
+        serve_studio(make_studio(tmp_path / "library", world="patrol")) as client,
+        open_page(client) as person,
+    ):
         person.done(**wander)
         person.done("pause", paused=True)
         person.done("press", state="forwards")
@@ -192,78 +190,81 @@ def test_without_a_goal_and_without_a_flag_nothing_says_what_success_is(tmp_path
         error = person.say("evaluate")["error"]
         said = "success is not defined: scenario patrol has no goal, and wander has no flag done, nor a single other"
         assert error == f"{said} one; choose what success means beside the score"
-        person.done("choose", states=["forwards"], features=["time_in_state"], flags=["done"])
+        person.done("change_design", states=["forwards"], features=["time_in_state"], flags=["done"])
         person.done("press", state="done")
         person.done("step")
-        result = tried(person, count=3)
+        result = evaluate_and_wait(person, count=3)
         assert result["success"] == "done within 600 s"
 
 
 def test_a_coordinator_is_not_tried(tmp_path: Path) -> None:
-    with served(studio(tmp_path / "library", world="patrol")) as client, page(client) as person:
+    with (
+        serve_studio(make_studio(tmp_path / "library", world="patrol")) as client,
+        open_page(client) as person,
+    ):
         (sort, *_) = person.scene["squads"]
-        person.done("agent", agent=0, sort=sort["name"])
-        offered = person.desk["library"]["basic"]
+        person.done("select_agent", agent=0, sort=sort["name"])
+        offered = person.news["library"]["basic"]
         person.done("new", name="lead", states=[offered[0]], features=["time_in_state"], flags=["done"])
         assert "coordinators cannot be tested" in person.say("evaluate")["error"]
 
 
 def test_the_world_goes_on_and_what_is_tried_stays_as_it_was(
-    person: Page, made: StudioServer, held: tuple[Event, Event]
+    person: Page, server: StudioServer, held_evaluations: tuple[Event, Event]
 ) -> None:
-    let_go, _ = held
-    before = lesson_test._present(made.host)
+    let_go, _ = held_evaluations
+    before = lesson_test._present(server.host)
     person.done("evaluate", count=5)
-    while (found := shown(person)) is None or found["through"] != 3:
-        person.until_desk()
-    assert (found["called"], found["worlds"], found["result"]) == ("goto(station)", 5, None)
+    while (found := read_evaluation(person)) is None or found["finished"] != 3:
+        person.wait_for_news()
+    assert (found["behavior"], found["worlds"], found["result"]) == ("goto(station)", 5, None)
     assert "already" in person.say("evaluate")["error"]
     person.done("reset", seed=1002)  # another world on the page
-    tick = made.host.frame
+    tick = server.host.frame
     first = tick()
     person.done("step")
     assert tick() != first
     person.done("press", state="rotate_right")  # and another lesson
     person.done("step")
     let_go.set()
-    found = ended(person)
-    assert found["edition"] < person.desk["desk"]["edition"]
+    found = wait_for_result(person)
+    assert found["edition"] < person.news["session"]["edition"]
     judged = evaluate(before, "goto", "forage", range(1000, 1005), binding={"A": "station"})
     assert found["result"]["succeeded"] == judged.taught.finished.sum()
-    while "succeeded in" not in person.desk["said"]["text"]:
-        person.until_desk()
-    said = f"goto(station) succeeded in {found['result']['succeeded']} of 5 worlds"
+    while "succeeded in" not in person.news["message"]["text"]:
+        person.wait_for_news()
+    sentence = f"goto(station) succeeded in {found['result']['succeeded']} of 5 worlds"
     anywhere = "(done counts wherever it is raised: nothing shown says where it is right)"
-    assert person.desk["said"]["text"] == f"{said} {anywhere}"
+    assert person.news["message"]["text"] == f"{sentence} {anywhere}"
 
 
 @pytest.mark.parametrize("end", ["cancel_evaluation", "another session", "the studio"])
 def test_it_ends_when_it_is_cancelled_and_with_its_session(
-    person: Page, made: StudioServer, held: tuple[Event, Event], end: str
+    person: Page, server: StudioServer, held_evaluations: tuple[Event, Event], end: str
 ) -> None:
     person.done("evaluate")
     actions: dict[str, Callable[[], object]] = {
         "cancel_evaluation": lambda: person.done("cancel_evaluation"),
         "another session": lambda: person.done(**OTHER),
-        "the studio": made.host.close,
+        "the studio": server.host.close,
     }
     actions[end]()
-    assert held[1].wait(60)
-    assert made.host.evaluation is None
+    assert held_evaluations[1].wait(60)
+    assert server.host.evaluation is None
     if end != "the studio":
-        while shown(person) is not None:
-            person.until_desk()
+        while read_evaluation(person) is not None:
+            person.wait_for_news()
         if end == "cancel_evaluation":
-            assert person.desk["said"]["text"] == "Test cancelled"
+            assert person.news["message"]["text"] == "Test cancelled"
             person.done("cancel_evaluation")  # there is none, which is no mistake
 
 
-def test_who_looks_on_sees_it_and_may_not_begin_or_end_it(made: StudioServer) -> None:
-    with served(made) as client, page(client) as person, page(client) as other:
+def test_who_looks_on_sees_it_and_may_not_begin_or_end_it(server: StudioServer) -> None:
+    with serve_studio(server) as client, open_page(client) as person, open_page(client) as other:
         person.done(**GOTO)
-        teach(person, made)
+        teach(person, server)
         person.done("evaluate", count=5)
-        assert ended(other) == ended(person)
+        assert wait_for_result(other) == wait_for_result(person)
         for do in ("evaluate", "cancel_evaluation"):
             assert "not in control" in other.say(do)["error"]
 
@@ -274,13 +275,13 @@ def test_what_goes_wrong_in_a_world_is_said(person: Page, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(lesson_test, "evaluate", evaluate_wrongly)
     person.done("evaluate")
-    found = ended(person)
+    found = wait_for_result(person)
     assert (found["result"], found["problem"]) == (
         None,
         "internal error: ValueError: no more worlds",
     )
-    while person.desk["said"]["tone"] != "error":
-        person.until_desk()
+    while person.news["message"]["tone"] != "error":
+        person.wait_for_news()
     person.done("evaluate")  # again, if one likes
 
 

@@ -23,8 +23,8 @@ def check_speed(speed: float, where: str, *, live: bool = False) -> float:
         problem = f"is {speed:g}, but real robots run in real time"
         raise SettingError(where=where, setting="speed", problem=problem, remedy="leave it at 1")
     if speed not in SPEEDS:
-        known = ", ".join(f"{each:g}" for each in SPEEDS[:-1])
-        remedy = f"give one of {known}, or fastest"
+        speeds = ", ".join(f"{each:g}" for each in SPEEDS[:-1])
+        remedy = f"give one of {speeds}, or fastest"
         raise SettingError(where=where, setting="speed", problem=f"is {speed:g}", remedy=remedy)
     return speed
 

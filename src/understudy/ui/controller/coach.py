@@ -129,12 +129,12 @@ class CoachController:
         if self.last_report is not None:
             return self.last_report
         session, meant = self._session, dict(self._meant)
-        given = lesson, transitions, session.library, session.body, meant, self._score.find_scored()
+        inputs = lesson, transitions, session.library, session.body, meant, self._score.find_scored()
         if beside is None:
-            self.last_report = _advised(*given)
+            self.last_report = _advised(*inputs)
         else:
             if self._making is None:
-                self._making = beside.submit(_advised, *given)
+                self._making = beside.submit(_advised, *inputs)
             else:
                 patience_s = 0.0  # that was waited for already
             try:
@@ -146,22 +146,22 @@ class CoachController:
 
     def advice(self) -> tuple[Advice, ...]:
         """List what the current lesson lacks, most useful first."""
-        said = self.compute_report()
-        return () if said is None else said.advice
+        report = self.compute_report()
+        return () if report is None else report.advice
 
     def next_place(self) -> Advice:
         """Return the next advice that has a situation, in turn; SessionError if there is none."""
         places = [each for each in self.advice() if each.region is not None]
         if not places:
-            said = [each.sentence for each in self.advice()] or ["the lesson is consistent"]
-            raise SessionError(f"there is no situation to set up: {said[0]}")
+            sentences = [each.sentence for each in self.advice()] or ["the lesson is consistent"]
+            raise SessionError(f"there is no situation to set up: {sentences[0]}")
         self._next += 1
         return places[(self._next - 1) % len(places)]
 
     def confirm_press(self, number: int) -> None:
         """Note that a press that looks like a slip was intended; it is asked about again only if the doubt grows."""
-        said = () if self.last_report is None else self.last_report.advice
-        doubts = {each.examples[0]: each.doubt for each in said if each.kind is AdviceKind.SLIP}
+        advice = () if self.last_report is None else self.last_report.advice
+        doubts = {each.examples[0]: each.doubt for each in advice if each.kind is AdviceKind.SLIP}
         if number not in doubts:
             raise SessionError(f"example {number} is not in question")
         self._meant[number] = doubts[number]
@@ -216,8 +216,8 @@ def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = No
         trainer.drive()
     staged = set_up_situation(trainer.session, chosen, seeds=trainer.take_next_seeds(OTHER_WORLDS))
     trainer.seed = trainer.seed if staged.seed is None else staged.seed
-    said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
-    trainer.note_moved(said.removesuffix("."))
+    sentence = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
+    trainer.note_moved(sentence.removesuffix("."))
     return staged
 
 
@@ -247,11 +247,11 @@ def skip_ahead(trainer: Trainer) -> StatusMessage:
     trainer.refresh_view()
     if not trainer.paused:
         trainer.pause()
-    said = f"{skipped.seconds:.0f} s later. {skipped.sentence} Space continues"
+    sentence = f"{skipped.seconds:.0f} s later. {skipped.sentence} Space continues"
     if skipped.question is None:
-        return StatusMessage(said)
+        return StatusMessage(sentence)
     trainer.coach.question = skipped.question
-    return StatusMessage(said, "correction")
+    return StatusMessage(sentence, "correction")
 
 
 SEARCHED_WORLDS = 40
@@ -265,27 +265,27 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
         trainer.drive()
     seeds = trainer.take_next_seeds(SEARCHED_WORLDS)
     queries = trainer.coach.skipping
-    session, found = trainer.session, None
+    session, situation = trainer.session, None
     if session.mode is not Mode.TRAINING:
-        found = find_raised_elsewhere(session, seeds=seeds, queries=queries)
-    if found is None:
-        found = find_next_situation(session, seeds=seeds, queries=queries)
+        situation = find_raised_elsewhere(session, seeds=seeds, queries=queries)
+    if situation is None:
+        situation = find_next_situation(session, seeds=seeds, queries=queries)
     else:
-        queries.note_asked(found.question)
-    if found is None:
+        queries.note_asked(situation.question)
+    if situation is None:
         taught = (
             "every doubt was asked about already" if trainer.session.examples else "nothing was taught yet"
         )
         raise SessionError(f"{taught}: press a state first")
-    if found.question.doubt.because is DoubtReason.REPEATING:
-        queries.note_asked(found.question)
-    go_to_situation(trainer.session, found)
-    trainer.seed = found.seed
+    if situation.question.doubt.because is DoubtReason.REPEATING:
+        queries.note_asked(situation.question)
+    go_to_situation(trainer.session, situation)
+    trainer.seed = situation.seed
     trainer.note_moved("")
     if not trainer.paused:
         trainer.pause()
-    trainer.coach.question = found.question
-    return StatusMessage(f"{found.sentence} Space continues", "correction")
+    trainer.coach.question = situation.question
+    return StatusMessage(f"{situation.sentence} Space continues", "correction")
 
 
 @keep_status
@@ -300,7 +300,7 @@ def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
     else:
         trainer.press(state)
     trainer.step()
-    said = trainer.status
+    former = trainer.status
     if mode is Mode.LIVE:
         pass  # it goes on by itself
     elif is_rewindable(session.body):
@@ -312,7 +312,7 @@ def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
         trainer.note(trainer.robot, step="resume")
     trainer.refresh_view()
     trainer.pause()
-    return said
+    return former
 
 
 @keep_status

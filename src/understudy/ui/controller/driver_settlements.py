@@ -59,9 +59,9 @@ def settle_lesson(
     """Settle contradictions of a lesson: first one by one, then the others of a driver who is trusted."""
     settled: dict[DriverSettlement, SettledContradiction] = {}
     for chosen in settlements:
-        while found := chosen.list_matching(lesson):
-            settled.setdefault(chosen, SettledContradiction(found[0], chosen.trust))
-            lesson = settle_driver_contradictions(lesson, chosen.trust, found)
+        while matching := chosen.list_matching(lesson):
+            settled.setdefault(chosen, SettledContradiction(matching[0], chosen.trust))
+            lesson = settle_driver_contradictions(lesson, chosen.trust, matching)
     left = find_driver_contradictions(lesson)
     if trust is not None:
         settled |= dict(_list_trusted(left, trust))

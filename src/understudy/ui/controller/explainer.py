@@ -108,14 +108,14 @@ class DecisionExplainer:
     def describe_rules(self) -> list[tuple[str, str]]:
         """Describe the learned rules: pairs of a state and a condition on which it is left."""
         taught = self._taught(self.learn_lesson()[0].automaton.name)
-        found = describe_transitions(taught.automaton, taught.lesson)
-        return [(state, line) for state, lines in found.items() for line in lines]
+        rules = describe_transitions(taught.automaton, taught.lesson)
+        return [(state, line) for state, lines in rules.items() for line in lines]
 
     def explain_levels(self) -> tuple[LevelExplanation, ...]:
         """Explain the present decision of every level, from the automaton in training down."""
         session = self._session
-        asked = session.trainee.list_queries(session.percept, session.body, session.agent)
-        return tuple(self._level(machine, tuple(values)) for machine, values in asked)
+        queries = session.trainee.list_queries(session.percept, session.body, session.agent)
+        return tuple(self._level(machine, tuple(values)) for machine, values in queries)
 
     def _level(self, machine: RunningAutomaton, values: tuple[float, ...]) -> LevelExplanation:
         name, call = machine.automaton.name, str(machine.instance)
@@ -146,11 +146,11 @@ class DecisionExplainer:
         values = tuple(view.features.values())
         now = self.explain_decision(view.state, values) if view.flag is None else None
         if view.mode is Mode.TRAINING:
-            said = ["In training, you decide.", describe_intention(now)]
+            lines = ["In training, you decide.", describe_intention(now)]
         else:
-            said = [describe_present(now, view.flag)]
+            lines = [describe_present(now, view.flag)]
         if self.last_switch is not None:
             was = self.explain_decision(self.last_switch.before, self.last_switch.query.values)
             text = describe_switch(was.state, self.last_switch.after, was, list_examples(was))
-            said.append(f"{view.time_s - self.last_switch.time_s:.1f} s ago it {text}.")
-        return said
+            lines.append(f"{view.time_s - self.last_switch.time_s:.1f} s ago it {text}.")
+        return lines

@@ -134,21 +134,21 @@ def rerun_all(
         scenario = find_scenario(name)
         return FittingLibraries(scenario, open_once(scenario))
 
-    problem, known = "", tuple[Property, ...]()
+    problem, claims = "", tuple[Property, ...]()
     try:
-        known = library.load_properties()
+        claims = library.load_properties()
     except UnderstudyError as error:
         problem = str(error)
     results = list[RerunResult]()
     for number, each in enumerate(worlds):
         progress(number, len(worlds))
         try:
-            results.append(rerun_failing_world(each, open_once(each.trial.scenario), properties=known))
+            results.append(rerun_failing_world(each, open_once(each.trial.scenario), properties=claims))
         except UnderstudyError as error:
             results.append(RerunResult(each, float("nan"), str(error)))
     progress(len(worlds), len(worlds))
     properties = list[PropertyResult]()
-    if known:
+    if claims:
         try:
             for result in run_library_properties(
                 library.folder / FILE,
@@ -167,7 +167,7 @@ class FailureOpening:
 
     moment: FailureMoment
     plan: TrainingPlan
-    said: str
+    sentence: str
     name: str
     """The name of the failing world."""
 
@@ -191,7 +191,7 @@ class FailureOpening:
             opened.close()
             finish_journal(opened.journal, self.plan.folder, self.plan.name)
             raise
-        trainer.status = StatusMessage(self.said)
+        trainer.status = StatusMessage(self.sentence)
         return opened
 
 
@@ -242,8 +242,8 @@ def prepare_failure(
     plan = TrainingPlan(
         moment.name, folder, moment.world.scenario, saved, LessonChoices(), failing.trial.seed
     )
-    said = describe_opening(failing, moment, wrong_s)
-    return FailureOpening(moment, plan, said, failing.folder.name)
+    sentence = describe_opening(failing, moment, wrong_s)
+    return FailureOpening(moment, plan, sentence, failing.folder.name)
 
 
 def describe_opening(failing: FailingWorld, moment: FailureMoment, wrong_s: float | None) -> str:

@@ -21,24 +21,24 @@ SPARKS = "▁▂▃▄▅▆▇█"
 
 def parse_displayed_value(bound: BoundFeature, text: str) -> float:
     """Parse a value as it is displayed, with or without its unit."""
-    said = text.strip().replace("−", "-")
-    if said in ("", ABSENT):
+    plain = text.strip().replace("−", "-")
+    if plain in ("", ABSENT):
         return nan
     if isinstance(bound.kind, Categorical):
-        if said not in bound.kind.labels:
+        if plain not in bound.kind.labels:
             remedy = f"give {' or '.join(bound.kind.labels)}, or nothing if it is absent"
             raise KindError(
                 where=str(bound), problem=f"{text.strip()!r} is not one of its values", remedy=remedy
             )
-        return float(bound.kind.labels.index(said))
+        return float(bound.kind.labels.index(plain))
     try:
-        found = float(said.removesuffix("°" if is_angle(bound) else bound.feature.unit))
+        number = float(plain.removesuffix("°" if is_angle(bound) else bound.feature.unit))
     except ValueError:
         remedy = "give a number, or nothing if it is absent"
         raise KindError(
             where=str(bound), problem=f"{text.strip()!r} is not a number", remedy=remedy
         ) from None
-    return radians(found) if is_angle(bound) else found
+    return radians(number) if is_angle(bound) else number
 
 
 def format_example(example: Example) -> str:
@@ -86,14 +86,14 @@ def format_minutes(seconds: float) -> str:
 
 def format_sparkline(bound: BoundFeature, numbers: Sequence[float], width: int) -> str:
     """Draw the last values as small bars: angles from −180° to 180°, others between their extremes."""
-    shown = list(numbers)[-width:]
+    values = list(numbers)[-width:]
     if is_angle(bound):
-        shown = [float("nan") if isnan(number) else float(around_zero(degrees(number))) for number in shown]
-    present = [number for number in shown if not isnan(number)]
+        values = [float("nan") if isnan(number) else float(around_zero(degrees(number))) for number in values]
+    present = [number for number in values if not isnan(number)]
     low, high = (-180.0, 180.0) if is_angle(bound) else (min(present, default=0.0), max(present, default=0.0))
     if isinstance(bound.kind, Categorical):
         low, high = 0.0, float(len(bound.kind.labels) - 1)
-    return "".join(" " if isnan(number) else _bar(number, low, high) for number in shown).rjust(width)
+    return "".join(" " if isnan(number) else _bar(number, low, high) for number in values).rjust(width)
 
 
 def _bar(number: float, low: float, high: float) -> str:

@@ -82,8 +82,8 @@ def list_interrupted_sessions(library: Path, world: str, opened: Library) -> dic
     folder = library / FOLDER
     if not folder.is_dir():
         return {}
-    found = (_NAMED.fullmatch(path.name) for path in folder.iterdir())
-    names = sorted({unquote(match[1]) for match in found if match})
+    matches = (_NAMED.fullmatch(path.name) for path in folder.iterdir())
+    names = sorted({unquote(match[1]) for match in matches if match})
     left = {name: find_interrupted_session(library, name, world, opened) for name in names}
     return {name: each for name, each in left.items() if each is not None}
 
@@ -138,5 +138,5 @@ def _of(library: Path, name: str, ending: str) -> list[Path]:
 
 
 def _date(path: Path) -> datetime:
-    found = re.search(r"\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d", path.name)
-    return datetime.strptime(found[0], "%Y-%m-%d-%H.%M.%S") if found else datetime.fromtimestamp(0)
+    match = re.search(r"\d{4}-\d\d-\d\d-\d\d\.\d\d\.\d\d", path.name)
+    return datetime.strptime(match[0], "%Y-%m-%d-%H.%M.%S") if match else datetime.fromtimestamp(0)

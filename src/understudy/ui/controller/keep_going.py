@@ -93,9 +93,9 @@ class LessonContinuation:
     @property
     def better(self) -> BetterVersion | None:
         """The best version, if the one that was tested last works in fewer worlds and undo leads back to it."""
-        result, session, seen = self._better, self._trainer.session, self._trainer.session_view
+        result, session, view = self._better, self._trainer.session, self._trainer.session_view
         presses = tuple(each for each in session.examples if each.is_from_press)
-        key = result, session.automaton, presses, seen.undoable, seen.redoable
+        key = result, session.automaton, presses, view.undoable, view.redoable
         if key != self._found[0]:  # asked for at every frame
             self._found = key, None if result is None else self._find_version(result)
         return self._found[1]
@@ -194,15 +194,15 @@ class LessonContinuation:
             self._better = best if best is not None and best.share > result.share else None
             offered = "" if self.better is None else f". The best version works in {self.better.describe()}"
             undo = "" if self.better is None else f": undo {self._name_steps(self.better)} to keep that"
-            said = f"{name} does not hold yet, {after}: it works in {count}{offered}{undo}"
-            return StatusMessage(said, "error")
+            sentence = f"{name} does not hold yet, {after}: it works in {count}{offered}{undo}"
+            return StatusMessage(sentence, "error")
         self._better = best if best is not None and result.is_worse(best) else None
         here = self._show_mistake(result)
         if self.better is None:
             return StatusMessage(f"{name} works in {count}. Here, {here}")
         undo = self._name_steps(self.better)
-        said = f"{name} works in {count}: {self.better.describe()}. Undo {undo}, or go on here: {here}"
-        return StatusMessage(said, "error")
+        sentence = f"{name} works in {count}: {self.better.describe()}. Undo {undo}, or go on here: {here}"
+        return StatusMessage(sentence, "error")
 
     @staticmethod
     def _name_steps(better: BetterVersion) -> str:
@@ -233,12 +233,14 @@ class LessonContinuation:
             session.undo()
         self._trainer.note_lesson_change()
         self._better = None
-        said = f"{self._trainer.name} is as after press {better.press} again; redo brings back {better.since}"
+        sentence = (
+            f"{self._trainer.name} is as after press {better.press} again; redo brings back {better.since}"
+        )
         if not self._has_more(better.result):
             held = better.result.verdict is Verdict.HOLDS
             count = f"It works in {better.result.held} of {better.result.worlds} new worlds"
-            return StatusMessage(f"{said}. {count if held else 'Keep going to find where it goes wrong'}")
-        return StatusMessage(f"{said}. Here, {self._show_mistake(better.result)}")
+            return StatusMessage(f"{sentence}. {count if held else 'Keep going to find where it goes wrong'}")
+        return StatusMessage(f"{sentence}. Here, {self._show_mistake(better.result)}")
 
     def _has_more(self, result: HoldingResult) -> bool:
         """Return whether a version goes wrong in a world that was not shown yet."""

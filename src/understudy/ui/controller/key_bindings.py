@@ -66,12 +66,12 @@ def _basic(library: Library, name: str | None) -> Behavior | None:
 
 def _arrows(behaviors: Mapping[str, Behavior | None]) -> dict[str, Arrow]:
     """Assign an arrow to the first name that drives or turns in its direction and does nothing else."""
-    found: dict[str, Arrow] = {}
+    arrows: dict[str, Arrow] = {}
     for name, behavior in behaviors.items():
         arrow = _arrow(behavior)
-        if arrow and arrow not in found.values():
-            found[name] = arrow
-    return found
+        if arrow and arrow not in arrows.values():
+            arrows[name] = arrow
+    return arrows
 
 
 def _arrow(behavior: Behavior | None) -> Arrow | None:

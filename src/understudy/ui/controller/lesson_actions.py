@@ -56,18 +56,18 @@ def add_property_here(trainer: Trainer, flag: str, within_s: float) -> StatusMes
 def remove_property(trainer: Trainer, number: int) -> StatusMessage:
     """Remove the property with this number, from 0."""
     removed = find_property(trainer, number)
-    kept = trainer.session.lesson.properties
-    trainer.session.change_design(properties=(*kept[:number], *kept[number + 1 :]))
+    properties = trainer.session.lesson.properties
+    trainer.session.change_design(properties=(*properties[:number], *properties[number + 1 :]))
     trainer.refresh_view()
     return StatusMessage(f"Property removed: {removed}; undo reverts this")
 
 
 def find_property(trainer: Trainer, number: int) -> Property:
     """Find the property with this number; SessionError if there is none."""
-    kept = trainer.session.lesson.properties
-    if not 0 <= number < len(kept):
-        raise SessionError(f"{trainer.name} has no property {number + 1}: it has {len(kept)}")
-    return kept[number]
+    properties = trainer.session.lesson.properties
+    if not 0 <= number < len(properties):
+        raise SessionError(f"{trainer.name} has no property {number + 1}: it has {len(properties)}")
+    return properties[number]
 
 
 @keep_status

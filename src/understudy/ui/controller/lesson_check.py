@@ -60,12 +60,12 @@ def check_lesson(
     whole = library.with_automaton(taught)
     facts = _collect_facts(body, whole)
     report = check_library(whole, [lesson.automaton.name], facts=facts, kit_known=True)
-    known = {(each.kind, each.state) for each in advice}
+    advised = {(each.kind, each.state) for each in advice}
     return tuple(
         each
         for each in report.findings
         if each.severity is not Severity.NOTE
-        and not any((SAME_SUBJECT.get(each.kind), state) in known for state in each.states)
+        and not any((SAME_SUBJECT.get(each.kind), state) in advised for state in each.states)
     )
 
 

@@ -22,9 +22,9 @@ def list_library_changes(
     automata that it uses, as the session read them. A file that cannot be read counts as changed.
     """
     name, used = automaton.name, _list_used(library, automaton, {})
-    said = [f"others had saved another version of {name} meanwhile, which is kept as a former version"]
+    sentences = [f"others had saved another version of {name} meanwhile, which is kept as a former version"]
     return (
-        *(said if _differs(folder, library, name, saved) else ()),
+        *(sentences if _differs(folder, library, name, saved) else ()),
         *(
             f"{part} was changed meanwhile, and is taught here as it was: open {name} again to use it"
             for part in used
@@ -33,25 +33,25 @@ def list_library_changes(
     )
 
 
-def _list_used(library: Library, automaton: Automaton, found: dict[str, None]) -> dict[str, None]:
+def _list_used(library: Library, automaton: Automaton, names: dict[str, None]) -> dict[str, None]:
     """Add the automata that an automaton contains, directly and through others, to those that were found."""
     behaviors = [state.behavior for state in automaton.states if state.behavior is not None]
     for behavior in behaviors:
-        if behavior in library.taught and behavior not in found:
-            found[behavior] = None
-            _list_used(library, library.automaton(behavior), found)
-    return found
+        if behavior in library.taught and behavior not in names:
+            names[behavior] = None
+            _list_used(library, library.automaton(behavior), names)
+    return names
 
 
-def _differs(folder: Path, library: Library, name: str, known: Lesson | None) -> bool:
+def _differs(folder: Path, library: Library, name: str, lesson: Lesson | None) -> bool:
     """Return whether a folder has another lesson of an automaton than the one that is known."""
     path = folder / f"{make_file_stem(name)}.json"
     if not path.exists():
         return False
     try:
-        found: TrainedAutomaton = read_document(path, library.kit, learn).taught
+        stored: TrainedAutomaton = read_document(path, library.kit, learn).taught
     except UnderstudyError:
         return True
-    if found.lesson is None or known is None:
-        return found.lesson is not known
-    return not is_same_lesson(found.lesson, known)
+    if stored.lesson is None or lesson is None:
+        return stored.lesson is not lesson
+    return not is_same_lesson(stored.lesson, lesson)

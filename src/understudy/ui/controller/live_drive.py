@@ -180,7 +180,7 @@ class LiveDrive:
         learned = None if self.review is None else self.review.learned
         if learned is None:
             raise SessionError("no automaton was learned from these labels: learn first")
-        library = learned.made.library.with_automaton(learned.taught)
+        library = learned.drive.library.with_automaton(learned.taught)
         program, now = link(library, learned.taught.automaton.name), self.world.time_s
         members = [Interpreter(IDLE_PROGRAM, now=now) for _ in range(self.world.agents)]
         members[self.agent] = Interpreter(program, now=now)
@@ -344,12 +344,12 @@ class LiveDrive:
             candidates = [*self._explanation.candidates, *defined]
             self._running = self._executor.submit(segment, drive, candidates, features=features)
 
-    def _take(self, found: Segmentation) -> None:
+    def _take(self, segmentation: Segmentation) -> None:
         with self.lock:
             if self.review is None:
-                self.review = self._make_review(found)
+                self.review = self._make_review(segmentation)
             else:
-                self.review.extend(found)
+                self.review.extend(segmentation)
             self.review.is_growing = self.driving
 
 

@@ -48,7 +48,7 @@ class LearnedDrive:
     `contradictions` what drivers still disagree on, `settled` what was decided. `reactions` are those of each driver.
     """
 
-    made: DriveLesson
+    drive: DriveLesson
     taught: TrainedAutomaton
     states: NDArray[np.int64]
     agreement: float
@@ -81,7 +81,7 @@ class _Taught(NamedTuple):
     """The lesson made of some labels, before contradictions are settled."""
 
     parts: tuple[Segmentation, ...]
-    made: DriveLesson
+    drive: DriveLesson
     reactions: Mapping[str, ReactionEstimate | None]
 
 
@@ -207,11 +207,11 @@ class RecordingReview:
             raise DefinitionError(what=f"behavior {name!r}", problem=problem, remedy=remedy)
         added = make_constant_candidate(name, command)
         sensed = [each for each in self._features or () if not each.is_own]
-        found = []
+        segmentations = []
         for part in self._labels.parts:
             originals = [each for each in part.candidates if not isinstance(each, SplitState)]
-            found.append(segment(part.drive, [*originals, added], features=sensed))
-        self._change(self._restore(found)._replace(defined=(*self.new_candidates, added)))
+            segmentations.append(segment(part.drive, [*originals, added], features=sensed))
+        self._change(self._restore(segmentations)._replace(defined=(*self.new_candidates, added)))
 
     def split_state(self, state: str, entered_from: Sequence[str]) -> None:
         """Give a state of its own to where a state was entered from certain others; see `split_state`."""
@@ -237,10 +237,10 @@ class RecordingReview:
         self._change(self._restore([segmentation]))
         self._before.clear()
 
-    def _restore(self, found: Sequence[Segmentation]) -> _Labels:
+    def _restore(self, segmentations: Sequence[Segmentation]) -> _Labels:
         """Split the same states of other labels of the drives, and set those again that were set by hand."""
         parts, marks, first = [], [], 0
-        for segmentation, before in zip(found, self._labels.parts, strict=True):
+        for segmentation, before in zip(segmentations, self._labels.parts, strict=True):
             by_hand = self.by_hand[first : first + before.drive.ticks]
             first += before.drive.ticks
             parts.append(self._restore_part(segmentation, before, by_hand))
@@ -270,14 +270,17 @@ class RecordingReview:
 
         SessionError is raised if there is no such contradiction, and UnknownName if it is not of that driver.
         """
-        found = () if self.learned is None else self.learned.contradictions
-        if not 0 <= index < len(found):
+        contradictions = () if self.learned is None else self.learned.contradictions
+        if not 0 <= index < len(contradictions):
             raise SessionError("there is no such contradiction: learn first, and choose one of those listed")
-        if trust not in found[index].drivers:
+        if trust not in contradictions[index].drivers:
             raise UnknownName(
-                what="driver", name=trust, where="the contradiction", known=list(found[index].drivers)
+                what="driver",
+                name=trust,
+                where="the contradiction",
+                known=list(contradictions[index].drivers),
             )
-        settlement = DriverSettlement.from_contradiction(found[index], trust)
+        settlement = DriverSettlement.from_contradiction(contradictions[index], trust)
         self._decide(self._labels._replace(settlements=(*self._labels.settlements, settlement)))
 
     def trust_driver(self, name: str | None) -> None:
@@ -325,9 +328,9 @@ class RecordingReview:
             )
             for driver, part in zip(self.drivers, self._labels.parts, strict=True)
         }
-        made = list(lessons.values())
+        drives = list(lessons.values())
         reactions = {driver: each.reaction for driver, each in lessons.items()}
-        joined = made[0] if len(made) == 1 else merge_driver_lessons(made)
+        joined = drives[0] if len(drives) == 1 else merge_driver_lessons(drives)
         self._taught = _Taught(self._labels.parts, joined, reactions)
         return self._conclude()
 
@@ -335,13 +338,13 @@ class RecordingReview:
         """Settle the contradictions of the lesson that was made, learn from it, and run it over the readings."""
         if self._taught is None:
             raise SessionError("nothing was learned from these labels: learn first")
-        _, made, reactions = self._taught
-        lesson, settled, left = settle_lesson(made.lesson, self._labels.settlements, self.trust)
-        made = replace(made, lesson=lesson)
+        _, drive, reactions = self._taught
+        lesson, settled, left = settle_lesson(drive.lesson, self._labels.settlements, self.trust)
+        drive = replace(drive, lesson=lesson)
         taught = TrainedAutomaton(learn_automaton(lesson), lesson)
         names = tuple(each.name for each in self.segmentation.candidates)
         states = run_over_drive(
-            made.library.with_automaton(taught),
+            drive.library.with_automaton(taught),
             taught.automaton.name,
             self.segmentation.drive,
             names,
@@ -349,7 +352,7 @@ class RecordingReview:
         )
         agreement = measure_agreement(self.segmentation, states)
         splits = propose_splits(lesson)
-        self.learned = LearnedDrive(made, taught, states, agreement, splits, left, settled, reactions)
+        self.learned = LearnedDrive(drive, taught, states, agreement, splits, left, settled, reactions)
         self.saved = None
         return self.learned
 

@@ -122,8 +122,8 @@ class LessonScoreKeeper:
         for each in self.offers:
             if each.name == name:
                 return each
-        known = "; ".join(each.name for each in self.offers) or "none"
-        raise SessionError(f"this goal is not offered: {name!r:.80}; offered are: {known}")
+        names = "; ".join(each.name for each in self.offers) or "none"
+        raise SessionError(f"this goal is not offered: {name!r:.80}; offered are: {names}")
 
     def describe(self) -> str:
         """Return the score in words, or why there is none; empty before the first one."""
@@ -219,18 +219,18 @@ class LessonScoreKeeper:
         former = self._scored
         if former is not None and not is_comparable(former, taught):
             former = None
-        shown = find_compared_range(former, taught) if by_flag else None
-        worlds = NewWorlds(setup, seeds, shown)
+        shown_range = find_compared_range(former, taught) if by_flag else None
+        worlds = NewWorlds(setup, seeds, shown_range)
         before = None if former is None else self._run_worlds(former, worlds, bindings)
-        if before is not None and shown is not None:
-            worlds = replace(worlds, shown=shown.limit_near(before.raised))
+        if before is not None and shown_range is not None:
+            worlds = replace(worlds, shown=shown_range.limit_near(before.raised))
         after = self._run_worlds(taught, worlds, bindings)
-        if shown is None:
+        if shown_range is None:
             goal = f"{success} counts wherever it is raised" if by_flag else ""
             change = ScoreChange(before, after, goal, is_measured=not by_flag)
         else:
-            goal = f"{shown.feature} was {shown.describe()} where it was pressed"
-            is_present = shown.feature in lesson.automaton.features
+            goal = f"{shown_range.feature} was {shown_range.describe()} where it was pressed"
+            is_present = shown_range.feature in lesson.automaton.features
             change = ScoreChange(before, after, goal, is_goal_present=is_present)
         with self._lock:
             self._scored, self.problem = taught, ""
@@ -240,11 +240,11 @@ class LessonScoreKeeper:
     def list_bindings(self) -> list[Mapping[str, str]]:
         """List the targets that the parameters had at presses, in order; the present ones if there was none here."""
         session, parameters = self._session, set(self._session.automaton.parameters)
-        shown = dict.fromkeys(each.binding for each in session.examples if each.is_from_press)
+        bindings = dict.fromkeys(each.binding for each in session.examples if each.is_from_press)
         here = set(session.body.targets)
-        known: list[Mapping[str, str]]
-        known = [dict(each) for each in shown if set(each) == parameters and here >= set(each.values())]
-        return known or [dict(session.view().targets)]
+        usable: list[Mapping[str, str]]
+        usable = [dict(each) for each in bindings if set(each) == parameters and here >= set(each.values())]
+        return usable or [dict(session.view().targets)]
 
     def _run_worlds(
         self, taught: TrainedAutomaton, worlds: NewWorlds, bindings: Sequence[Mapping[str, str]]
@@ -267,11 +267,11 @@ def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomato
     flag = None if taught.lesson is None else find_success(taught.lesson)
     if taught.lesson is None or not isinstance(flag, str):
         return None
-    found = None
+    shown_range = None
     if former is not None and former.lesson is not None and flag in former.automaton.flags:
-        found = find_shown_range(former.lesson, flag, fewest=1, chance=COMPARED_CHANCE)
-    found = found or find_shown_range(taught.lesson, flag, chance=COMPARED_CHANCE)
-    return None if found is None else found.restrict_limits()
+        shown_range = find_shown_range(former.lesson, flag, fewest=1, chance=COMPARED_CHANCE)
+    shown_range = shown_range or find_shown_range(taught.lesson, flag, chance=COMPARED_CHANCE)
+    return None if shown_range is None else shown_range.restrict_limits()
 
 
 def is_comparable(former: TrainedAutomaton, taught: TrainedAutomaton) -> bool:
@@ -292,8 +292,8 @@ def is_success_same(first: Lesson, second: Lesson) -> bool:
         return False
     if not isinstance(success, str) or first.automaton.features == second.automaton.features:
         return True
-    shown = [find_shown_range(each, success) for each in (first, second)]
-    return len({each.feature for each in shown if each is not None}) < 2
+    ranges = [find_shown_range(each, success) for each in (first, second)]
+    return len({each.feature for each in ranges if each is not None}) < 2
 
 
 def has_presses_of(lesson: Lesson, scored: Lesson) -> bool:

@@ -40,9 +40,9 @@ def keep_status(
 
     @wraps(action)
     def act(speaker: S, /, *args: P.args, **named: P.kwargs) -> StatusMessage:
-        said = action(speaker, *args, **named)
-        speaker.status = said
-        return said
+        result = action(speaker, *args, **named)
+        speaker.status = result
+        return result
 
     return act
 

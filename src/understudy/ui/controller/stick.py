@@ -147,13 +147,13 @@ def _list_held(
     behaviors: Mapping[str, Behavior], others: set[str], on_stick: set[str]
 ) -> Iterator[HeldBehavior]:
     """Yield a behavior for each command of other channels, called as the behavior that leaves the stick alone."""
-    found: dict[tuple[tuple[str, float], ...], str] = {}
+    names: dict[tuple[tuple[str, float], ...], str] = {}
     moves = {name: bool(on_stick & set(each.command)) for name, each in behaviors.items()}
     for name in sorted(behaviors, key=lambda each: moves[each]):
         command = behaviors[name].command
         own = tuple((channel, float(command[channel])) for channel in sorted(others & set(command)))
         if own and behaviors[name].function is None:
-            found.setdefault(own, name)
-    for own, name in found.items():
+            names.setdefault(own, name)
+    for own, name in names.items():
         called = " ".join(f"{channel} {value:g}" for channel, value in own) if moves[name] else name
         yield HeldBehavior(called, dict(own))

@@ -164,21 +164,21 @@ class Trainer:
             pause_for_question(self, question)
             return
         before, session = self.session_view, self.session
-        known = len(session.examples)
+        count_before = len(session.examples)
         self.explainer.observe_next_tick()
         session.tick()
         self.session_view = after = session.view()
         robot = self.body.state.robots[session.agent]
         self.memory.append(float(robot["x"]), float(robot["y"]), after)
-        shown = [example for example in session.examples[known:] if example.is_from_press]
-        if shown:
-            tone: Tone = "correction" if shown[0].correction else "recorded"
-            self.status = StatusMessage(formatting.format_recorded_press(shown, self.features), tone)
+        presses = [example for example in session.examples[count_before:] if example.is_from_press]
+        if presses:
+            tone: Tone = "correction" if presses[0].correction else "recorded"
+            self.status = StatusMessage(formatting.format_recorded_press(presses, self.features), tone)
             self.score.note_change()
-        elif said := formatting.format_switch(self.name, before, after, driving=self.driving):
-            self.status = StatusMessage(said)
-        elif said := self.coach.describe_new_mark(marks):
-            self.status = StatusMessage(said, "correction")
+        elif sentence := formatting.format_switch(self.name, before, after, driving=self.driving):
+            self.status = StatusMessage(sentence)
+        elif sentence := self.coach.describe_new_mark(marks):
+            self.status = StatusMessage(sentence, "correction")
         if session.mode is Mode.LIVE and not self.driving:
             self.coach.quiet.note_tick(session.body.tick_s, flag=after.flag)
         if isinstance(self.body, BodyWorld) and self.body.is_over:
@@ -282,17 +282,17 @@ class Trainer:
                 )
             self.session.test()
             self.note(self.robot, step="test")
-            said = StatusMessage("Testing: the automaton decides. Press a state's key where it is wrong")
+            status = StatusMessage("Testing: the automaton decides. Press a state's key where it is wrong")
         elif self._options.live:
             self.session.teach()
             self.note(self.robot, step="teach")
-            said = StatusMessage("Teaching: it decides, and learns from every press")
+            status = StatusMessage("Teaching: it decides, and learns from every press")
         else:
             self.session.train()
             self.note(self.robot, step="train")
-            said = StatusMessage("Training: you decide")
+            status = StatusMessage("Training: you decide")
         self._look()
-        return said
+        return status
 
     @keep_status
     def restart(self) -> StatusMessage:
@@ -370,10 +370,10 @@ class Trainer:
     @keep_status
     def cycle_targets(self) -> StatusMessage:
         """Bind the parameters to the next targets."""
-        parameters, known = self.session.automaton.parameters, tuple(self.body.targets)
+        parameters, targets = self.session.automaton.parameters, tuple(self.body.targets)
         if not parameters:
             raise SessionError(f"{self.name} has no parameters")
-        ways = list(product(known, repeat=len(parameters)))
+        ways = list(product(targets, repeat=len(parameters)))
         now = tuple(self.session_view.targets[parameter] for parameter in parameters)
         way = ways[(ways.index(now) + 1) % len(ways)]
         return self.bind_targets(dict(zip(parameters, way, strict=True)))
@@ -470,16 +470,16 @@ class Trainer:
         others = list_library_changes(self.folder, library, taught.automaton, self._saved.lesson)
         changed = self.change_to_save
         path = self.save_unchecked(taught)
-        said = formatting.format_saved_message(path, worse, others, changed)
-        return StatusMessage(said, "error" if worse or others else "recorded")
+        sentence = formatting.format_saved_message(path, worse, others, changed)
+        return StatusMessage(sentence, "error" if worse or others else "recorded")
 
     def save_unchecked(self, taught: TrainedAutomaton) -> Path:
         """Save the automaton to the library and keep its former version, without checking its outcomes."""
         return self._saved.save(taught)
 
-    def _changed(self, said: str) -> StatusMessage:
+    def _changed(self, sentence: str) -> StatusMessage:
         self.note_lesson_change()
-        return StatusMessage(said)
+        return StatusMessage(sentence)
 
     def note_lesson_change(self) -> None:
         """Update the view and the score after a change of what is learned from."""

@@ -175,19 +175,19 @@ def _again(plan: TrainingPlan) -> SessionStart:
 
 def choose_targets(plan: TrainingPlan, lesson: Lesson, choices: LessonChoices) -> dict[str, str]:
     """Choose the target of each parameter: as given, else as taught last, else the first target."""
-    known = list(plan.library.kit.targets)
+    targets = list(plan.library.kit.targets)
     parameters = lesson.automaton.parameters
     for parameter, target in choices.targets.items():
         where = f"automaton {lesson.name!r}"
         if parameter not in parameters:
             raise UnknownName(what="parameter", name=parameter, where=where, known=parameters)
-        if target not in known:
-            raise UnknownName(what="target", name=target, where=f"the {plan.world.name} world", known=known)
+        if target not in targets:
+            raise UnknownName(what="target", name=target, where=f"the {plan.world.name} world", known=targets)
     last = lesson.examples[-1].binding if lesson.examples else Binding()
-    found = {}
+    chosen_targets = {}
     for parameter in parameters:
-        target = choices.targets.get(parameter, last.get(parameter, known[0] if known else ""))
-        if target not in known:
-            raise UnboundParameter(behavior=lesson.name, parameter=parameter, targets=known)
-        found[parameter] = target
-    return found
+        target = choices.targets.get(parameter, last.get(parameter, targets[0] if targets else ""))
+        if target not in targets:
+            raise UnboundParameter(behavior=lesson.name, parameter=parameter, targets=targets)
+        chosen_targets[parameter] = target
+    return chosen_targets

@@ -97,7 +97,7 @@ def find_connection_problem(
     origin = caller.headers.get("origin")
     if origin is not None and urlsplit(origin).netloc != host:
         return "a page of another site may not connect"
-    given = caller.query_params.get("token", "")
-    if token is not None and not compare_digest(given.encode(), token.encode()):
+    sent_token = caller.query_params.get("token", "")
+    if token is not None and not compare_digest(sent_token.encode(), token.encode()):
         return "the token is missing or wrong: open the link that the studio printed"
     return None

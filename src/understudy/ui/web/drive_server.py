@@ -54,7 +54,7 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     """Grows whenever the review changes."""
     ticks: int
     """The number of ticks, up to the last pause."""
-    ways: list[Arrow]
+    directions: list[Arrow]
     """The ways in which the stick commands anything."""
     held: list[str]
     """The names of the behaviors that are carried out while their buttons are held."""
@@ -205,7 +205,7 @@ class DriveServer:
         if page is None:
             return
         layout = live.layout
-        shown = DriveNewsData(
+        news = DriveNewsData(
             driving=live.driving,
             waiting=live.waiting,
             automatic=live.automatic,
@@ -213,12 +213,12 @@ class DriveServer:
             current=live.is_current,
             version=live.version,
             ticks=0 if live.driving else live.ticks,
-            ways=layout.list_ways(),
+            directions=layout.list_ways(),
             held=[each.name for each in layout.held],
             features=self._described,
             folder=self._folder,
             error=live.error,
         )
-        if shown != self._shown:
-            self._shown = shown
-            page.show(news=_encode(shown))
+        if news != self._shown:
+            self._shown = news
+            page.show(news=_encode(news))

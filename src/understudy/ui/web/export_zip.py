@@ -30,7 +30,7 @@ PATH = "/export.zip"
 MOST_ROBOT_FILE = 256 * 1024
 """The greatest size of an uploaded robot file, in bytes."""
 UPLOADED = "the robot's file"
-SAID = "X-Understudy-Said"
+MESSAGE_HEADER = "X-Understudy-Message"
 """The header with a sentence about the export, percent-encoded."""
 
 
@@ -60,14 +60,14 @@ def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
             library = host.library_view.library
             host.library_view.find_automaton(order.name)
             body = _describe_body(host, library, order)
-            content, said = await run_in_threadpool(zip_export, library, order, body)
+            content, sentence = await run_in_threadpool(zip_export, library, order, body)
         except Exception as error:
             return _refuse(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
         headers = {
             "Cache-Control": "no-store",
             "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
             "X-Content-Type-Options": "nosniff",
-            SAID: quote(said),
+            MESSAGE_HEADER: quote(sentence),
         }
         return Response(content, media_type="application/zip", headers=headers)
 
@@ -116,7 +116,7 @@ def zip_export(
 ) -> tuple[bytes, str]:
     """Export an automaton, and return a zip with one folder and a sentence about it."""
     stem = _find_stem(order)
-    made = BytesIO()
+    buffer = BytesIO()
     with TemporaryDirectory() as place:
         folder = Path(place) / stem
         result = export_automaton(
@@ -128,10 +128,10 @@ def zip_export(
             body=body,
             single_precision=order.single_precision,
         )
-        with ZipFile(made, "w", ZIP_DEFLATED) as archive:
+        with ZipFile(buffer, "w", ZIP_DEFLATED) as archive:
             for file in result.files:
                 archive.write(folder / file, f"{stem}/{file}")
-    return made.getvalue(), _describe_result(order, result)
+    return buffer.getvalue(), _describe_result(order, result)
 
 
 def _describe_result(order: ExportOrder, result: ExportResult) -> str:

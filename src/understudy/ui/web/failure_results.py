@@ -59,13 +59,13 @@ class FailuresData(Data, frozen=True, kw_only=True):
     problems: list[str]
     """A sentence about each that cannot be read."""
     running: bool
-    through: int
+    finished: int
     """The number of worlds that have been run again, while they are run."""
     stale: bool
     """True if the lesson changed after they were run."""
     open: str | None
     """The name of the failing world that is on the page."""
-    leads_to: str | None
+    previous_world: str | None
     """The name of the world that was on the page before the failing one."""
 
 
@@ -97,9 +97,9 @@ class RunningRerun:
     def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
         began_s = self._wall()
         try:
-            found = rerun_all(worlds, library, draft, progress=self._report)
+            results = rerun_all(worlds, library, draft, progress=self._report)
             self.seconds = self._wall() - began_s
-            self.result = found
+            self.result = results
         except CancelledError:
             pass
         except Exception as error:
@@ -144,10 +144,10 @@ class FailingWorldList:
 
     def find(self, name: str) -> FailingWorld:
         """Find a failing world by the name of its folder; UnknownName if it is not listed."""
-        found = {each.folder.name: each for each in self.found.worlds}
-        if name not in found:
-            raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(found))
-        return found[name]
+        worlds = {each.folder.name: each for each in self.found.worlds}
+        if name not in worlds:
+            raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(worlds))
+        return worlds[name]
 
     def note_opened(self, name: str, entered: Scenario, former: Scenario, seed: int) -> None:
         """Note that a failing world is entered, from a world of another scenario with this seed."""
@@ -230,10 +230,10 @@ class FailingWorldList:
         rows = []
         for each in self.found.worlds:
             name = each.folder.name
-            seen = results.get(name)
+            rerun = results.get(name)
             state: FailureStateName = "not run"
-            if seen is not None:
-                state = "unknown" if seen.problem else "fails" if seen.has_failed else "passes"
+            if rerun is not None:
+                state = "unknown" if rerun.problem else "fails" if rerun.has_failed else "passes"
             rows.append(
                 FailingWorldData(
                     name=name,
@@ -242,7 +242,7 @@ class FailingWorldList:
                     summary=each.summary,
                     sentences=list(each.facts.why),
                     state=state,
-                    problem="" if seen is None else seen.problem,
+                    problem="" if rerun is None else rerun.problem,
                 )
             )
         problems = list(self.found.problems)
@@ -253,8 +253,8 @@ class FailingWorldList:
             worlds=rows,
             problems=problems,
             running=running,
-            through=through,
+            finished=through,
             stale=stale,
             open=opened,
-            leads_to=self.before[0].name if self.before is not None and opened is not None else None,
+            previous_world=self.before[0].name if self.before is not None and opened is not None else None,
         )

@@ -31,9 +31,9 @@ class LessonIdentity:
             return ()
         lesson, _ = trainer.explainer.learn_lesson()
         if lesson is not self._lesson:
-            shown = (each for each in lesson.examples if each.is_from_press)
+            presses = (each for each in lesson.examples if each.is_from_press)
             self._lesson = lesson
-            self._key = (lesson.automaton, lesson.options, tuple(map(_identify_example, shown)))
+            self._key = (lesson.automaton, lesson.options, tuple(map(_identify_example, presses)))
         return self._key
 
 

@@ -43,12 +43,12 @@ _UNUSABLE = (BadZipFile, EOFError, NotImplementedError, OSError, RuntimeError, V
 
 def zip_library(folder: Path) -> bytes:
     """Return a zip of the documents of a library's folder, without former versions, journals and trash."""
-    made = BytesIO()
-    with convert_os_errors(folder, "packing the library"), ZipFile(made, "w", ZIP_DEFLATED) as archive:
+    buffer = BytesIO()
+    with convert_os_errors(folder, "packing the library"), ZipFile(buffer, "w", ZIP_DEFLATED) as archive:
         for path in list_documents(folder) if folder.exists() else ():
             if path.is_file():
                 archive.writestr(path.name, path.read_bytes())
-    return made.getvalue()
+    return buffer.getvalue()
 
 
 def unzip_library(data: bytes, kit: Kit) -> Library:
@@ -84,9 +84,9 @@ def _check_name(member: ZipInfo) -> None:
     name = member.filename
     plain = not any(character in "/\\:\0" for character in name)
     if not plain or not name.endswith(".json") or name.startswith(".") or not name.isprintable():
-        shown = f"{name[:100]!r} in the zip"
+        place = f"{name[:100]!r} in the zip"
         problem = "it is not the plain name of a document"
-        raise _wrong(shown, problem, "put documents into the zip, and no folders")
+        raise _wrong(place, problem, "put documents into the zip, and no folders")
 
 
 def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
@@ -103,22 +103,22 @@ def _read(archive: ZipFile, member: ZipInfo, most: int) -> bytes:
 
 
 def _joined(library: Library, file: str, content: bytes) -> Library:
-    shown = f"{file} in the zip"
-    lesson = parse_document(content, path=shown, checked=True)[0].lesson
+    place = f"{file} in the zip"
+    lesson = parse_document(content, path=place, checked=True)[0].lesson
     if lesson is not None:  # its columns are packed once more
         columns = 1 + len(lesson.record.readings)
         if 8 * lesson.record.moments * columns > MOST_UNPACKED:
-            raise _wrong(shown, f"its record is longer than {MOST_UNPACKED // 2**20} MB", "leave it out")
-    taught = decode_document(content, library.kit, path=shown, learn=learn, checked=True).taught
+            raise _wrong(place, f"its record is longer than {MOST_UNPACKED // 2**20} MB", "leave it out")
+    taught = decode_document(content, library.kit, path=place, learn=learn, checked=True).taught
     name = taught.automaton.name
     if file != f"{make_file_stem(name)}.json":
-        raise _wrong(shown, f"it contains automaton {name!r}", f"call it {make_file_stem(name)}.json")
+        raise _wrong(place, f"it contains automaton {name!r}", f"call it {make_file_stem(name)}.json")
     if name in library.taught:
-        raise _wrong(shown, "it occurs twice in the zip", "leave one of them out")
+        raise _wrong(place, "it occurs twice in the zip", "leave one of them out")
     try:
         return library.with_automaton(taught)
     except UnderstudyError as error:
-        raise _wrong(shown, str(error), "leave it out") from error
+        raise _wrong(place, str(error), "leave it out") from error
 
 
 def _wrong(where: str, problem: str, remedy: str) -> FileError:
@@ -162,12 +162,12 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
             content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
             return Response(content, media_type="application/zip", headers=HEADERS)
         except NameTaken as error:
-            return JSONResponse({"error": str(error), "taken": error.names}, status_code=409)
+            return JSONResponse({"error": str(error), "conflicts": error.names}, status_code=409)
         except Exception as error:
             return _error(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
 
     async def take(request: Request) -> Response:
-        taken = request.query_params.get("taken", "refuse")
+        taken = request.query_params.get("conflicts", "refuse")
         if taken not in get_args(Taken):
             return _error(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
         problem = not_directing(request)
@@ -184,9 +184,9 @@ def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection],
         problem = not_directing(request)  # it took a while
         if problem is not None:
             return _error(403, problem)
-        said = import_automata(studio.host, library, taken)
+        sentence = import_automata(studio.host, library, taken)
         studio.show()
-        return JSONResponse({"said": said})
+        return JSONResponse({"message": sentence})
 
     return Route(PATH, serve, methods=["GET", "POST"])
 
@@ -195,29 +195,29 @@ def _error(status: int, problem: str) -> Response:
     return JSONResponse({"error": problem}, status_code=status)
 
 
-def import_automata(host: SessionHost, given: Library, taken: str) -> str:
+def import_automata(host: SessionHost, imported: Library, taken: str) -> str:
     """Save all automata into the library, or none, and return a sentence about the result."""
     host.refresh_library()
     here = host.library_view
-    different = [name for name, taught in given.taught.items() if _taken(here, taught)]
+    different = [name for name, taught in imported.taught.items() if _taken(here, taught)]
     if different and taken == "refuse":
         raise NameTaken(different)
     trainer = host.trainer
     if trainer is not None and trainer.name in different and taken == "replace":
         raise SessionError(f"{trainer.name} is being trained: open another automaton before replacing it")
-    wanted = [name for name in given.taught if taken == "replace" or name not in different]
+    wanted = [name for name in imported.taught if taken == "replace" or name not in different]
     library = here.library
     for name in wanted:
-        library = library.with_automaton(given.taught[name])  # refuses one that would contain itself
+        library = library.with_automaton(imported.taught[name])  # refuses one that would contain itself
     new = [name for name in wanted if name not in here.library.taught]
     for name in wanted:
-        save_automaton(here.folder, given.taught[name])
+        save_automaton(here.folder, imported.taught[name])
     host.refresh_library()
     replaced = [name for name in different if name in wanted]
-    said = f"Imported {', '.join(new)}" if new else "The zip contains nothing new"
-    said += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
-    host.status = StatusMessage(said, "recorded")
-    return said
+    sentence = f"Imported {', '.join(new)}" if new else "The zip contains nothing new"
+    sentence += f"; replaced {', '.join(replaced)}, former versions are kept" if replaced else ""
+    host.status = StatusMessage(sentence, "recorded")
+    return sentence
 
 
 def _taken(library_view: LibraryView, taught: TrainedAutomaton) -> bool:

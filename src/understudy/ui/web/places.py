@@ -32,7 +32,7 @@ class PlacesData(Data, frozen=True, kw_only=True):
     worlds: list[str]
     library: str
     libraries: list[str]
-    saves: bool
+    can_save: bool
     """Whether the world can be saved as a scenario, and another be chosen."""
 
 
@@ -57,9 +57,9 @@ class Places:
         """Return a scenario of the list with its kit; UnknownName for any other."""
         if name == self._scenario.name:
             return self._scenario, self._kit
-        known = self.list_worlds()
-        if name not in known:
-            raise UnknownName(what="world", name=name, where="the studio", known=known)
+        names = self.list_worlds()
+        if name not in names:
+            raise UnknownName(what="world", name=name, where="the studio", known=names)
         path = self.scenarios / f"{name}{SUFFIX}"
         scenario = find_scenario(path if path.is_file() else name)
         return scenario, make_scenario_kit(scenario)
@@ -73,7 +73,7 @@ class Places:
         name = scenario.name
         if not NAME.fullmatch(name):
             raise SessionError(f"{name!r} cannot be the name of a world: use letters, digits, - and _")
-        if name.casefold() in {known.casefold() for known in self.list_worlds()}:
+        if name.casefold() in {each.casefold() for each in self.list_worlds()}:
             raise SessionError(f"there is a world {name} already: give another name")
         path = self.scenarios / f"{name}{SUFFIX}"
         with convert_os_errors(path, "saving the world"):
@@ -112,7 +112,7 @@ class Places:
             worlds=self.list_worlds() if saves else [world.name],
             library=library.absolute().name,
             libraries=self.list_libraries(library),
-            saves=saves,
+            can_save=saves,
         )
 
 

@@ -56,13 +56,13 @@ def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData)
 
 def _parse_seeds(path: Path | str, name: str, text: str) -> Any:
     try:
-        found = tomllib.loads(f"seeds = {text}")
+        table = tomllib.loads(f"seeds = {text}")
     except ValueError:
-        found = {}
-    if list(found) != ["seeds"]:
+        table = {}
+    if list(table) != ["seeds"]:
         remedy = "give their number, as 200, or a list, as [1, 4], or { first = 1000, count = 200 }"
         raise _wrong(path, name, "seeds", f"are {text!r:.60}" if text.strip() else "are missing", remedy)
-    return found["seeds"]
+    return table["seeds"]
 
 
 def _shorten(number: float) -> float:

@@ -49,7 +49,7 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
     rows: list[LibraryPropertyData]
     testing: str | None
     """The name of the property that is being tested."""
-    through: int
+    finished: int
     """The number of worlds of that test that have been run, of `total`."""
     total: int
 
@@ -127,8 +127,8 @@ class LibraryPropertyList:
                 self._subjects[name] = parse_property(self.path, name, table)
             except UnderstudyError as error:
                 self._subjects[name] = str(error)
-        kept = self._results.items()
-        self._results = {name: each for name, each in kept if each.tested == self._subjects.get(name)}
+        results = self._results.items()
+        self._results = {name: each for name, each in results if each.tested == self._subjects.get(name)}
 
     def begin_tests(self, name: str | None, library: LibrarySource, trainer: Trainer | None) -> int:
         """Begin to test one property, or all; return their number. Tests that have not ended are cancelled."""
@@ -164,14 +164,14 @@ class LibraryPropertyList:
 
     def take_rerun(self, results: Iterable[PropertyResult], trainer: Trainer | None, *, stale: bool) -> None:
         """Take over results of tests that were run elsewhere; with `stale`, before the lesson changed."""
-        found = list(results)
+        rerun = list(results)
         if not stale:
             if self._lesson.has_changed(trainer):
                 self._outdated |= set(self._results)
             self._lesson.note_run(trainer)
-        self._take(found)
+        self._take(rerun)
         if stale:
-            self._outdated |= {each.tested.name for each in found}
+            self._outdated |= {each.tested.name for each in rerun}
 
     def _take(self, results: Iterable[PropertyResult]) -> None:
         for each in results:
@@ -188,7 +188,7 @@ class LibraryPropertyList:
             problem=self._problem,
             rows=[self._describe(name, changed=changed) for name in self._subjects],
             testing=None if running is None else running.testing,
-            through=0 if running is None else running.through,
+            finished=0 if running is None else running.through,
             total=1 if running is None else running.total,
         )
 

@@ -108,8 +108,10 @@ class TypeScript:
     def _alias(self, alias: _Alias) -> None:
         if alias.name not in self._declared:
             self._declared.add(alias.name)
-            told = " ".join(filter(None, [alias.comment, _limits(alias.meaning)]))
-            self._parts.append(f"{_comment(told)}export type {alias.name} = {self._type(alias.meaning)};\n")
+            comment = " ".join(filter(None, [alias.comment, _limits(alias.meaning)]))
+            self._parts.append(
+                f"{_comment(comment)}export type {alias.name} = {self._type(alias.meaning)};\n"
+            )
 
     def _in_place(self, struct: type[Struct], without: str) -> str:
         lines = self._fields(struct, without={without}, sent=True)
@@ -123,17 +125,19 @@ class TypeScript:
 
         A sent request may omit fields with a default; the studio's messages omit only fields that are UNSET.
         """
-        found, comments = mi.type_info(struct), _field_comments(struct)
+        info, comments = mi.type_info(struct), _field_comments(struct)
         lines = []
-        if isinstance(found, mi.StructType) and found.tag is not None:
-            lines.append(f"{found.tag_field}: {json.dumps(found.tag)};\n")
-        for field in found.fields if isinstance(found, mi.StructType | mi.DataclassType) else ():
+        if isinstance(info, mi.StructType) and info.tag is not None:
+            lines.append(f"{info.tag_field}: {json.dumps(info.tag)};\n")
+        for field in info.fields if isinstance(info, mi.StructType | mi.DataclassType) else ():
             if field.name not in without:
                 named, limits = self._named(field.type), _limits(field.type)
-                told = " ".join(filter(None, [comments.get(field.name), None if named else limits]))
+                comment = " ".join(filter(None, [comments.get(field.name), None if named else limits]))
                 defaults = field.default is not NODEFAULT or field.default_factory is not NODEFAULT
                 optional = "" if field.required or (defaults and not sent) else "?"
-                lines.append(f"{_comment(told)}{field.encode_name}{optional}: {self.type_of(field.type)};\n")
+                lines.append(
+                    f"{_comment(comment)}{field.encode_name}{optional}: {self.type_of(field.type)};\n"
+                )
         return lines
 
     def type_of(self, kind: mi.Type) -> str:

@@ -15,7 +15,7 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.ui.controller.coach import CoachController
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.coach import AskWhenName
+from understudy.ui.web.messages.coach import QueryPolicyName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
@@ -67,8 +67,8 @@ class RewindBuffer:
         if examples is self._examples:
             return
         self._examples = examples
-        shown = self._shown
-        self._shown = {each: shown.get(each, now) for each in map(_which, examples)}
+        times = self._shown
+        self._shown = {each: times.get(each, now) for each in map(_which, examples)}
 
     def find_before_time(self, time_s: float) -> RewindPoint:
         """Return the last stored moment before a time (s), or the first one; SessionError if none is stored."""
@@ -79,11 +79,11 @@ class RewindBuffer:
 
     def find_before_example(self, number: int) -> RewindPoint | None:
         """Return the stored moment before an example was given; None if it is not stored or belongs to another run."""
-        shown = next((time for (each, _), time in self._shown.items() if each == number), None)
-        if shown is None:
+        time_s = next((time for (each, _), time in self._shown.items() if each == number), None)
+        if time_s is None:
             return None
-        frame = self.find_before_time(shown - EVERY_S)
-        return frame if frame.time_s <= shown else None
+        frame = self.find_before_time(time_s - EVERY_S)
+        return frame if frame.time_s <= time_s else None
 
     def clear(self, examples: Sequence[Example]) -> None:
         """Begin a new run; `examples` are those given before it."""
@@ -116,10 +116,10 @@ class UnsureMarkData(Data, frozen=True, kw_only=True):
     sentence: str
 
 
-class AskingData(Data, frozen=True, kw_only=True):
+class QueryStatusData(Data, frozen=True, kw_only=True):
     """The query policy, the question that waits, and the marked moments at which the automaton is still uncertain."""
 
-    when: AskWhenName
+    policy: QueryPolicyName
     question: QuestionData | None
     marks: list[UnsureMarkData]
 
@@ -162,16 +162,16 @@ class UncertainMoments:
             self._number += 1
             self._marks = (*self._marks, UncertainMoment(self._number, marked[-1], run))[-len(marked) :]
 
-    def data(self, coach: CoachController) -> AskingData:
+    def data(self, coach: CoachController) -> QueryStatusData:
         """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
-        asked = (
+        pending = (
             None
             if question is None
             else QuestionData(sentence=question.sentence, next=question.next, answers=list(question.answers))
         )
         marks = [mark.data for mark in self._still(coach.asking)]
-        return AskingData(when=coach.asking.when.value, question=asked, marks=marks)
+        return QueryStatusData(policy=coach.asking.when.value, question=pending, marks=marks)
 
     def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
         """Return the marked moments at which the present automaton would still be uncertain."""

@@ -55,7 +55,7 @@ class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
     version: str
     key: str
     """The key that gives control back to this page after a lost connection."""
-    directs: bool
+    has_control: bool
     exports: list[str]
     """The targets that automata can be exported to."""
     scene: SceneData
@@ -75,13 +75,13 @@ class TeamNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="team"):
     team: TeamData
 
 
-class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk"):
+class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="session"):
     """The state of the open session, the library, the run and the connected pages."""
 
     library: LibraryData
-    desk: SessionData | None
-    said: StatusMessage
-    said_number: int
+    session: SessionData | None
+    message: StatusMessage
+    message_number: int
     """Grows with every message, so that one that says the same as the last is known for a new one."""
     viewers: int
     paused: bool
@@ -97,11 +97,11 @@ class SessionNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="desk
     """The failing worlds; null where there can be none."""
     properties: LibraryPropertiesData | None
     """The properties of the library's file; null where the world is not simulated."""
-    directed: bool
+    is_controlled: bool
     """Whether any client has control."""
-    can_take: bool
+    can_take_control: bool
     """Whether a page that asks for control gets it."""
-    directs: bool
+    has_control: bool
     """Whether this page has control."""
 
 
@@ -173,20 +173,20 @@ class StudioServer:
         if former is not None and viewer is self.viewers.director:
             self.host.robots.disarm(LEFT_ROBOTS)  # it comes again since its connection was lost
         scene, library = self._see_rebuilt()
-        directs = viewer is self.viewers.director
-        if directs:
+        has_control = viewer is self.viewers.director
+        if has_control:
             self._resume_after(viewer)
         hello = HelloData(
             version=__version__,
             key=viewer.key,
-            directs=directs,
+            has_control=has_control,
             exports=[*TARGETS],
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )
         viewer.send_reply(_encode(hello))
-        shown = self._show_session(library)
-        viewer.show(news=_encode(_to(shown, directs=directs)), frame=self.host.frame())
+        news = self._show_session(library)
+        viewer.show(news=_encode(_to(news, has_control=has_control)), frame=self.host.frame())
         self._pictured = -1
         return viewer
 
@@ -354,11 +354,11 @@ class StudioServer:
         host, director = self.host, self.viewers.director
         if host.status is not self._said:
             self._said, self._said_number = host.status, self._said_number + 1
-        shown = SessionNewsData(
+        news = SessionNewsData(
             library=library,
-            desk=host.session_data(),
-            said=host.status,
-            said_number=self._said_number,
+            session=host.session_data(),
+            message=host.status,
+            message_number=self._said_number,
             viewers=len(self.viewers),
             paused=host.paused,
             speed="fastest" if host.speed == FASTEST else host.speed,
@@ -369,21 +369,21 @@ class StudioServer:
             places=self._places,
             failures=host.failures.data(host.scenario, host.trainer),
             properties=host.properties.data(host.trainer) if isinstance(host.world, World) else None,
-            directed=director is not None,
-            can_take=self.viewers.can_be_taken,
-            directs=False,
+            is_controlled=director is not None,
+            can_take_control=self.viewers.can_be_taken,
+            has_control=False,
         )
-        if shown != self._shown or director is not self._directed:
-            self._shown, self._directed = shown, director
-            watching = _encode(shown)
+        if news != self._shown or director is not self._directed:
+            self._shown, self._directed = news, director
+            watching = _encode(news)
             for viewer in self.viewers:
-                viewer.show(news=_encode(_to(shown, directs=True)) if viewer is director else watching)
-        return shown
+                viewer.show(news=_encode(_to(news, has_control=True)) if viewer is director else watching)
+        return news
 
 
-def _to(shown: SessionNewsData, *, directs: bool) -> SessionNewsData:
+def _to(news: SessionNewsData, *, has_control: bool) -> SessionNewsData:
     """Return a copy of the session news for a page that is in control, or is not."""
-    return msgspec.structs.replace(shown, directs=directs)
+    return msgspec.structs.replace(news, has_control=has_control)
 
 
 async def exchange_messages(

@@ -34,7 +34,7 @@ from understudy.ui.web.places import Places
 from understudy.ui.web.property_list import LibraryPropertyList
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
-from understudy.ui.web.views.library import CutOffData, LibraryData
+from understudy.ui.web.views.library import InterruptedSessionData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (
     BehaviorCallData,
@@ -51,8 +51,8 @@ _LONG = re.compile(r"-?\d+\.\d{3,}")
 
 def _as_on_the_page(text: str) -> str:
     """Return a world's message with robots counted from 1 and long numbers rounded to two decimals."""
-    text = _ROBOT.sub(lambda found: f"robot {int(found[1]) + 1}", text)
-    return _LONG.sub(lambda found: f"{float(found[0]):.2f}", text)
+    text = _ROBOT.sub(lambda match: f"robot {int(match[1]) + 1}", text)
+    return _LONG.sub(lambda match: f"{float(match[0]):.2f}", text)
 
 
 class SessionHost:
@@ -131,11 +131,11 @@ class SessionHost:
         return self._status if self.trainer is None else self.trainer.status
 
     @status.setter
-    def status(self, said: StatusMessage) -> None:
+    def status(self, message: StatusMessage) -> None:
         if self.trainer is None:
-            self._status = said
+            self._status = message
         else:
-            self.trainer.status = said
+            self.trainer.status = message
 
     @property
     def other_behavior(self) -> BehaviorCallData | None:
@@ -172,7 +172,7 @@ class SessionHost:
     def library(self) -> LibraryData:
         """Return the library folder as it was last read, with the interrupted sessions."""
         left = [
-            CutOffData(name=name, examples=each.examples, began=each.began.isoformat())
+            InterruptedSessionData(name=name, examples=each.examples, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
         return self.library_view.data(left)
@@ -309,11 +309,11 @@ class SessionHost:
             if isinstance(self.world, DigitalTwin):
                 raise SessionError(f"a world of real robots cannot be reset: {CARRY}")
             self.world.reset([seed])
-            said = StatusMessage(f"World {seed}, from the start")
+            status = StatusMessage(f"World {seed}, from the start")
         else:
-            said = self.trainer.load_world(seed)
+            status = self.trainer.load_world(seed)
         self.clear_rewind()
-        return said
+        return status
 
     def _begin_rewind(self) -> None:
         self.rewind_buffer.clear(() if self.trainer is None else self.trainer.session.examples)
@@ -372,20 +372,20 @@ class SessionHost:
 
     # Opening and closing
 
-    def replace_session(self, opened: OpenSession, said: str) -> None:
+    def replace_session(self, opened: OpenSession, sentence: str) -> None:
         """Open a session in place of the present one, whose journal is finished."""
-        asked = None if self.trainer is None else self.trainer.coach.chosen_policy
+        policy = None if self.trainer is None else self.trainer.coach.chosen_policy
         self._leave()
         self._idling.pause(True)
         self.open_session, trainer = opened, opened.trainer
         self._picture, self.agent = SessionViewBuilder(trainer), trainer.robot
         self.unsure = UncertainMoments()
-        if asked is not None:
-            trainer.coach.choose_query_policy(asked)
+        if policy is not None:
+            trainer.coach.choose_query_policy(policy)
         self.began_with = len(trainer.session.examples)
         trainer.set_speed(self._speed)
         trainer.suspend(False)
-        trainer.status = StatusMessage(said)
+        trainer.status = StatusMessage(sentence)
         self._begin_rewind()
         self.refresh_interrupted()
         self.note_world_change()
@@ -458,11 +458,11 @@ class SessionHost:
     def refresh_interrupted(self) -> None:
         """Read the journals of interrupted sessions again, which may take a moment."""
         world = self.world.scenario.name
-        found = interrupted_sessions.list_interrupted_sessions(
+        sessions = interrupted_sessions.list_interrupted_sessions(
             self.library_view.folder, world, self.library_view.library
         )
         here = (
             None if self.open_session is None else self.open_session.journal
         )  # where journals cannot be locked
-        self.cut_off = {name: each for name, each in found.items() if each.path != here}
+        self.cut_off = {name: each for name, each in sessions.items() if each.path != here}
         self.scene_version += 1

@@ -28,7 +28,7 @@ class UnseenWorldsEvaluation:
         self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
     ) -> None:
         self.data = EvaluationData(
-            called=called, edition=edition, worlds=worlds, through=0, result=None, problem=""
+            behavior=called, edition=edition, worlds=worlds, finished=0, result=None, problem=""
         )
         self._cancelled, self._untold = False, True
         Thread(target=self._run, args=(evaluate,), daemon=True).start()
@@ -53,7 +53,7 @@ class UnseenWorldsEvaluation:
         worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
         raised = f" ({data.result.raised})" if data.result.raised else ""
         return StatusMessage(
-            f"{data.called} succeeded in {data.result.succeeded} of {worlds}{raised}",
+            f"{data.behavior} succeeded in {data.result.succeeded} of {worlds}{raised}",
             "error" if data.result.leaves_shown else "",
         )
 
@@ -65,9 +65,9 @@ class UnseenWorldsEvaluation:
         except Exception as error:
             self.data = structs.replace(self.data, problem=describe_error(error))
 
-    def _report(self, through: int, _: int) -> None:
+    def _report(self, finished: int, _: int) -> None:
         if self._cancelled:
             raise CancelledError
-        if through != self.data.through:
-            self.data = structs.replace(self.data, through=through)
+        if finished != self.data.finished:
+            self.data = structs.replace(self.data, finished=finished)
         sleep(YIELD_S)

@@ -36,10 +36,10 @@ def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
             _, camera = _eye(host, request.path_params["robot"])
         except (SessionError, SettingError) as error:
             return PlainTextResponse(str(error), status_code=404)
-        found = await run_in_threadpool(camera.encode_annotated_image)
-        if found is None:
+        image = await run_in_threadpool(camera.encode_annotated_image)
+        if image is None:
             return Response(status_code=204)
-        number, jpeg = found
+        number, jpeg = image
         return Response(
             jpeg, media_type="image/jpeg", headers={NUMBER: str(number), "Cache-Control": "no-store"}
         )

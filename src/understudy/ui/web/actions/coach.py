@@ -24,7 +24,7 @@ PATIENCE_S = 0.05
 """How long to wait for the advice (s) before the page is told to ask again."""
 
 
-class PressSaysData(Data, frozen=True, kw_only=True):
+class SlipData(Data, frozen=True, kw_only=True):
     """The state and the next state of a press."""
 
     state: str
@@ -41,9 +41,9 @@ class AdviceData(Data, frozen=True, kw_only=True):
     weight: float
     """The importance from 0 to 1; advice above 0.5 is clearly worth following."""
     examples: list[int]
-    says: PressSaysData | None
+    slip: SlipData | None
     """The press that is probably a slip; null for other advice."""
-    place: bool
+    can_set_up: bool
     """Whether the situation can be set up."""
 
 
@@ -59,11 +59,11 @@ class FindingData(Data, frozen=True, kw_only=True):
     """What is assumed, in one sentence each; the finding is certain if empty."""
     examples: list[int]
     """The numbers of the examples behind it."""
-    place: bool
+    can_set_up: bool
     """Whether the situation can be set up."""
 
 
-class LateData(Data, frozen=True, kw_only=True):
+class ReactionEstimateData(Data, frozen=True, kw_only=True):
     """The estimated reaction time of the demonstrator (s), with the evidence for it."""
 
     reaction_s: float
@@ -77,7 +77,7 @@ class AdviceReply(Data, frozen=True, kw_only=True):
     advice: list[AdviceData] | UnsetType = UNSET
     findings: list[FindingData] | UnsetType = UNSET
     """What the static check found, the most severe first."""
-    late: LateData | UnsetType | None = UNSET
+    reaction: ReactionEstimateData | UnsetType | None = UNSET
 
 
 class SituationReply(Data, frozen=True, kw_only=True):
@@ -90,13 +90,13 @@ class SituationReply(Data, frozen=True, kw_only=True):
 def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
     """Return advice, what the check found, and the estimated reaction time; or `later` if this takes longer."""
     trainer = host.active_trainer
-    said = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
-    if said is None:
+    report = trainer.coach.compute_report(host.executor, patience_s=PATIENCE_S)
+    if report is None:
         return AdviceReply(later=True)
     return AdviceReply(
-        advice=[_advice(trainer, each) for each in said.advice],
-        findings=[_finding(trainer, each) for each in said.findings],
-        late=_late(said),
+        advice=[_advice(trainer, each) for each in report.advice],
+        findings=[_finding(trainer, each) for each in report.findings],
+        reaction=_late(report),
     )
 
 
@@ -107,8 +107,8 @@ def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
         evidence=advice.evidence,
         weight=round(advice.weight, 3),
         examples=list(advice.examples),
-        says=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
-        place=advice.region is not None and isinstance(trainer.session.body, Placeable),
+        slip=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
+        can_set_up=advice.region is not None and isinstance(trainer.session.body, Placeable),
     )
 
 
@@ -120,17 +120,17 @@ def _finding(trainer: Trainer, finding: Finding) -> FindingData:
         remedy=finding.remedy,
         assumptions=list(finding.assumptions),
         examples=list(finding.examples),
-        place=situation is not None and isinstance(trainer.session.body, Placeable),
+        can_set_up=situation is not None and isinstance(trainer.session.body, Placeable),
     )
 
 
-def _says(trainer: Trainer, advice: Advice) -> PressSaysData:
+def _says(trainer: Trainer, advice: Advice) -> SlipData:
     example = next(each for each in trainer.session.examples if each.number == advice.examples[0])
-    return PressSaysData(state=example.state, next=example.next)
+    return SlipData(state=example.state, next=example.next)
 
 
-def _late(said: AdviceReport) -> LateData | None:
-    late, reaction_s, now = said.late, said.new_reaction_s, said.lesson.options.reaction_s
+def _late(report: AdviceReport) -> ReactionEstimateData | None:
+    late, reaction_s, now = report.late, report.new_reaction_s, report.lesson.options.reaction_s
     if late is None or reaction_s is None:
         return None
     but = f", not {now:g} s" if now else ""
@@ -139,18 +139,18 @@ def _late(said: AdviceReport) -> LateData | None:
         if reaction_s
         else "Your presses seem to be on time."
     )
-    return LateData(reaction_s=reaction_s, sentence=f"{seems} {late.evidence}")
+    return ReactionEstimateData(reaction_s=reaction_s, sentence=f"{seems} {late.evidence}")
 
 
 def handle_set_up_situation(host: SessionHost, message: m.SetUpSituation) -> SituationReply:
     """Put the robot into the situation that a piece of advice or a finding is about, and pause there."""
     trainer = host.active_trainer
-    said = trainer.coach.last_report
-    given = list[SituationSpec]()
-    if said is not None and said.lesson.automaton is trainer.session.automaton:
-        found = (locate_finding(each, said.lesson) for each in said.findings)
-        given = [*said.advice, *(each for each in found if each is not None)]
-    wanted = next((each for each in given if each.sentence == message.sentence), None)
+    report = trainer.coach.last_report
+    situations = list[SituationSpec]()
+    if report is not None and report.lesson.automaton is trainer.session.automaton:
+        places = (locate_finding(each, report.lesson) for each in report.findings)
+        situations = [*report.advice, *(each for each in places if each is not None)]
+    wanted = next((each for each in situations if each.sentence == message.sentence), None)
     if wanted is None:
         raise SessionError("this suggestion is out of date: the lesson has changed since")
     staged = coach.set_up_advised_situation(trainer, wanted)
@@ -168,7 +168,7 @@ def handle_go_to_next_situation(host: SessionHost, _: m.GoToNextSituation) -> No
 
 def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
     """Set what the automaton does in testing where it is uncertain."""
-    coach.change_query_policy(host.active_trainer, QueryPolicy(message.when))
+    coach.change_query_policy(host.active_trainer, QueryPolicy(message.policy))
 
 
 def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:

@@ -33,7 +33,7 @@ def handle_open_failure(host: SessionHost, message: OpenFailure) -> None:
     host.enter(world, host.folder, host.places.find_kit(world.scenario))
     if opening.moment.sort is not None:
         host.select_agents(opening.moment.sort, opening.moment.agent)
-    host.replace_session(opened, opening.said)
+    host.replace_session(opened, opening.sentence)
 
 
 def handle_leave_failure(host: SessionHost, _: LeaveFailure) -> StatusMessage:
@@ -47,7 +47,7 @@ def handle_leave_failure(host: SessionHost, _: LeaveFailure) -> StatusMessage:
     if sort is not None and sort not in groups.squads:  # that world has no such coordinators
         refuse_unsaved(host, discard=False)
         trainer = sort = None
-    said = f"World {scenario.name}, from the start"
+    sentence = f"World {scenario.name}, from the start"
     opened, agent = None, 0
     if trainer is not None:
         library, body = host.library_view.library, groups.body(world, sort)
@@ -59,9 +59,9 @@ def handle_leave_failure(host: SessionHost, _: LeaveFailure) -> StatusMessage:
     if sort is not None:
         host.select_agents(sort, agent)
     if opened is not None:
-        host.replace_session(opened, said)
-        host.pause(True, said)
-    return StatusMessage(said)
+        host.replace_session(opened, sentence)
+        host.pause(True, sentence)
+    return StatusMessage(sentence)
 
 
 def handle_rerun_failures(host: SessionHost, _: RerunFailures) -> StatusMessage | None:

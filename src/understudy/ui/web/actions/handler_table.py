@@ -31,12 +31,12 @@ def find_handlers(*modules: ModuleType) -> Mapping[type[Message], Handler]:
 
     A handler is a public function with two annotated parameters: the host and a message.
     """
-    found: dict[type[Message], Handler] = {}
+    handlers: dict[type[Message], Handler] = {}
     for function, (_, message, _) in _annotated(modules):
-        if message in found:
+        if message in handlers:
             raise TypeError(f"two functions handle {message.__name__}: the second is {function.__qualname__}")
-        found[message] = function
-    return MappingProxyType(found)
+        handlers[message] = function
+    return MappingProxyType(handlers)
 
 
 def list_reply_types(*modules: ModuleType) -> list[type[Data]]:

@@ -38,7 +38,7 @@ from understudy.ui.web.views.session import ChangeSummaryData, describe_change
 class NotSavedReply(Data, frozen=True, kw_only=True):
     """Why the automaton was not saved: what worked and no longer does, and what it decides otherwise."""
 
-    worse: list[str]
+    regressions: list[str]
     changed: ChangeSummaryData | None
     """What changed since it was last saved, apart from what presses since then say."""
 
@@ -57,16 +57,16 @@ def save_current_automaton(host: SessionHost, message: SaveAutomaton) -> NotSave
         if worse or changed is not None:
             why = "something that worked no longer does" if worse else str(changed)
             trainer.status = StatusMessage(f"{trainer.name} is not saved yet: {why}")
-            return NotSavedReply(worse=list(worse), changed=describe_change(changed))
+            return NotSavedReply(regressions=list(worse), changed=describe_change(changed))
         trainer.save_unchecked(trainer.session.make_trained_automaton())
-        said = StatusMessage(f"{trainer.name} is saved", "recorded")
+        status = StatusMessage(f"{trainer.name} is saved", "recorded")
     else:
         host.refresh_library()
         host.library_view.refuse_new(name, remedy="give another name")
         library.save_copy(host.library_view, trainer.session.make_trained_automaton(), name)
-        said = StatusMessage(f"A copy of {trainer.name} is saved as {name}", "recorded")
+        status = StatusMessage(f"A copy of {trainer.name} is saved as {name}", "recorded")
     host.refresh_library()
-    return said
+    return status
 
 
 def trash_behavior(host: SessionHost, message: TrashBehavior) -> StatusMessage:
@@ -98,8 +98,8 @@ def discard_session(host: SessionHost, message: DiscardSession) -> StatusMessage
     name = message.name
     host.refresh_interrupted()
     if name not in host.cut_off:
-        where, known = "the interrupted lessons", list(host.cut_off)
-        raise UnknownName(what="automaton", name=name, where=where, known=known)
+        where, names = "the interrupted lessons", list(host.cut_off)
+        raise UnknownName(what="automaton", name=name, where=where, known=names)
     host.discarded[name] = interrupted_sessions.finish_journal(
         host.cut_off[name].path, host.library_view.folder, name
     )
@@ -111,8 +111,8 @@ def recall_session(host: SessionHost, message: RecallSession) -> StatusMessage:
     """Make a session that was discarded since the start of the studio available again."""
     name = message.name
     if name not in host.discarded:
-        where, known = "the discarded lessons", list(host.discarded)
-        raise UnknownName(what="automaton", name=name, where=where, known=known)
+        where, names = "the discarded lessons", list(host.discarded)
+        raise UnknownName(what="automaton", name=name, where=where, known=names)
     interrupted_sessions.reopen_journal(host.discarded[name])
     del host.discarded[name]
     host.refresh_interrupted()
@@ -161,11 +161,11 @@ class ChangesReply(Data, frozen=True, kw_only=True):
 def handle_list_versions(host: SessionHost, message: ListVersions) -> VersionsReply:
     """Return the former versions, latest first, and when each was saved."""
     host.library_view.find_automaton(message.name)
-    found = reversed(list_versions(host.library_view.folder, message.name))
+    versions = reversed(list_versions(host.library_view.folder, message.name))
     return VersionsReply(
         versions=[
             VersionData(number=each.number, saved=each.saved.isoformat() if each.saved else None)
-            for each in found
+            for each in versions
         ]
     )
 
@@ -178,11 +178,11 @@ def handle_diff_versions(host: SessionHost, message: DiffVersions) -> ChangesRep
     name, to = message.name, message.to
     before = _version(host, name, message.version)
     after = host.library_view.find_automaton(name) if to is None else _version(host, name, to)
-    found, switches = diff_automata(before, after), attribute_condition_changes(before, after)
+    differences, switches = diff_automata(before, after), attribute_condition_changes(before, after)
     if switches:
-        found.pop("conditions", None)  # they say which, and why
+        differences.pop("conditions", None)  # they say which, and why
     return ChangesReply(
-        changes=[ChangeData(topic=topic, lines=lines) for topic, lines in found.items()],
+        changes=[ChangeData(topic=topic, lines=lines) for topic, lines in differences.items()],
         moved=[_moved(each) for each in switches],
     )
 
@@ -208,8 +208,8 @@ def revert_version(host: SessionHost, message: RevertVersion) -> StatusMessage |
         host.library_view, _version(host, name, number), name
     )  # it may have had another name
     save_automaton(host.library_view.folder, taught)
-    said = f"Restored version {number} of {name}; the version until now is kept, too"
-    return session.reload_automaton(host, name, said, here=here)
+    sentence = f"Restored version {number} of {name}; the version until now is kept, too"
+    return session.reload_automaton(host, name, sentence, here=here)
 
 
 def _version(host: SessionHost, name: str, number: int) -> TrainedAutomaton:

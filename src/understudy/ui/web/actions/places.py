@@ -35,7 +35,7 @@ def handle_open_library(host: SessionHost, message: m.OpenLibrary) -> StatusMess
     return _enter(host, host.scenario, folder, host.first_kit, f"Library {message.name}")
 
 
-def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, said: str) -> StatusMessage:
+def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, sentence: str) -> StatusMessage:
     """Enter a world with a library, and open there what was trained; refused, nothing has changed."""
     trained = None if host.trainer is None else host.trainer.name
     world = World(scenario, [host.seed])  # what cannot be entered is told before anything is left
@@ -43,18 +43,20 @@ def _enter(host: SessionHost, scenario: Scenario, folder: Path, kit: Kit, said: 
     if trained is not None and trained in host.library_view.library.taught:
         with suppress(UnderstudyError):  # it may need what this world does not have
             open_automaton(host, trained, discard=True)
-            return StatusMessage(f"{said}: {trained} is opened here")
-    return StatusMessage(f"{said}: teach something new, or open an automaton of the library")
+            return StatusMessage(f"{sentence}: {trained} is opened here")
+    return StatusMessage(f"{sentence}: teach something new, or open an automaton of the library")
 
 
 def handle_save_world(host: SessionHost, message: m.SaveWorld) -> StatusMessage:
     """Save the world as it stands as a scenario, which is offered from then on."""
     refuse_fixed(host)
     about = f"Saved in the studio: {host.scenario.name}, world {host.seed}, as it stood then."
-    made = make_scenario_snapshot(host.scenario, host.world.view(), name=message.name, about=about)
-    path = host.places.save_world(made)
+    snapshot = make_scenario_snapshot(host.scenario, host.world.view(), name=message.name, about=about)
+    path = host.places.save_world(snapshot)
     host.scene_version += 1
-    return StatusMessage(f"The world is saved as {made.name}, in {path.parent.name}/{path.name}", "recorded")
+    return StatusMessage(
+        f"The world is saved as {snapshot.name}, in {path.parent.name}/{path.name}", "recorded"
+    )
 
 
 def refuse_fixed(host: SessionHost) -> None:

@@ -144,10 +144,10 @@ def handle_list_property_choices(host: SessionHost, message: ListPropertyChoices
             behaviors = _list_behaviors(where)
             library, flags = _find_behavior(where, message.behavior)
             bindable = list(library.kit.targets)
-            shown = World(where.scenario, [0])
+            sample = World(where.scenario, [0])
             conditions = [
                 ConditionChoiceData(heading=each.heading, text=each.text)
-                for each in list_condition_examples(shown, library, flags, message.behavior.split("/")[-1])
+                for each in list_condition_examples(sample, library, flags, message.behavior.split("/")[-1])
             ]
         except UnderstudyError:
             pass  # saving says why

@@ -65,8 +65,8 @@ def open_automaton(host: SessionHost, name: str, *, discard: bool) -> None:
     if name in host.library_view.problems:
         raise SessionError(host.library_view.problems[name])
     if name not in host.library_view.library.taught:
-        known = [*host.library_view.library.taught, *host.cut_off]
-        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+        names = [*host.library_view.library.taught, *host.cut_off]
+        raise UnknownName(what="automaton", name=name, where="the library", known=names)
     start = make_session_start(plan := _plan(host, name))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: its lesson has no states or features")
@@ -142,16 +142,16 @@ def is_saved_in_training(host: SessionHost, name: str) -> bool:
     return True
 
 
-def reload_automaton(host: SessionHost, name: str, said: str, *, here: bool) -> StatusMessage | None:
+def reload_automaton(host: SessionHost, name: str, sentence: str, *, here: bool) -> StatusMessage | None:
     """Read the library again after a change; reopen the automaton if it is the one in training (`here`)."""
     host.refresh_library()
     if not here:
-        return StatusMessage(said, "recorded")
-    _reopen(host, name, said)
+        return StatusMessage(sentence, "recorded")
+    _reopen(host, name, sentence)
     return None
 
 
-def _reopen(host: SessionHost, name: str, said: str) -> None:
+def _reopen(host: SessionHost, name: str, sentence: str) -> None:
     """Reopen the automaton in training as it is in the library, possibly under another name."""
     trainer, paused = host.active_trainer, host.paused
     lesson = host.library_view.find_automaton(name).lesson
@@ -162,8 +162,8 @@ def _reopen(host: SessionHost, name: str, said: str) -> None:
     start = make_session_start(plan := _plan(host, name, choices))
     if start is None:  # pragma: no cover - what the library has is settled
         raise SessionError(f"{name} cannot be opened: its lesson has no states or features")
-    host.replace_session(begin_session(plan, start, host.wall, body=host.body, agent=trainer.robot), said)
-    host.pause(paused, said)
+    host.replace_session(begin_session(plan, start, host.wall, body=host.body, agent=trainer.robot), sentence)
+    host.pause(paused, sentence)
 
 
 def _plan(host: SessionHost, name: str, choices: LessonChoices | None = None) -> TrainingPlan:
@@ -196,10 +196,10 @@ def set_other_agents(host: SessionHost, message: SetOtherAgents) -> StatusMessag
     if set(wanted) != set(targets):
         problem = f"need targets for {', '.join(wanted)}" if wanted else "need no targets"
         raise SettingError(where="the studio", setting="others", problem=problem, remedy="give exactly these")
-    known = list(host.world.targets)
+    world_targets = list(host.world.targets)
     for target in targets.values():
-        if target not in known:
-            raise UnknownName(what="target", name=target, where="the world", known=known)
+        if target not in world_targets:
+            raise UnknownName(what="target", name=target, where="the world", known=world_targets)
     before = host.other_behavior
     try:
         trainer.session.set_other_agents(behavior, targets, library=library)
@@ -231,7 +231,7 @@ def go_to_example(host: SessionHost, number: int) -> None:
 
 def _before(journal: Path, number: int) -> SnapshotTaken | None:
     """Return the last snapshot before the press that gave an example; None if there is none."""
-    snapshot = found = None
+    snapshot = moment = None
     before: dict[int, SnapshotTaken | None] = {}
     for entry in read_journal(journal):
         match entry:
@@ -242,8 +242,8 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
             case LessonChanged() if entry.press is not None and any(
                 each.number == number for each in entry.changed
             ):
-                found = before.get(entry.press)
-    return found
+                moment = before.get(entry.press)
+    return moment
 
 
 def handle_press(host: SessionHost, message: m.PressState) -> None:
@@ -321,9 +321,9 @@ def handle_new(host: SessionHost, message: m.NewAutomaton) -> None:
 
 def _choices(message: m.NewAutomaton | m.ChangeDesign) -> LessonChoices:
     """Return the lesson choices that a message contains."""
-    said = structs.asdict(message)
+    values = structs.asdict(message)
     return LessonChoices(
-        **{each.name: said[each.name] for each in fields(LessonChoices) if each.name in said}
+        **{each.name: values[each.name] for each in fields(LessonChoices) if each.name in values}
     )
 
 
@@ -335,9 +335,9 @@ def handle_keep_going(host: SessionHost, _: m.KeepGoing) -> SlowAction:
     def finish() -> StatusMessage:
         if host.trainer is not trainer:
             return StatusMessage(f"{trainer.name} was tested, but is not in training any more")
-        said = trainer.continuation.finish(results[0])
+        status = trainer.continuation.finish(results[0])
         host.clear_rewind()
-        return said
+        return status
 
     return SlowAction(
         StatusMessage(f"Testing {trainer.name} in new worlds…"), lambda: results.append(test()), finish

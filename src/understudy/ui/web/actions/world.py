@@ -77,7 +77,7 @@ def handle_arm_robot(host: SessionHost, message: m.ArmRobot) -> SlowAction:
     return _arm(host, host.robots.order_arming(message.name), f"{message.name} is armed")
 
 
-def _arm(host: SessionHost, order: ArmingOrder, said: str) -> SlowAction:
+def _arm(host: SessionHost, order: ArmingOrder, sentence: str) -> SlowAction:
     """Return the action that carries out an order to arm robots, at whose end `said` is said."""
 
     def finish() -> StatusMessage:
@@ -85,7 +85,7 @@ def _arm(host: SessionHost, order: ArmingOrder, said: str) -> SlowAction:
         if host.trainer is not None:
             host.trainer.session.refresh_percept()  # what it read before is old by now
         host.frame_version += 1
-        return StatusMessage(said)
+        return StatusMessage(sentence)
 
     return SlowAction(StatusMessage("Arming…"), order.carry_out, finish)
 

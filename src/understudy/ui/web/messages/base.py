@@ -54,10 +54,10 @@ _KEYS = {"targets": "a parameter", "values": "a feature", "renamed": "a state"}
 
 def describe_schema_error(problem: str) -> str | None:
     """Return a schema error as a sentence; None if it is not about a value that a person typed."""
-    found = _FOUND.fullmatch(problem)
-    if found is None:
+    matched = _FOUND.fullmatch(problem)
+    if matched is None:
         return None
-    expected, key, field, index = found.groups()
+    expected, key, field, index = matched.groups()
     for pattern, sentence in _SENTENCES:
         if match := re.fullmatch(f"Expected (?:{pattern})", expected):
             return sentence.format(*match.groups(), what=_what(field, index, key=key is not None))

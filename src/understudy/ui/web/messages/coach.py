@@ -11,11 +11,11 @@ from understudy.ui.web.messages.base import Call, Index, Message
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 
 
-AskWhenName: TypeAlias = Literal["never", "pause", "mark"]
+QueryPolicyName: TypeAlias = Literal["never", "pause", "mark"]
 """What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment."""
 
 
-class RequestAdvice(Message, frozen=True, kw_only=True, tag="advise"):
+class RequestAdvice(Message, frozen=True, kw_only=True, tag="request_advice"):
     """List what the lesson lacks, and estimate how late presses come."""
 
     by_anyone: ClassVar[bool] = True
@@ -31,10 +31,10 @@ class GoToNextSituation(Message, frozen=True, kw_only=True, tag="next_situation"
     """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
 
 
-class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="ask_when"):
+class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="set_query_policy"):
     """Set what the robot does in testing where it is uncertain."""
 
-    when: AskWhenName
+    policy: QueryPolicyName
 
 
 class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
@@ -43,20 +43,20 @@ class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
     number: Index
 
 
-class SetReactionTime(Message, frozen=True, kw_only=True, tag="use_reaction"):
+class SetReactionTime(Message, frozen=True, kw_only=True, tag="set_reaction_time"):
     """Set the reaction time of the demonstrator, s."""
 
     reaction_s: float
 
 
-class CorrectSlip(Message, frozen=True, kw_only=True, tag="mend"):
+class CorrectSlip(Message, frozen=True, kw_only=True, tag="correct_slip"):
     """Correct the press of an example: the demonstrator hit the wrong button."""
 
     number: Index
     next: Call
 
 
-class ConfirmPress(Message, frozen=True, kw_only=True, tag="stand_by"):
+class ConfirmPress(Message, frozen=True, kw_only=True, tag="confirm_press"):
     """Confirm that the press of an example was intended."""
 
     number: Index

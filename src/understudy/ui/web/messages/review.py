@@ -20,23 +20,23 @@ class RequestExplanation(Message, frozen=True, kw_only=True, tag="why"):
     by_anyone: ClassVar[bool] = True
 
 
-class AddProperty(Message, frozen=True, kw_only=True, tag="promise"):
+class AddProperty(Message, frozen=True, kw_only=True, tag="add_property"):
     """Add the property that the automaton raises a flag in time, from the present moment on."""
 
     flag: NameField
     within_s: Seconds
 
 
-class RemoveProperty(Message, frozen=True, kw_only=True, tag="withdraw"):
+class RemoveProperty(Message, frozen=True, kw_only=True, tag="remove_property"):
     """Remove a property, given by its position in the lesson."""
 
-    outcome: Index
+    property: Index
 
 
-class GoToProperty(Message, frozen=True, kw_only=True, tag="visit"):
+class GoToProperty(Message, frozen=True, kw_only=True, tag="go_to_property"):
     """Go to the moment of a property."""
 
-    outcome: Index
+    property: Index
 
 
 class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
@@ -98,14 +98,14 @@ class ApplyPruning(Message, frozen=True, kw_only=True, tag="prune"):
     pruning: Pruning
 
 
-class ListVersions(Message, frozen=True, kw_only=True, tag="versions"):
+class ListVersions(Message, frozen=True, kw_only=True, tag="list_versions"):
     """List the former versions of a trained behavior."""
 
     by_anyone: ClassVar[bool] = True
     name: NameField
 
 
-class DiffVersions(Message, frozen=True, kw_only=True, tag="changes"):
+class DiffVersions(Message, frozen=True, kw_only=True, tag="diff_versions"):
     """Compare a former version with another, or with the present one."""
 
     by_anyone: ClassVar[bool] = True

@@ -41,7 +41,7 @@ class Confirm(Message, frozen=True, kw_only=True, tag="confirm"):
     """Confirm the current state."""
 
 
-class ToggleMode(Message, frozen=True, kw_only=True, tag="turn"):
+class ToggleMode(Message, frozen=True, kw_only=True, tag="toggle_mode"):
     """Switch between training and testing."""
 
 
@@ -90,7 +90,7 @@ class Rewind(Message, frozen=True, kw_only=True, tag="rewind"):
     example: Index | None = None
 
 
-class BindTargets(Message, frozen=True, kw_only=True, tag="stand_for"):
+class BindTargets(Message, frozen=True, kw_only=True, tag="bind_targets"):
     """Bind parameters to other targets."""
 
     targets: Targets
@@ -119,7 +119,7 @@ class NewAutomaton(Message, frozen=True, kw_only=True, tag="new"):
     discard: bool = False
 
 
-class ChangeDesign(Message, frozen=True, kw_only=True, tag="choose"):
+class ChangeDesign(Message, frozen=True, kw_only=True, tag="change_design"):
     """Change states, features or options of the lesson.
 
     Examples that still apply are kept, also those of states in `renamed` (former name to new name).
@@ -207,7 +207,7 @@ class RevertVersion(Message, frozen=True, kw_only=True, tag="go_back"):
     version: Index
 
 
-class SelectAgent(Message, frozen=True, kw_only=True, tag="agent"):
+class SelectAgent(Message, frozen=True, kw_only=True, tag="select_agent"):
     """Select the robot to train, or the coordinator of a squad of this sort."""
 
     agent: Index
@@ -235,14 +235,14 @@ class SaveWorld(Message, frozen=True, kw_only=True, tag="save_world"):
     name: NameField
 
 
-class SetOtherAgents(Message, frozen=True, kw_only=True, tag="others"):
+class SetOtherAgents(Message, frozen=True, kw_only=True, tag="set_other_agents"):
     """Set what the robots that are not in training do: idle, or a behavior of the library."""
 
     behavior: NameField | None
     targets: Targets = field(default_factory=dict)
 
 
-class ToggleWatching(Message, frozen=True, kw_only=True, tag="watch"):
+class ToggleWatching(Message, frozen=True, kw_only=True, tag="toggle_watching"):
     """Turn learning from silence off or on."""
 
 
@@ -254,17 +254,17 @@ class GoBackToBest(Message, frozen=True, kw_only=True, tag="go_back_to_best"):
     """Undo what was done since the best version that was tested, and go to where that one goes wrong."""
 
 
-class ChooseGoal(Message, frozen=True, kw_only=True, tag="goal"):
+class ChooseGoal(Message, frozen=True, kw_only=True, tag="choose_goal"):
     """Choose what success means, by the name of an offered goal; null: nothing is chosen."""
 
     goal: NameField | None
 
 
-class ToggleScore(Message, frozen=True, kw_only=True, tag="score"):
+class ToggleScore(Message, frozen=True, kw_only=True, tag="toggle_score"):
     """Turn the runs in new worlds after each press off or on."""
 
 
-class MoveRobot(Message, frozen=True, kw_only=True, tag="place"):
+class MoveRobot(Message, frozen=True, kw_only=True, tag="move_robot"):
     """Move a robot; without a heading it keeps its own."""
 
     agent: Index
@@ -317,7 +317,7 @@ class RemoveObstacle(Message, frozen=True, kw_only=True, tag="remove_obstacle"):
     index: Index
 
 
-class TakeControl(Message, frozen=True, kw_only=True, tag="take"):
+class TakeControl(Message, frozen=True, kw_only=True, tag="take_control"):
     """Take control if no client has it, or if the one that has it has been silent for long."""
 
 
@@ -344,7 +344,7 @@ class EmergencyStop(Message, frozen=True, kw_only=True, tag="stop"):
     by_anyone: ClassVar[bool] = True
 
 
-class Heartbeat(Message, frozen=True, kw_only=True, tag="here"):
+class Heartbeat(Message, frozen=True, kw_only=True, tag="heartbeat"):
     """Report that the page is alive, and whether the key that lets real robots move is held down."""
 
     holding: bool = False
@@ -359,7 +359,7 @@ class PickColor(Message, frozen=True, kw_only=True, tag="pick_color"):
     points: Annotated[list[tuple[Index, Index]], Meta(min_length=1, max_length=200)]
 
 
-class ReleaseControl(Message, frozen=True, kw_only=True, tag="hand_over"):
+class ReleaseControl(Message, frozen=True, kw_only=True, tag="release_control"):
     """Release control."""
 
 

@@ -19,7 +19,7 @@ from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.views.scene import FeatureData, describe_kind
-from understudy.ui.web.views.session import NestedStateData, WayData, list_ways, state_fields
+from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways, state_fields
 
 MOST_POINTS = 3000
 """The largest number of points of a series; longer ones are thinned."""
@@ -113,7 +113,7 @@ class LearnedDriveData(Data, frozen=True, kw_only=True):
     agreement: float
     spans: list[StateSpanData]
     states: list[NestedStateData]
-    edges: list[WayData]
+    edges: list[TransitionData]
     examples: int
     quarantined: int
     reactions: list[str]
@@ -157,8 +157,8 @@ class RecordedSeriesData(Data, frozen=True, kw_only=True):
 
 def describe_review(review: RecordingReview) -> ReviewData:
     """Return a drive under review as data."""
-    found = review.segmentation
-    drive, names = found.drive, found.names
+    segmentation = review.segmentation
+    drive, names = segmentation.drive, segmentation.names
     return ReviewData(
         name=review.name,
         tick_s=drive.tick_s,
@@ -183,7 +183,7 @@ def describe_review(review: RecordingReview) -> ReviewData:
                 labels=[names.index(label) for label in each.labels],
                 chances=[round(chance, 3) for chance in each.chances],
             )
-            for each in list_label_questions(found)
+            for each in list_label_questions(segmentation)
         ],
         proposals=[
             BehaviorProposalData(
@@ -204,14 +204,14 @@ def describe_review(review: RecordingReview) -> ReviewData:
 
 
 def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
-    found, by_hand = review.segmentation, review.by_hand
-    sure = found.certainties
-    for episode in found.drive.episodes:
-        for first, end in list_runs(found.labels * 2 + by_hand, episode.first, episode.end):
+    segmentation, by_hand = review.segmentation, review.by_hand
+    sure = segmentation.certainties
+    for episode in segmentation.drive.episodes:
+        for first, end in list_runs(segmentation.labels * 2 + by_hand, episode.first, episode.end):
             yield LabelSpanData(
                 first=first,
                 end=end,
-                label=int(found.labels[first]),
+                label=int(segmentation.labels[first]),
                 certainty=round(float(sure[first:end].mean()), 3),
                 doubtful=bool(sure[first:end].max() < DOUBT),
                 by_hand=bool(by_hand[first]),
@@ -225,8 +225,8 @@ def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple
 
 
 def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
-    automaton, lesson = learned.taught.automaton, learned.made.lesson
-    library = learned.made.library.with_automaton(learned.taught)
+    automaton, lesson = learned.taught.automaton, learned.drive.lesson
+    library = learned.drive.library.with_automaton(learned.taught)
     return LearnedDriveData(
         agreement=learned.agreement,
         spans=[
@@ -302,11 +302,11 @@ def describe_series(review: RecordingReview, places: NDArray[np.float64] | None)
         series.append(
             _describe_column(label, reading.unit, reading.kind, column[ticks], ticks, is_command=False)
         )
-    known = np.empty(0, np.int64) if places is None else ticks[np.isfinite(places[ticks]).all(axis=1)]
+    located = np.empty(0, np.int64) if places is None else ticks[np.isfinite(places[ticks]).all(axis=1)]
     return RecordedSeriesData(
         series=series,
-        path_ticks=known.tolist(),
-        path=[] if places is None else [(round(x, 3), round(y, 3)) for x, y in places[known].tolist()],
+        path_ticks=located.tolist(),
+        path=[] if places is None else [(round(x, 3), round(y, 3)) for x, y in places[located].tolist()],
     )
 
 

@@ -21,7 +21,7 @@ from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.session import ExampleKindName
 
 
-class ResponsibleData(Data, frozen=True, kw_only=True):
+class ResponsibleExampleData(Data, frozen=True, kw_only=True):
     """An example that is responsible for a decision."""
 
     number: int
@@ -30,31 +30,31 @@ class ResponsibleData(Data, frozen=True, kw_only=True):
     time_s: float | None
 
 
-class BehindData(Data, frozen=True, kw_only=True):
+class DecisionBasisData(Data, frozen=True, kw_only=True):
     """The readings on which a decision is based, and the responsible examples."""
 
     automaton: str
-    says: str
-    read: str
+    decision: str
+    readings: str
     """The readings in words."""
     by_hand: bool
-    here: bool
+    in_lesson: bool
     """Whether the examples belong to the open lesson."""
-    examples: list[ResponsibleData]
-    more: int
+    examples: list[ResponsibleExampleData]
+    omitted: int
     """The number of further examples, which are not listed."""
 
 
-class LevelData(BehindData, frozen=True, kw_only=True):
+class LevelData(DecisionBasisData, frozen=True, kw_only=True):
     """The present decision of the automaton on one level."""
 
     state: str
     since_s: float
-    yours: bool
+    in_training: bool
     """Whether this level is in training, where the demonstrator decides."""
 
 
-class SwitchedData(BehindData, frozen=True, kw_only=True):
+class LastSwitchData(DecisionBasisData, frozen=True, kw_only=True):
     """The last switch of any level."""
 
     time_s: float
@@ -64,7 +64,7 @@ class ReasonsReply(Data, frozen=True, kw_only=True):
     """The present decision of every level, topmost first, and the last switch of any level."""
 
     levels: list[LevelData]
-    last: SwitchedData | None
+    last: LastSwitchData | None
 
 
 def handle_explain(host: SessionHost, _: RequestExplanation) -> ReasonsReply:
@@ -82,39 +82,43 @@ def _level(trainer: Trainer, level: LevelExplanation, *, first: bool) -> LevelDa
         automaton=level.automaton,
         state=level.state,
         since_s=level.since_s,
-        says=describe_rest(level) if decision is None else f"It {describe_decision(decision.explanation)}.",
-        yours=first and trainer.session_view.mode is Mode.TRAINING,
-        **_behind(trainer, decision),
+        decision=describe_rest(level)
+        if decision is None
+        else f"It {describe_decision(decision.explanation)}.",
+        in_training=first and trainer.session_view.mode is Mode.TRAINING,
+        **_describe_basis(trainer, decision),
     )
 
 
-def _last(trainer: Trainer) -> SwitchedData | None:
+def _last(trainer: Trainer) -> LastSwitchData | None:
     last = trainer.explainer.explain_last_switch()
     if last is None:
         return None
     switch, reason = last
-    says = f"It {describe_switch(switch.before, switch.after, reason.explanation)}."
-    return SwitchedData(automaton=switch.call, time_s=switch.time_s, says=says, **_behind(trainer, reason))
+    decision = f"It {describe_switch(switch.before, switch.after, reason.explanation)}."
+    return LastSwitchData(
+        automaton=switch.call, time_s=switch.time_s, decision=decision, **_describe_basis(trainer, reason)
+    )
 
 
-def _behind(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
-    """Return the fields of `BehindData` other than `automaton` and `says`."""
+def _describe_basis(trainer: Trainer, reason: DecisionReason | None) -> dict[str, Any]:
+    """Return the fields of `DecisionBasisData` other than `automaton` and `decision`."""
     if reason is None:
-        return {"read": "", "by_hand": False, "here": False, "examples": [], "more": 0}
+        return {"readings": "", "by_hand": False, "in_lesson": False, "examples": [], "omitted": 0}
     data = DecisionData.from_reason(reason)
     return {
-        "read": data.read,
+        "readings": data.read,
         "by_hand": data.by_hand,
-        "here": reason.taught.automaton.name == trainer.name,
+        "in_lesson": reason.taught.automaton.name == trainer.name,
         "examples": _examples(data)[:MOST_EXAMPLES],
-        "more": max(0, len(data.examples) - MOST_EXAMPLES),
+        "omitted": max(0, len(data.examples) - MOST_EXAMPLES),
     }
 
 
-def _examples(data: DecisionData) -> list[ResponsibleData]:
+def _examples(data: DecisionData) -> list[ResponsibleExampleData]:
     """Return the examples responsible for a decision, those recorded from silence last."""
     return [
-        ResponsibleData(
+        ResponsibleExampleData(
             number=each.number, kind=each.kind.value, correction=each.correction, time_s=each.shown_s
         )
         for each in sorted(data.examples, key=lambda each: each.kind is ExampleKind.WATCHED)

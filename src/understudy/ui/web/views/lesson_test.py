@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from itertools import count, islice
 
-from msgspec import field
-
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
@@ -47,10 +45,10 @@ MOST_WORLDS = 1000
 SAVED = "it was saved"
 
 
-class PropertyTestedData(Data, frozen=True, kw_only=True):
+class PropertyResultData(Data, frozen=True, kw_only=True):
     """The result of testing a property of the lesson."""
 
-    said: str
+    description: str
     held: bool
     took_s: float | None
     """The time until what it demands was reached, s; null where it was not, or the property demands nothing."""
@@ -58,7 +56,7 @@ class PropertyTestedData(Data, frozen=True, kw_only=True):
     """Why it could not be tested; empty if it could."""
 
 
-class TestedData(Data, frozen=True, kw_only=True):
+class LessonTestData(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
     name: str
@@ -66,18 +64,18 @@ class TestedData(Data, frozen=True, kw_only=True):
     examples: int
     otherwise: int
     """How many examples, shown or watched, are decided otherwise."""
-    outcomes: list[PropertyTestedData]
+    properties: list[PropertyResultData]
     """In the order of the lesson."""
-    worse: list[str]
+    regressions: list[str]
     """The regressions: what worked before and no longer does."""
-    else_: list[str] = field(name="else")
+    differences: list[str]
     """The other decisions that differ from the former version."""
 
 
 class LessonTestReply(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
-    tested: TestedData
+    test: LessonTestData
 
 
 def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestReply:
@@ -85,11 +83,11 @@ def handle_test_lesson(host: SessionHost, message: TestLesson) -> LessonTestRepl
     name, library = message.name, _present(host)
     library.automaton(name)
     formers = {each: _former(host, each) for each in list_dependencies(library, name)}
-    known = host.groups.collect_libraries(host.sort, host.agent, library)
-    seen = run_lesson_test(
-        library, name, {each: taught for each, (_, taught) in formers.items() if taught}, known
+    libraries = host.groups.collect_libraries(host.sort, host.agent, library)
+    result = run_lesson_test(
+        library, name, {each: taught for each, (_, taught) in formers.items() if taught}, libraries
     )
-    return LessonTestReply(tested=_tested(seen, formers[name][0]))
+    return LessonTestReply(test=_tested(result, formers[name][0]))
 
 
 def _present(host: SessionHost) -> Library:
@@ -103,38 +101,38 @@ def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]
     trainer, saved = host.trainer, host.library_view.library.taught.get(name)
     if trainer is not None and name == trainer.name and trainer.has_unsaved_changes:
         return SAVED, saved
-    kept = list_versions(host.library_view.folder, name)
-    if not kept:
+    versions = list_versions(host.library_view.folder, name)
+    if not versions:
         return "", None
     try:
-        last = load_version(host.library_view.folder, name, kept[-1].number, host.kit, learn).taught
+        last = load_version(host.library_view.folder, name, versions[-1].number, host.kit, learn).taught
     except UnderstudyError:
         return "", None  # it cannot be compared with
-    return f"version {kept[-1].number}", last
+    return f"version {versions[-1].number}", last
 
 
-def _tested(seen: LessonTestResult, former: str) -> TestedData:
-    return TestedData(
-        name=seen.name,
-        works=seen.is_passing,
-        examples=seen.replayed.examples,
-        otherwise=len(seen.replayed.mismatches) + seen.replayed.overruled,
-        outcomes=[
-            PropertyTestedData(
-                said=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
+def _tested(result: LessonTestResult, former: str) -> LessonTestData:
+    return LessonTestData(
+        name=result.name,
+        works=result.is_passing,
+        examples=result.replayed.examples,
+        otherwise=len(result.replayed.mismatches) + result.replayed.overruled,
+        properties=[
+            PropertyResultData(
+                description=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
             )
-            for each in seen.properties
+            for each in result.properties
         ],
-        worse=list(lesson_tests.describe_regressions(seen)),
-        else_=list(lesson_tests.describe_other_differences(seen, former)),
+        regressions=list(lesson_tests.describe_regressions(result)),
+        differences=list(lesson_tests.describe_other_differences(result, former)),
     )
 
 
 def find_unsaved_regressions(host: SessionHost) -> tuple[str, ...]:
     """Return what worked with the saved automaton and no longer does, including in the automata that use it."""
     library, taught = host.library_view.library, host.active_trainer.session.make_trained_automaton()
-    known = host.groups.collect_libraries(host.sort, host.agent, library)
-    return find_regressions_since_saved(host.library_view.folder, library, taught, known)
+    libraries = host.groups.collect_libraries(host.sort, host.agent, library)
+    return find_regressions_since_saved(host.library_view.folder, library, taught, libraries)
 
 
 def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> StatusMessage:
@@ -166,10 +164,10 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
     make_evaluation_task(library, name, scenario, binding=targets, goal=goal)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
-    shown = host.session_data()
+    data = host.session_data()
     host.evaluation = UnseenWorldsEvaluation(
         format_bound_name(name, targets),
-        0 if shown is None else shown.edition,
+        0 if data is None else data.edition,
         worlds=len(seeds),
         evaluate=lambda progress: evaluate(
             library, name, scenario, seeds, binding=targets, goal=goal, progress=progress
@@ -189,7 +187,7 @@ def handle_cancel_evaluation(host: SessionHost, _: CancelEvaluation) -> StatusMe
 def go_to_property(host: SessionHost, message: GoToProperty) -> StatusMessage:
     """Restore the moment from which a property starts, with the automaton restarted; record nothing."""
     trainer = host.active_trainer
-    subject = lesson_actions.find_property(trainer, message.outcome)
+    subject = lesson_actions.find_property(trainer, message.property)
     start = subject.start
     if not isinstance(start, StoredMoment):
         raise SessionError("this property has no stored moment")
@@ -236,13 +234,13 @@ class MomentsData(Data, frozen=True, kw_only=True):
     changed: int
 
 
-class SimplerData(Data, frozen=True, kw_only=True):
+class SimplifyPreviewData(Data, frozen=True, kw_only=True):
     """A preview of the automaton with fewer splits."""
 
     pruning: float
     suggested: PruningSuggestion | None
     """Null if there are too few examples for a suggestion."""
-    enough: int
+    examples_needed: int
     """The number of examples needed for a suggestion."""
     leaves: LeavesData
     states: list[StateConditionsData]
@@ -255,22 +253,22 @@ class SimplerData(Data, frozen=True, kw_only=True):
 class SimplifyReply(Data, frozen=True, kw_only=True):
     """A preview of the automaton with fewer splits."""
 
-    simpler: SimplerData
+    preview: SimplifyPreviewData
 
 
 def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> SimplifyReply:
     """Return the conditions before and after pruning and the decisions that would change, without changing anything."""
-    found = preview_pruning(host.active_trainer, message.pruning)
-    changed = sum(each.moments for each in found.replayed.changes)
+    preview = preview_pruning(host.active_trainer, message.pruning)
+    changed = sum(each.moments for each in preview.replayed.changes)
     return SimplifyReply(
-        simpler=SimplerData(
-            pruning=found.pruning,
-            suggested=found.suggested,
-            enough=ENOUGH,
-            leaves=LeavesData(before=found.leaves.before, after=found.leaves.after),
+        preview=SimplifyPreviewData(
+            pruning=preview.pruning,
+            suggested=preview.suggested,
+            examples_needed=ENOUGH,
+            leaves=LeavesData(before=preview.leaves.before, after=preview.leaves.after),
             states=[
                 StateConditionsData(state=state, before=list(each.before), after=list(each.after))
-                for state, each in found.conditions.items()
+                for state, each in preview.conditions.items()
             ],
             decisions=[
                 ChangedDecisionData(
@@ -280,9 +278,9 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
                     before=each.before,
                     after=each.after,
                 )
-                for each in found.decisions
+                for each in preview.decisions
             ],
-            examples=found.replayed.examples,
-            moments=MomentsData(all=found.replayed.before, changed=changed),
+            examples=preview.replayed.examples,
+            moments=MomentsData(all=preview.replayed.before, changed=changed),
         )
     )

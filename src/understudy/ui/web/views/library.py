@@ -33,7 +33,7 @@ NOT_IN_NAMES = "(),="
 _TRASHED = re.compile(r"([^~]+)(?:~(\d+))?\.json")
 
 
-class TrainedData(Data, frozen=True, kw_only=True):
+class TrainedBehaviorData(Data, frozen=True, kw_only=True):
     """An automaton of the library."""
 
     name: str
@@ -47,11 +47,11 @@ class TrainedData(Data, frozen=True, kw_only=True):
     """The number of former versions."""
     complete: bool
     """Whether it can be run."""
-    why_not: str | None
+    problem: str | None
     """Why it cannot be run; null if it can."""
 
 
-class CutOffData(Data, frozen=True, kw_only=True):
+class InterruptedSessionData(Data, frozen=True, kw_only=True):
     """A session that was interrupted before it was saved; opening it resumes it."""
 
     name: str
@@ -64,9 +64,9 @@ class LibraryData(Data, frozen=True, kw_only=True):
 
     folder: str
     basic: list[str]
-    trained: list[TrainedData]
+    trained: list[TrainedBehaviorData]
     trash: list[str]
-    cut_off: list[CutOffData]
+    interrupted: list[InterruptedSessionData]
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class LibraryView:
             )
         return self.library.taught[name]
 
-    def data(self, cut_off: list[CutOffData]) -> LibraryData:
+    def data(self, cut_off: list[InterruptedSessionData]) -> LibraryData:
         """Return the library as the page shows it, with the interrupted sessions."""
         return LibraryData(
             folder=str(self.folder),
@@ -111,15 +111,15 @@ class LibraryView:
             trained=[
                 *(self._row(name) for name in self.library.taught),
                 *(
-                    TrainedData(name=name, complete=False, why_not=problem)
+                    TrainedBehaviorData(name=name, complete=False, problem=problem)
                     for name, problem in self.problems.items()
                 ),
             ],
             trash=list(self.trash),
-            cut_off=cut_off,
+            interrupted=cut_off,
         )
 
-    def _row(self, name: str) -> TrainedData:
+    def _row(self, name: str) -> TrainedBehaviorData:
         taught = self.library.taught[name]
         states = taught.automaton.states
         runs = dict.fromkeys(
@@ -127,7 +127,7 @@ class LibraryView:
         )
         why_not = self._why_not(name)
         lesson = taught.lesson
-        return TrainedData(
+        return TrainedBehaviorData(
             name=name,
             parameters=list(taught.automaton.parameters),
             runs=list(runs),
@@ -135,7 +135,7 @@ class LibraryView:
             examples=0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
             versions=len(list_versions(self.folder, name)),
             complete=why_not is None,
-            why_not=why_not,
+            problem=why_not,
         )
 
     def _why_not(self, name: str) -> str | None:
@@ -166,9 +166,9 @@ def read_library_folder(folder: Path, kit: Kit) -> LibraryView:
     trash = tuple(sorted({name for name, _, _ in _trashed(folder)}))
     if not folder.exists():
         return LibraryView(folder, Library(kit), {}, trash)
-    found = open_each_automaton(folder, kit, learn)
-    problems = {unquote(Path(file).stem): str(error) for file, error in found.problems.items()}
-    return LibraryView(folder, found.library, problems, trash)
+    opened = open_each_automaton(folder, kit, learn)
+    problems = {unquote(Path(file).stem): str(error) for file, error in opened.problems.items()}
+    return LibraryView(folder, opened.library, problems, trash)
 
 
 def save_copy(library_view: LibraryView, taught: TrainedAutomaton, name: str) -> None:
@@ -190,13 +190,13 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
     """Move an automaton to the trash."""
     path = library_view.folder / f"{make_file_stem(name)}.json"
     if not path.is_file():
-        known = [*library_view.library.taught, *library_view.problems]
-        raise UnknownName(what="automaton", name=name, where="the library", known=known)
+        names = [*library_view.library.taught, *library_view.problems]
+        raise UnknownName(what="automaton", name=name, where="the library", known=names)
     users = [user for user in library_view.library.find_users(name) if user != name]
     if users:
         raise SessionError(f"{name} is used by {', '.join(users)}: remove that first")
     trash = library_view.folder / TRASH
-    numbers = [number for known, number, _ in _trashed(library_view.folder) if known == name]
+    numbers = [number for names, number, _ in _trashed(library_view.folder) if names == name]
     number = max(numbers, default=0) + 1
     ending = "" if number == 1 else f"~{number}"
     with convert_os_errors(path, "removing"):
@@ -209,13 +209,13 @@ def move_to_trash(library_view: LibraryView, name: str) -> None:
 
 def restore_from_trash(library_view: LibraryView, name: str) -> None:
     """Restore the document that was trashed last under a name."""
-    kept = [(number, path) for known, number, path in _trashed(library_view.folder) if known == name]
-    if not kept:
+    trashed = [(number, path) for former, number, path in _trashed(library_view.folder) if former == name]
+    if not trashed:
         raise UnknownName(what="automaton", name=name, where="the trash", known=list(library_view.trash))
     library_view.refuse_taken(name, remedy="remove that first")
     path = library_view.folder / f"{make_file_stem(name)}.json"
     with convert_os_errors(path, "restoring"), lock_folder(library_view.folder):
-        max(kept)[1].rename(path)
+        max(trashed)[1].rename(path)
         sync_folder(library_view.folder)
 
 
@@ -224,5 +224,5 @@ def _trashed(folder: Path) -> list[tuple[str, int, Path]]:
     trash = folder / TRASH
     if not trash.is_dir():
         return []
-    found = [(_TRASHED.fullmatch(path.name), path) for path in sorted(trash.iterdir())]
-    return [(unquote(match[1]), int(match[2] or 1), path) for match, path in found if match]
+    matches = [(_TRASHED.fullmatch(path.name), path) for path in sorted(trash.iterdir())]
+    return [(unquote(match[1]), int(match[2] or 1), path) for match, path in matches if match]

@@ -116,11 +116,11 @@ class SceneData(Data, frozen=True, kw_only=True):
     tick_s: float
     seed: int
     drawing: Drawing
-    real: list[str]
+    real_robots: list[str]
     """The names of the real robots; empty in simulation."""
-    eyes: list[int]
+    camera_robots: list[int]
     """The numbers of the real robots that have a camera."""
-    holds: bool
+    needs_held_key: bool
     """Whether real robots move only while a key is held."""
     robots: int
     types: list[RobotTypeData]
@@ -152,9 +152,9 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         tick_s=world.tick_s,
         seed=world.seeds[0],
         drawing=_choose_drawing(world),
-        real=[robot.file.name for robot in world.fleet] if isinstance(world, DigitalTwin) else [],
-        eyes=_eyes(world),
-        holds=isinstance(world, DigitalTwin) and world.fleet.needs_hold_to_run,
+        real_robots=[robot.file.name for robot in world.fleet] if isinstance(world, DigitalTwin) else [],
+        camera_robots=_eyes(world),
+        needs_held_key=isinstance(world, DigitalTwin) and world.fleet.needs_hold_to_run,
         robots=world.robots,
         types=[
             RobotTypeData(name=name, radius=kind.radius, color=kind.color, team=kind.team or name)

@@ -24,7 +24,7 @@ from understudy.model.tree_text import Vectors, describe_tree_outcomes
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.rewind import AskingData
+from understudy.ui.web.rewind import QueryStatusData
 from understudy.ui.web.views.scene import FeatureData, describe_kind
 from understudy.ui.web.views.score import ScoreData, describe_score
 
@@ -42,7 +42,7 @@ class NestedStateData(Data, frozen=True, kw_only=True):
     """The trained automaton that it runs."""
 
 
-class WayData(Data, frozen=True, kw_only=True):
+class TransitionData(Data, frozen=True, kw_only=True):
     """The conditions for switching from one state to another."""
 
     from_: str = field(name="from")
@@ -55,7 +55,7 @@ class NestedAutomatonData(Data, frozen=True, kw_only=True):
     """An automaton that a state runs."""
 
     states: list[NestedStateData]
-    edges: list[WayData]
+    edges: list[TransitionData]
 
 
 class NestedAutomata:
@@ -66,23 +66,23 @@ class NestedAutomata:
 
     def describe_nested(self, automaton: Automaton, library: Library) -> dict[str, NestedAutomatonData]:
         """Return, by name, the descriptions of all trained automata that an automaton runs."""
-        found: dict[str, NestedAutomatonData] = {}
+        nested: dict[str, NestedAutomatonData] = {}
         left = [automaton]
         while left:
             for state in left.pop().states:
                 name = state.behavior
-                if name is not None and name in library.taught and name not in found:
+                if name is not None and name in library.taught and name not in nested:
                     inner = library.automaton(name)
-                    found[name] = self._drawn(inner, library)
+                    nested[name] = self._drawn(inner, library)
                     left.append(inner)
-        return found
+        return nested
 
     def _drawn(self, automaton: Automaton, library: Library) -> NestedAutomatonData:
-        known = self._known.get(automaton.name)
-        if known is None or known[0] is not automaton:
-            known = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
-            self._known[automaton.name] = known
-        return known[1]
+        cached = self._known.get(automaton.name)
+        if cached is None or cached[0] is not automaton:
+            cached = automaton, _drawn(automaton, library, library.taught[automaton.name].lesson)
+            self._known[automaton.name] = cached
+        return cached[1]
 
 
 def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> NestedAutomatonData:
@@ -92,10 +92,10 @@ def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> Nes
     )
 
 
-def list_ways(automaton: Automaton, lesson: Lesson | None) -> list[WayData]:
+def list_ways(automaton: Automaton, lesson: Lesson | None) -> list[TransitionData]:
     """Return the conditions for each switch of an automaton in words; its lesson tells which were shown."""
     return [
-        WayData(from_=state, to=following, when=when)
+        TransitionData(from_=state, to=following, when=when)
         for state, function in automaton.transitions.items()
         for following, when in list_exits(automaton, function, (), list_shown_vectors(lesson, state))
         if following != state
@@ -123,8 +123,8 @@ def list_exits(
         for following in directed:
             yield following, [BY_CLASSIFIER]
         return
-    found: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
-    for outcome, texts in found.items():
+    outcomes: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
+    for outcome, texts in outcomes.items():
         if outcome != STAY:
             yield automaton.state_names[outcome], list(texts)
 
@@ -140,7 +140,7 @@ class StateData(NestedStateData, frozen=True, kw_only=True):
     arrow: Arrow | None
 
 
-class EdgeData(WayData, frozen=True, kw_only=True):
+class EdgeData(TransitionData, frozen=True, kw_only=True):
     """A learned switch between states, with the examples that taught it."""
 
     examples: list[int]
@@ -213,7 +213,7 @@ class LessonData(Data, frozen=True, kw_only=True):
     """Whether it is taught live; otherwise as in the paper."""
     flags: list[str]
     """The flags that it can raise: done, failed, or any name."""
-    outcomes: list[str]
+    properties: list[str]
     """The properties, such as "done is raised within 20 s in forage, A = station"."""
     pruning: float | None
     """How many examples each leaf must set right; 0: nothing is pruned, null: there are no trees."""
@@ -252,12 +252,12 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
 class EvaluationData(Data, frozen=True, kw_only=True):
     """An evaluation in unseen worlds of the automaton in training, as it was at the start."""
 
-    called: str
+    behavior: str
     """The behavior and its targets, such as goto(station)."""
     edition: int
     """The edition of the lesson that it was learned from."""
     worlds: int
-    through: int
+    finished: int
     """The number of worlds finished."""
     result: EvaluationResultData | None
     """Null while the evaluation runs, and if it failed with an error."""
@@ -274,12 +274,12 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     state: str
     path: list[str]
     flag: str | None
-    waiting: str | None
+    pending: str | None
     agent: int
     undoable: str | None
     redoable: str | None
     unsaved: bool
-    taught: int
+    presses: int
     watching: bool
     """Whether examples are recorded from silence now."""
     doubt: DoubtData | None
@@ -287,9 +287,9 @@ class SessionData(LessonData, frozen=True, kw_only=True):
     """What the last press or edit changed beyond what it says; null if nothing."""
     others: BehaviorCallData | None
     """The behavior of the robots not in training; null if they idle."""
-    doing: list[str]
+    activities: list[str]
     """The names of the robots' activities, indexed by the numbers in frames."""
-    asking: AskingData
+    queries: QueryStatusData
     score: ScoreData
     evaluation: EvaluationData | UnsetType = UNSET
     """Omitted if nothing was evaluated in unseen worlds."""
@@ -309,7 +309,7 @@ class SessionViewBuilder:
         *,
         others: BehaviorCallData | None,
         doing: list[str],
-        asking: AskingData,
+        asking: QueryStatusData,
         evaluation: EvaluationData | UnsetType = UNSET,
     ) -> SessionData:
         """Return the data of the session in its present state."""
@@ -322,18 +322,18 @@ class SessionViewBuilder:
             state=view.state,
             path=list(view.path),
             flag=view.flag,
-            waiting=view.waiting,
+            pending=view.waiting,
             agent=trainer.robot,
             undoable=view.undoable,
             redoable=view.redoable,
             unsaved=trainer.has_unsaved_changes,
-            taught=view.examples,
+            presses=view.examples,
             watching=trainer.session.is_watching,
             doubt=_doubt(trainer),
             changed=describe_change(trainer.session.last_change),
             others=others,
-            doing=doing,
-            asking=asking,
+            activities=doing,
+            queries=asking,
             score=describe_score(trainer.score, trainer.continuation.better),
             evaluation=evaluation,
         )
@@ -359,7 +359,7 @@ class SessionViewBuilder:
                 unlearning=options.unlearning,
                 live=options.live,
                 flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
-                outcomes=list(map(str, lesson.properties)),
+                properties=list(map(str, lesson.properties)),
                 pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
                 edition=1 if self._lesson is None else self._lesson.edition + 1,
             )
@@ -371,41 +371,43 @@ class SessionViewBuilder:
         return StateData(key=key, arrow=arrow, **state_fields(state, self._trainer.session.library))
 
 
-def describe_change(found: ChangeSummary | None) -> ChangeSummaryData | None:
+def describe_change(change: ChangeSummary | None) -> ChangeSummaryData | None:
     """Return what an automaton decides otherwise than before as the page shows it."""
-    return None if found is None else ChangeSummaryData(line=str(found), changes=found.changes)
+    return None if change is None else ChangeSummaryData(line=str(change), changes=change.changes)
 
 
-def describe_evaluation(found: Evaluation) -> EvaluationResultData:
+def describe_evaluation(evaluation: Evaluation) -> EvaluationResultData:
     """Return the result of an evaluation in unseen worlds as the page shows it."""
-    missed = "goal not reached" if found.flag is None else f"not {found.flag}"
-    missed = missed if found.goal is None else f"not so: {found.goal},"
-    rows = zip(found.seeds, found.taught.finished.tolist(), found.taught.limit_s.tolist(), strict=True)
+    missed = "goal not reached" if evaluation.flag is None else f"not {evaluation.flag}"
+    missed = missed if evaluation.goal is None else f"not so: {evaluation.goal},"
+    rows = zip(
+        evaluation.seeds, evaluation.taught.finished.tolist(), evaluation.taught.limit_s.tolist(), strict=True
+    )
     failed = [
         FailedWorldData(seed=seed, problem=f"{missed} after {limit_s:.0f} s")
         for seed, finished, limit_s in rows
         if not finished
     ]
-    succeeded = len(found.seeds) - len(failed)
+    succeeded = len(evaluation.seeds) - len(failed)
     return EvaluationResultData(
-        success=_success(found),
+        success=_success(evaluation),
         succeeded=succeeded,
-        interval=interval_of_share(succeeded, len(found.seeds)),
-        first=min(found.seeds),
-        last=max(found.seeds),
+        interval=interval_of_share(succeeded, len(evaluation.seeds)),
+        first=min(evaluation.seeds),
+        last=max(evaluation.seeds),
         failed=failed[:MOST_LISTED],
-        raised=describe_raised(found.flag, found.raised),
-        leaves_shown=found.raised is not None and found.raised.leaves_shown,
+        raised=describe_raised(evaluation.flag, evaluation.raised),
+        leaves_shown=evaluation.raised is not None and evaluation.raised.leaves_shown,
     )
 
 
-def _success(found: Evaluation) -> str:
-    if found.goal is not None:
-        return found.goal
-    wanted = f"the goal of {found.world}" if found.flag is None else found.flag
-    if found.expert is not None:
+def _success(evaluation: Evaluation) -> str:
+    if evaluation.goal is not None:
+        return evaluation.goal
+    wanted = f"the goal of {evaluation.world}" if evaluation.flag is None else evaluation.flag
+    if evaluation.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
-    return f"{wanted} within {found.taught.limit_s[0]:.0f} s"
+    return f"{wanted} within {evaluation.taught.limit_s[0]:.0f} s"
 
 
 def _doubt(trainer: Trainer) -> DoubtData | None:

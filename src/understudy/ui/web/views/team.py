@@ -94,7 +94,7 @@ class TrainableGroups:
     def data(self) -> list[SquadSortData]:
         """Return the sorts of squads, topmost first, with all robots of each squad."""
         robots: dict[str, list[list[int]]] = {}
-        found: list[SquadSortData] = []
+        sorts: list[SquadSortData] = []
         for squad, lists in self.tree.squads:
             robots[squad.name] = []
             for members in lists:
@@ -103,8 +103,8 @@ class TrainableGroups:
                     name = self.tree.names[member.band]
                     mine += robots[name][member.row] if name in robots else [member.row]
                 robots[squad.name].append(sorted(mine))
-            found.append(SquadSortData(name=squad.name, doc=squad.doc, squads=robots[squad.name]))
-        return found[::-1]
+            sorts.append(SquadSortData(name=squad.name, doc=squad.doc, squads=robots[squad.name]))
+        return sorts[::-1]
 
 
 class ActivityNames:
@@ -119,8 +119,8 @@ class ActivityNames:
         return [self._number(path) for path in paths]
 
     def _number(self, path: tuple[str, ...]) -> int:
-        shown = path[:2][-1] if path else "idles"  # where it is in what it was ordered to do
-        if shown not in self._numbers:
-            self._numbers[shown] = len(self.names)
-            self.names.append(shown)
-        return self._numbers[shown]
+        name = path[:2][-1] if path else "idles"  # where it is in what it was ordered to do
+        if name not in self._numbers:
+            self._numbers[name] = len(self.names)
+            self.names.append(name)
+        return self._numbers[name]

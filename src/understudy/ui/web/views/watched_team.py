@@ -25,7 +25,7 @@ class TeamAgentData(Data, frozen=True, kw_only=True):
     presence: Presence
     silent_s: float | None
     """For how long it has been silent, s; null if it is heard, or never was."""
-    doing: list[str]
+    states: list[str]
     """The state of every level, outermost first; of a squad, those of its leader."""
     duty: str
     """What its order tells it to do; empty without one."""
@@ -59,9 +59,9 @@ class TeamData(Data, frozen=True, kw_only=True):
 
 def describe_team(watch: TeamWatch) -> TeamData:
     """Return what every agent of a team does, and which are missing."""
-    seen = watch.list_agents()
+    watched = watch.list_agents()
     counted, led = dict[str, str](), dict[str, tuple[int, list[str]]]()
-    for each in seen:
+    for each in watched:
         if each.status is None or each.is_silent or not each.is_present:
             continue
         counted |= each.status.missing
@@ -70,7 +70,7 @@ def describe_team(watch: TeamWatch) -> TeamData:
     robots = set(watch.team.plan.robots)
     agents = [
         _describe_agent(watch, each, counted, led.get(each.name), is_robot=each.name in robots)
-        for each in seen
+        for each in watched
     ]
     return TeamData(
         name=watch.team.name,
@@ -84,36 +84,38 @@ def describe_team(watch: TeamWatch) -> TeamData:
 
 def _describe_agent(
     watch: TeamWatch,
-    seen: WatchedAgent,
+    agent: WatchedAgent,
     counted: dict[str, str],
     led: tuple[int, list[str]] | None,
     *,
     is_robot: bool,
 ) -> TeamAgentData:
-    status, plan = seen.status, watch.team.plan
-    sort = plan.find_sort(seen.name)
-    presence: Presence = "gone" if not seen.is_present else "silent" if seen.is_silent else "here"
-    known = status is not None and presence == "here"
+    status, plan = agent.status, watch.team.plan
+    sort = plan.find_sort(agent.name)
+    presence: Presence = "gone" if not agent.is_present else "silent" if agent.is_silent else "here"
+    has_status = status is not None and presence == "here"
     doing = [] if led is None else led[1]
-    if is_robot and status is not None and known:
+    if is_robot and status is not None and has_status:
         doing = list(status.path)
-    age_s = None if status is None or not known else status.order_age_s
+    age_s = None if status is None or not has_status else status.order_age_s
     return TeamAgentData(
-        name=seen.name,
+        name=agent.name,
         sort=sort,
-        squad=plan.find_superior(seen.name),
+        squad=plan.find_superior(agent.name),
         is_robot=is_robot,
         presence=presence,
-        silent_s=None if status is None or known else float(round(seen.age_s)),
-        doing=doing,
-        duty=status.duty if status is not None and known else "",
-        order=None if status is None or not known or status.order is None else "{}.{}".format(*status.order),
+        silent_s=None if status is None or has_status else float(round(agent.age_s)),
+        states=doing,
+        duty=status.duty if status is not None and has_status else "",
+        order=None
+        if status is None or not has_status or status.order is None
+        else "{}.{}".format(*status.order),
         order_age_s=None if age_s is None else float(round(age_s)),
-        leader=status.leader if status is not None and known else None,
-        leads=dict(status.leads) if status is not None and known else {},
-        armed=status.armed if status is not None and known else None,
-        problem=(status.unfit if status is not None and known else "") or counted.get(seen.name, ""),
-        trainer=status.trainer if status is not None and known else "",
+        leader=status.leader if status is not None and has_status else None,
+        leads=dict(status.leads) if status is not None and has_status else {},
+        armed=status.armed if status is not None and has_status else None,
+        problem=(status.unfit if status is not None and has_status else "") or counted.get(agent.name, ""),
+        trainer=status.trainer if status is not None and has_status else "",
         other_library=status is not None and status.library != watch.team.fingerprints[sort],
     )
 

@@ -1,0 +1,84 @@
+/** What a press or an edit changed beyond what it says: a line beside the world, and every change in full. */
+
+import { useState } from "preact/hooks";
+import { usePanel, useStudio } from "./context";
+import { edgeOf } from "./graph";
+import type { ChangeSummary } from "./protocol";
+import { plain } from "./words";
+
+/** The line; it is gone after an undo, and stays closed until the lesson changes again. */
+export function ChangeLine() {
+  const studio = useStudio();
+  const panel = usePanel();
+  const [closed, close] = useState<string | null>(null);
+  const { session } = studio;
+  if (session === null || session.changed === null) return null;
+  const { line, changes } = session.changed;
+  const now = `${session.name} ${session.edition}`;
+  if (closed === now) return null;
+  return (
+    <div class="toast changed" key={now}>
+      <span>
+        <b>Changed:</b> {plain(line)}
+      </span>
+      {studio.hasControl && (
+        <button type="button" onClick={() => void studio.ask({ do: "undo" })}>
+          undo
+        </button>
+      )}
+      <button type="button" onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>
+        show me
+      </button>
+      <button type="button" aria-label="Close" onClick={() => close(now)}>
+        ×
+      </button>
+    </div>
+  );
+}
+
+/** In the tab Automaton, where it was asked for: what each changed decision looked like, and looks like now. */
+export function ChangeCard() {
+  const { session } = useStudio();
+  const panel = usePanel();
+  if (!panel.showsChanges || session === null || session.changed === null) return null;
+  return (
+    <section class="reasons changes" aria-label="What changed">
+      <button
+        type="button"
+        class="link close"
+        aria-label="Close what changed"
+        onClick={() => panel.hideChanges()}
+      >
+        ×
+      </button>
+      <DecisionChanges summary={session.changed} />
+    </section>
+  );
+}
+
+/** All changes, each with its former and its present conditions. */
+export function DecisionChanges({ summary }: { summary: ChangeSummary }) {
+  return (
+    <>
+      {summary.changes.map(({ state, next, said, was, now }) => (
+        <div class="moved" key={`${state} ${next}`}>
+          <p>{plain(said)}</p>
+          {was
+            .filter((when) => !now.includes(when))
+            .map((when) => (
+              <p key={when} class="change gone">
+                − {plain(when)}
+              </p>
+            ))}
+          {now
+            .filter((when) => !was.includes(when))
+            .map((when) => (
+              <p key={when} class="change new">
+                + {plain(when)}
+              </p>
+            ))}
+        </div>
+      ))}
+    </>
+  );
+}

@@ -1,0 +1,131 @@
+/** The form that exports a behavior: its target, what its parameters stand for, and a zip as a download. */
+
+import { useRef, useState } from "preact/hooks";
+import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
+import type { TrainedBehavior } from "../protocol";
+import type { Studio } from "../studio";
+import { plain } from "../words";
+
+const PATH = "export.zip";
+const MESSAGE_HEADER = "X-Understudy-Message";
+
+export function ExportForm({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
+  const { name, parameters } = trained;
+  const offered = studio.scene?.targets ?? [];
+  const [to, setTo] = useState(studio.exports[0] ?? "");
+  const [chosen, setChosen] = useState<Record<string, string>>({});
+  const [single, setSingle] = useState(false);
+  const [robot, setRobot] = useState<File | null>(null);
+  const [working, setWorking] = useState(false);
+  const field = useRef<HTMLInputElement>(null);
+  const targets = Object.fromEntries(parameters.map((each) => [each, chosen[each] ?? offered[0] ?? ""]));
+  const real = (studio.status?.robots.length ?? 0) > 0;
+  const asksFile = needsRobot(to) && !real;
+  const act = async (): Promise<void> => {
+    setWorking(true);
+    await download(studio, { name, to, targets, single }, asksFile ? robot : null);
+    setWorking(false);
+  };
+  return (
+    <form
+      class="export-form"
+      aria-label={`Export ${name}`}
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (!working) void act();
+      }}
+    >
+      <label class="field">
+        <span>Export as</span>
+        <select value={to} onChange={(event) => setTo(event.currentTarget.value)}>
+          {studio.exports.map((each) => (
+            <option key={each} value={each}>
+              {targetName(each)}
+            </option>
+          ))}
+        </select>
+      </label>
+      {parameters.map((parameter) => (
+        <label class="field" key={parameter}>
+          <span>{parameter} stands for</span>
+          <select
+            value={targets[parameter]}
+            onChange={(event) => setChosen({ ...chosen, [parameter]: event.currentTarget.value })}
+          >
+            {offered.map((target) => (
+              <option key={target} value={target}>
+                {plain(target)}
+              </option>
+            ))}
+          </select>
+        </label>
+      ))}
+      {offersSingle(to) && (
+        <label class="option">
+          <input
+            type="checkbox"
+            checked={single}
+            onChange={(event) => setSingle(event.currentTarget.checked)}
+          />
+          Single precision, for small microcontrollers
+        </label>
+      )}
+      {asksFile && (
+        <p class="field">
+          <span>Robot's file</span>
+          <button type="button" class="cut" onClick={() => field.current?.click()}>
+            {robot?.name ?? "Choose…"}
+          </button>
+          <input
+            ref={field}
+            type="file"
+            accept=".toml"
+            hidden
+            aria-label="Robot's file"
+            onChange={(event) => {
+              setRobot(event.currentTarget.files?.[0] ?? robot);
+              event.currentTarget.value = ""; // so that the same one can be chosen again, once it was corrected
+            }}
+          />
+        </p>
+      )}
+      <p class="export-foot">
+        <button type="submit" class="small" disabled={working || to === "" || (asksFile && robot === null)}>
+          {working ? "Exporting…" : "Download"}
+        </button>
+        <span class="tiny">
+          {asksFile && robot === null
+            ? "Choose the TOML file that describes the robot."
+            : "A zip with a README and a test."}
+        </span>
+      </p>
+    </form>
+  );
+}
+
+/** Ask for the zip and keep it as a download; say what it lacks, or why there is none. */
+async function download(studio: Studio, wanted: ExportRequest, robot: File | null): Promise<void> {
+  const address = studio.address(PATH);
+  for (const [key, value] of exportQuery(wanted)) address.searchParams.append(key, value);
+  const content = await robot?.text().catch(() => null);
+  if (content === null) {
+    studio.say({ text: `${robot?.name} has changed or is gone: choose it again.`, tone: "error" });
+    return;
+  }
+  try {
+    const answer = await fetch(address, { method: "POST", body: content ?? null });
+    if (!answer.ok) {
+      const { error } = (await answer.json()) as { error: string };
+      studio.say({ text: error, tone: "error" });
+      return;
+    }
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(await answer.blob());
+    link.download = fileName(answer.headers.get("Content-Disposition"), PATH);
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000); // some browsers read it later
+    studio.say({ text: decodeURIComponent(answer.headers.get(MESSAGE_HEADER) ?? ""), tone: "recorded" });
+  } catch {
+    studio.say({ text: "The export did not arrive: the studio does not answer.", tone: "error" });
+  }
+}

@@ -1,0 +1,93 @@
+/** The library as a zip: out as a download, and in again, where nothing is replaced without a question. */
+
+import { useRef, useState } from "preact/hooks";
+import type { Studio } from "../studio";
+import { plain } from "../words";
+
+const PATH = "library.zip";
+type ConflictRule = "refuse" | "replace" | "keep";
+
+interface ImportAnswer {
+  message?: string;
+  error?: string;
+  /** Behaviors that are in the library already, and not the same. */
+  conflicts?: readonly string[];
+}
+
+export function LibraryTransfer({ studio }: { studio: Studio }) {
+  const [conflict, setConflict] = useState<{ file: File; conflicts: readonly string[] } | null>(null);
+  const [sending, setSending] = useState(false);
+  const field = useRef<HTMLInputElement>(null);
+  const { hasControl, status } = studio;
+  const importFile = async (file: File, conflicts: ConflictRule): Promise<void> => {
+    setConflict(null);
+    setSending(true);
+    const answer = await sendFile(studio, file, conflicts);
+    setSending(false);
+    if (answer.conflicts !== undefined) setConflict({ file, conflicts: answer.conflicts });
+    else if (answer.error !== undefined) studio.say({ text: answer.error, tone: "error" });
+  };
+  return (
+    <>
+      <p class="padded library-transfer">
+        <button
+          type="button"
+          disabled={status === null || status.library.trained.length === 0}
+          onClick={() => downloadLibrary(studio)}
+        >
+          Export library
+        </button>
+        <button type="button" disabled={!hasControl || sending} onClick={() => field.current?.click()}>
+          Import…
+        </button>
+        <input
+          ref={field}
+          type="file"
+          accept=".zip,application/zip"
+          hidden
+          aria-label="A library as a zip"
+          onChange={(event) => {
+            const file = event.currentTarget.files?.[0];
+            event.currentTarget.value = "";
+            if (file !== undefined) void importFile(file, "refuse");
+          }}
+        />
+      </p>
+      {conflict !== null && (
+        <div class="prompt" role="alert">
+          <p>
+            {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
+            library already, and not the same. What is replaced is kept as a former version.
+          </p>
+          <button type="button" class="small" onClick={() => void importFile(conflict.file, "replace")}>
+            Replace
+          </button>
+          <button type="button" class="small" onClick={() => void importFile(conflict.file, "keep")}>
+            Import only the others
+          </button>
+          <button type="button" class="link" onClick={() => setConflict(null)}>
+            not now
+          </button>
+        </div>
+      )}
+    </>
+  );
+}
+
+async function sendFile(studio: Studio, file: File, conflicts: ConflictRule): Promise<ImportAnswer> {
+  const address = studio.address(PATH);
+  address.searchParams.set("conflicts", conflicts);
+  try {
+    const answer = await fetch(address, { method: "POST", body: file });
+    return (await answer.json()) as ImportAnswer;
+  } catch {
+    return { error: `${file.name} could not be sent: the studio does not answer, or the file is gone.` };
+  }
+}
+
+function downloadLibrary(studio: Studio): void {
+  const link = document.createElement("a");
+  link.href = studio.address(PATH).href;
+  link.download = PATH;
+  link.click();
+}

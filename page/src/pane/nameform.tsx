@@ -1,0 +1,56 @@
+/** Another name for a trained behavior: for itself, or for a copy of it. */
+
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import type { Studio } from "../studio";
+
+export type Way = "rename" | "duplicate";
+
+interface Props {
+  way: Way;
+  name: string;
+  studio: Studio;
+  close: () => void;
+}
+
+export function NameForm({ way, name, studio, close }: Props) {
+  const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
+  const field = useRef<HTMLInputElement>(null);
+  useLayoutEffect(() => {
+    field.current?.focus(); // selecting alone leaves Escape and letters to the page
+    field.current?.select();
+  }, []);
+  useLayoutEffect(() => {
+    // As soon as the field is there: an effect after the next frame would miss an Escape pressed before it.
+    const leave = (event: KeyboardEvent): void => {
+      if (event.key === "Escape") close(); // wherever the focus is by then
+    };
+    addEventListener("keydown", leave);
+    return () => removeEventListener("keydown", leave);
+  });
+  const wanted = to.trim();
+  const useless = wanted === "" || wanted === name || !studio.hasControl;
+  const act = async (): Promise<void> => {
+    const answer = await studio.ask({ do: way, name, to: wanted });
+    if (answer.error === undefined) close();
+  };
+  return (
+    <form
+      class="name-form"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (!useless) void act();
+      }}
+    >
+      <input
+        ref={field}
+        value={to}
+        maxLength={150}
+        aria-label={way === "rename" ? `New name of ${name}` : `Name of the copy of ${name}`}
+        onInput={(event) => setTo(event.currentTarget.value)}
+      />
+      <button type="submit" class="small" disabled={useless}>
+        {way === "rename" ? "Rename" : "Duplicate"}
+      </button>
+    </form>
+  );
+}

@@ -1,0 +1,85 @@
+/** Whether the robot asks where it is unsure, and the moments it marked. */
+
+import { useState } from "preact/hooks";
+import type { QueryPolicyName, Session } from "../protocol";
+import { soundIsOn, turnSound } from "../sound";
+import type { Studio } from "../studio";
+import { formatTime, plain } from "../words";
+
+const WAYS: Readonly<Record<QueryPolicyName, readonly [name: string, about: string]>> = {
+  never: ["no", "Never asks."],
+  pause: ["pause", "Pauses when unsure; your next press answers."],
+  mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
+};
+
+export function QueryPart({ session, studio }: { session: Session; studio: Studio }) {
+  const { policy, marks } = session.queries;
+  return (
+    <section class="query" aria-label="Asking">
+      <div class="ask-when">
+        <span id="ask-when">Ask when unsure</span>
+        <div class="ways" role="group" aria-labelledby="ask-when">
+          {(Object.keys(WAYS) as QueryPolicyName[]).map((each) => (
+            <button
+              type="button"
+              key={each}
+              aria-pressed={policy === each}
+              disabled={!studio.hasControl}
+              title={WAYS[each][1]}
+              onClick={() => void (policy !== each && studio.ask({ do: "set_query_policy", policy: each }))}
+            >
+              {WAYS[each][0]}
+            </button>
+          ))}
+        </div>
+      </div>
+      <p class="tiny">{WAYS[policy][1]}</p>
+      {session.mode !== "training" && session.presses > 0 && (
+        <button
+          type="button"
+          class="small"
+          disabled={!studio.hasControl}
+          title="In a new world, where your answer would change most of what the robot does"
+          onClick={() => void studio.ask({ do: "next_situation" })}
+        >
+          Go to where an answer matters most <kbd>G</kbd>
+        </button>
+      )}
+      {policy !== "never" && <SoundChoice />}
+      {marks.length > 0 && (
+        <ol class="unsure-marks" aria-label="Moments at which it was unsure">
+          {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
+            <li key={number}>
+              <button
+                type="button"
+                class="link"
+                disabled={!studio.hasControl}
+                title="Go back to this moment, and answer"
+                onClick={() => void studio.ask({ do: "go_to_mark", number })}
+              >
+                {formatTime(time_s)}
+              </button>
+              <span>
+                {run !== studio.status?.run.number && <span class="soft">in an earlier run: </span>}
+                {plain(sentence.replace(/^I am not sure: | What is right\?$/g, ""))}
+              </span>
+            </li>
+          ))}
+        </ol>
+      )}
+    </section>
+  );
+}
+
+function SoundChoice() {
+  const [on, setOn] = useState(soundIsOn());
+  const turn = () => {
+    turnSound(!on);
+    setOn(!on);
+  };
+  return (
+    <label class="option">
+      <input type="checkbox" checked={on} onChange={turn} /> Sound when it asks
+    </label>
+  );
+}

@@ -1,0 +1,45 @@
+/** What saving would break, and what changed unasked, before it is saved: save anyway, or not now. */
+
+import { DecisionChanges } from "../changes";
+import { useStudio } from "../context";
+import { plain } from "../words";
+
+export function SaveWarning() {
+  const { lessonTests, session, hasControl } = useStudio();
+  const { regressions, changed } = lessonTests;
+  if (regressions === null || session === null) return null;
+  return (
+    <section class="doubt" role="alert" aria-label="Before it is saved">
+      <p>
+        <b>{plain(session.name)} is not saved yet.</b>
+        {regressions.length > 0 && " Something that worked no longer does:"}
+      </p>
+      {regressions.length > 0 && (
+        <ul>
+          {regressions.map((each) => (
+            <li key={each}>{plain(each)}</li>
+          ))}
+        </ul>
+      )}
+      {changed !== null && (
+        <>
+          <p>Since it was last saved, beyond what you pressed:</p>
+          <DecisionChanges summary={changed} />
+        </>
+      )}
+      <p class="choices">
+        <button
+          type="button"
+          class="small primary"
+          disabled={!hasControl || lessonTests.saving}
+          onClick={() => void lessonTests.save(true)}
+        >
+          Save anyway
+        </button>
+        <button type="button" class="small" onClick={() => lessonTests.dismissWarning()}>
+          Not now
+        </button>
+      </p>
+    </section>
+  );
+}

@@ -1,0 +1,81 @@
+/** The row of buttons that direct the robot: one for each state, and "Confirm". */
+
+import { useStudio } from "./context";
+import type { Session, State } from "./protocol";
+import type { Studio } from "./studio";
+import { className, keyName, plain } from "./words";
+
+export function StateButtons() {
+  const studio = useStudio();
+  const { session } = studio;
+  if (session === null) return null;
+  const corrected = studio.notice.tone === "correction";
+  return (
+    <div
+      class={className("state-buttons", session.mode, corrected && "corrected")}
+      role="toolbar"
+      aria-label="Direct the robot"
+    >
+      <div class="states">
+        {session.states.map((state) => (
+          <StateButton key={state.name} state={state} studio={studio} session={session} />
+        ))}
+      </div>
+      <div class="confirm-buttons">
+        {session.watched && (
+          <button
+            type="button"
+            class="keep"
+            role="switch"
+            aria-checked={!session.watching}
+            disabled={!studio.hasControl}
+            title={session.watching ? "Learning from silence: on" : "Learning from silence: off"}
+            onClick={() => void studio.ask({ do: "toggle_watching" })}
+          >
+            {session.watching ? "" : "✓ "}Stop learning from silence
+          </button>
+        )}
+        <button
+          type="button"
+          class="keep"
+          disabled={!studio.hasControl}
+          aria-keyshortcuts="Enter"
+          onClick={(event) => void studio.confirm(event.timeStamp)}
+        >
+          Confirm <kbd aria-hidden="true">↵</kbd>
+        </button>
+      </div>
+    </div>
+  );
+}
+
+function StateButton({ state, studio, session }: { state: State; studio: Studio; session: Session }) {
+  const active = session.state === state.name;
+  const waiting = session.pending === state.name || studio.asking === state.name;
+  const key = keyName(state);
+  return (
+    <button
+      type="button"
+      class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
+      aria-pressed={active}
+      data-state={state.name}
+      aria-keyshortcuts={key}
+      disabled={!studio.hasControl}
+      title={title(state, session)}
+      onClick={(event) => void studio.press(state.name, event.timeStamp)}
+    >
+      {key !== "" && <kbd aria-hidden="true">{key}</kbd>}
+      {state === session.states[0] ? "stand still" : plain(state.name)}
+      {state.flag && <span aria-hidden="true">⚑</span>}
+    </button>
+  );
+}
+
+function title(state: State, session: Session): string {
+  if (state === session.states[0])
+    return `Direct it back to ${state.name}, its first state, where it stands still. An example, as every press.`;
+  const name = plain(state.name);
+  const runs = state.runs === null || state.runs === state.name ? "" : ` It runs ${plain(state.runs)}.`;
+  const what = session.mode === "testing" ? `Correct it: go to ${name}.` : `Direct it to ${name}.`;
+  return what + (state.flag ? " It stops there and raises this flag." : runs);
+}

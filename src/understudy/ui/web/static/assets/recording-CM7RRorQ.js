@@ -1,1 +1,0 @@
-import{T as e,p as t}from"./base-BngNyv6J.js";import{a as n,t as r}from"./page-DHu4fkm_.js";var i=new n,a=document.getElementById(`app`);a!==null&&e(t(r,{recording:i}),a),i.open();
