@@ -9,10 +9,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from understudy_lab.rows import Count, Groups, Rows
+from understudy_lab.rows import Count, Groups, Median, Rows, read_value
 from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal, StudyPlan, Task
+
+if TYPE_CHECKING:
+    from understudy_lab.live_comparison import LiveComparison
 
 Text: TypeAlias = str | Callable[[Any], str]
 """A text, or a function that writes it."""
@@ -34,6 +37,7 @@ class Units:
     """Whether all tasks of one seed come before those of the next, instead of all seeds of one combination."""
 
     def __call__(self, plan: StudyPlan) -> list[Task]:
+        """List the tasks."""
         combinations = [
             dict(zip(self.factors, each, strict=True)) for each in product(*self.factors.values())
         ]
@@ -46,7 +50,8 @@ class Units:
 class LinePerGroup:
     """A table with a line for each group of rows, and its summaries by the heads of their columns."""
 
-    title: Text
+    title: str
+    """The title, in which {seeds} and {teachings} stand for the seeds of a group and their number."""
     heads: Sequence[str]
     """The heads of the columns that name a group."""
     groups: Groups
@@ -55,27 +60,36 @@ class LinePerGroup:
     """A function that returns the texts that name a group."""
 
     def __call__(self, found: Any) -> ResultTable:
-        lines = [
-            (*self.name(group), *(cell(rows) for cell in self.cells.values()))
-            for group, rows in self.groups(found).items()
-        ]
-        return ResultTable(write(self.title, found), (*self.heads, *mark_numbers(self.cells)), lines)
+        """Make the table."""
+        groups, cells = self.groups(found), self.cells.values()
+        lines = [(*self.name(group), *(cell(rows) for cell in cells)) for group, rows in groups.items()]
+        return ResultTable(fill_title(self.title, groups), (*self.heads, *mark_numbers(self.cells)), lines)
 
 
 @dataclass(frozen=True)
 class ColumnPerGroup:
     """A table with a column for each group of rows, and a line for each summary."""
 
-    title: Text
+    title: str
+    """The title, in which {seeds} and {teachings} stand for the seeds of a group and their number."""
     groups: Groups
     cells: Mapping[str, Cell]
     head: str = ""
     """The head of the column that names the summaries."""
 
     def __call__(self, found: Any) -> ResultTable:
+        """Make the table."""
         groups = self.groups(found)
         lines = [(name, *map(cell, groups.values())) for name, cell in self.cells.items()]
-        return ResultTable(write(self.title, found), (self.head, *mark_numbers(groups)), lines)
+        return ResultTable(fill_title(self.title, groups), (self.head, *mark_numbers(groups)), lines)
+
+
+def fill_title(title: str, groups: Mapping[Any, Rows]) -> str:
+    """Return a title with the seeds of the first group."""
+    if "{" not in title:
+        return title
+    rows = next(iter(groups.values()))
+    return title.format(seeds=rows.seed_range, teachings=len(rows.seeds))
 
 
 def mark_numbers(heads: Iterable[Any]) -> list[str]:
@@ -85,31 +99,40 @@ def mark_numbers(heads: Iterable[Any]) -> list[str]:
 
 @dataclass(frozen=True)
 class Goal:
-    """A goal: a number that is to be at least or at most so much.
+    """A goal: a number that is to be at least or at most so much."""
 
-    `form` writes the number that is wanted and the one that was measured; `wanted` and `measured` replace these texts.
-    """
-
-    what: Text
-    number: Callable[[Any], float]
+    what: str
+    number: str | Median | Callable[[Any], float]
+    """A function that returns the number, or the keys of a value: of rows, its median counts."""
+    form: str = ".0%"
+    """The format of the number that is wanted and of the one that was measured, or a text with this format in braces."""
     least: float | None = None
     most: float | None = None
-    form: str = "{:.0%}"
     wanted: Text = ""
-    measured: Text = ""
+    """A text that replaces the number that is wanted."""
+    measured: Callable[[Any], str] | None = None
+    """A function that writes what was measured instead of the number."""
 
     def __call__(self, found: Any) -> StudyGoal:
-        number = self.number(found)
-        if self.most is None:
-            held, bound = number >= (self.least or 0.0), self.form.format(self.least)
-        else:
-            held, bound = number <= self.most, f"at most {self.form.format(self.most)}"
-        return StudyGoal(
-            write(self.what, found),
-            write(self.wanted, found) or bound,
-            write(self.measured, found) or self.form.format(number),
-            bool(held),
-        )
+        """Measure the goal."""
+        number = self._find_number(found)
+        held = number >= self.least if self.most is None else number <= self.most
+        bound = self._format(self.least) if self.most is None else f"at most {self._format(self.most)}"
+        measure = self.number if isinstance(self.number, Median) else self.measured
+        measured = self._format(number) if measure is None else measure(found)
+        return StudyGoal(self.what, write(self.wanted, found) or bound, measured, bool(held))
+
+    def _find_number(self, found: Any) -> float:
+        if isinstance(self.number, Median):
+            return self.number.number(found)
+        if isinstance(self.number, str):
+            return float(
+                found.median(self.number) if isinstance(found, Rows) else read_value(found, self.number)
+            )
+        return self.number(found)
+
+    def _format(self, number: float | None) -> str:
+        return self.form.format(number) if "{" in self.form else format(number, self.form)
 
 
 def goals_among(
@@ -131,7 +154,7 @@ def goals_among(
 class CountGoal:
     """A goal: a share of the rows, made a whole number by `whole`, is to meet a condition."""
 
-    what: Text
+    what: str
     share: float
     condition: Callable[[Row], bool]
     whole: Callable[[float], int] = ceil
@@ -141,10 +164,11 @@ class CountGoal:
     """What else was measured."""
 
     def __call__(self, found: Any) -> StudyGoal:
+        """Measure the goal."""
         rows, count = self.groups(found), Count(self.condition)
         wanted, reached = self.whole(self.share * len(rows)), count.number(rows)
         return StudyGoal(
-            write(self.what, found),
+            self.what,
             f"{wanted} of {len(rows)}",
             count(rows) + write(self.measured, found),
             reached >= wanted,
@@ -161,19 +185,27 @@ class Conclusion:
     headline: Callable[[Any], str]
     tables: Sequence[Callable[[Any], ResultTable | None]]
     goals: Sequence[Callable[[Any], StudyGoal | None]] = ()
-    notes: Sequence[Text] = ()
+    notes: Sequence[Text] | Callable[[Any], Sequence[str]] = ()
     numbers: Callable[[Any], Mapping[str, Any]] = lambda found: {}
     prepare: Callable[[Rows], Any] = Rows
     """A function that groups or summarizes the rows; all parts receive what it returns."""
+    live: LiveComparison | None = None
+    """The comparison of rows that were taught live, which the other parts leave out, with those that were not."""
 
     def __call__(self, rows: Sequence[Row]) -> StudyFindings:
-        found = self.prepare(Rows(rows))
-        tables, goals = ([each(found) for each in parts] for parts in (self.tables, self.goals))
-        notes = [write(note, found) for note in self.notes]
+        """Conclude from the rows of all tasks."""
+        every = Rows(rows)
+        found = self.prepare(every.where(method=None) if self.live else every)
+        tables = [table for each in self.tables if (table := each(found)) is not None]
+        goals = [goal for each in self.goals if (goal := each(found)) is not None]
+        if self.live and (pairs := self.live.pair(every))[0]:
+            tables.append(self.live.make_table(pairs))
+            goals += self.live.list_goals(pairs)
+        notes = self.notes(found) if callable(self.notes) else [write(note, found) for note in self.notes]
         return StudyFindings(
             headline=self.headline(found),
-            tables=tuple(table for table in tables if table is not None),
-            goals=tuple(goal for goal in goals if goal is not None),
-            notes=tuple(note for note in notes if note),
+            tables=tuple(tables),
+            goals=tuple(goals),
+            notes=tuple(filter(None, notes)),
             numbers=self.numbers(found),
         )

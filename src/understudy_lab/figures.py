@@ -70,6 +70,7 @@ class Dots:
     """The height of a dotted line."""
 
     def __call__(self, axes: Axes, found: Any) -> None:
+        """Draw the panel."""
         dots(axes, self.groups(found), self.said)
         if self.dotted is not None:
             axes.axhline(self.dotted, color="#6b7280", linewidth=0.8, linestyle=":")
@@ -101,6 +102,7 @@ class Panels:
     prepare: Callable[[Rows], Any] = Rows
 
     def __call__(self, rows: Sequence[Row]) -> Figure:
+        """Draw the figure."""
         figure, axes = panels(len(self.panels), rows=self.rows, wide=self.wide, tall=self.tall)
         found = self.prepare(Rows(rows))
         for each, draw in zip(axes, self.panels, strict=True):

@@ -74,6 +74,25 @@ def group_by(key: str, names: Iterable[Any] | None = None) -> Groups:
     return group
 
 
+def group_by_arm(arms: Iterable[str], *keys: str) -> Groups:
+    """Return a function that makes a group for each arm of an experiment whose rows have results of all arms.
+
+    Parameters
+    ----------
+    arms
+        The names of the arms.
+    keys
+        The values of a row that have results by arm, which are replaced by those of the group's arm. None: the row has
+        all results of an arm under its name.
+    """
+    names = list(arms)
+
+    def select(row: Row, arm: str) -> Row:
+        return {**row, **({key: row[key].get(arm) for key in keys} if keys else row[arm])}
+
+    return lambda rows: {arm: Rows(select(row, arm) for row in rows) for arm in names}
+
+
 @dataclass(frozen=True)
 class Median:
     """The median of a value with its smallest and largest: as a text, or the number alone."""
@@ -83,6 +102,7 @@ class Median:
     percent: bool = False
 
     def __call__(self, rows: Rows) -> str:
+        """Format the median."""
         return format_median(rows.values(self.of), self.digits, percent=self.percent)
 
     def number(self, rows: Rows) -> float:
@@ -99,6 +119,7 @@ class Count:
     """Whether the text has the 95 % interval of the share."""
 
     def __call__(self, rows: Rows) -> str:
+        """Format the count."""
         count = self.number(rows)
         return format_share(count, len(rows)) if self.interval else f"{count} of {len(rows)}"
 

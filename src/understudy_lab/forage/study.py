@@ -90,38 +90,20 @@ TEACHINGS_REACH = Goal(
     wanted=lambda each: f"{ceil(REACHED * each['of'])} of {each['of']}",
     measured=lambda each: f"{each['teachings_reaching_95']} of {each['of']}",
 )
-
-
-def median_goal(what: str, key: str, **bounds: Any) -> Goal:
-    """Return a goal for the median of a summary."""
-    return Goal(what, lambda each: each[key]["median"], **bounds)
-
-
+FOOD, SECONDS = "food per second / hand-written, median", "seconds of a median teaching"
 GOALS = (
     TEACHINGS_REACH,
-    Goal("success of the worst teaching", lambda each: each["success"]["min"], least=0.85, wanted="85 %"),
-    median_goal(
-        "food per second / hand-written, median",
-        "relative_to_expert",
-        least=0.92,
-        wanted="0.92",
-        form="{:.3f}",
-    ),
-    median_goal("examples of a median teaching", "examples", most=80, form="{:.0f}"),
-    median_goal("seconds of a median teaching", "teaching_seconds", most=600, form="{:.0f}"),
+    Goal("success of the worst teaching", "success.min", least=0.85, wanted="85 %"),
+    Goal(FOOD, "relative_to_expert.median", ".3f", 0.92, wanted="0.92"),
+    Goal("examples of a median teaching", "examples.median", ".0f", most=80),
+    Goal(SECONDS, "teaching_seconds.median", ".0f", most=600),
 )
 """The goals of the watched method, for a summary of its rows."""
 LIVE_GOALS = (
     TEACHINGS_REACH,
-    median_goal(
-        "food per second / hand-written, median",
-        "relative_to_expert",
-        least=0.94,
-        wanted="0.94",
-        form="{:.3f}",
-    ),
-    median_goal("presses of a median teaching", "presses", most=24, form="{:.0f}"),
-    median_goal("seconds of a median teaching", "teaching_seconds", most=240, form="{:.0f}"),
+    Goal(FOOD, "relative_to_expert.median", ".3f", 0.94, wanted="0.94"),
+    Goal("presses of a median teaching", "presses.median", ".0f", most=24),
+    Goal(SECONDS, "teaching_seconds.median", ".0f", most=240),
 )
 
 EXPERIMENT = Study(
@@ -135,10 +117,8 @@ EXPERIMENT = Study(
         headline=write_headline,
         tables=(
             ColumnPerGroup(
-                lambda found: (
-                    f"Teachings {found['watched'].seed_range}, each tested in {WORLDS} unseen worlds of its "
-                    "own (live: live teaching; watched: the paper's training, with watched examples; plain: without them)"
-                ),
+                f"Teachings {{seeds}}, each tested in {WORLDS} unseen worlds of its own (live: live teaching; watched: "
+                "the paper's training, with watched examples; plain: without them)",
                 dict,
                 {
                     "teachings with 95 % success": SUCCEEDS,

@@ -119,9 +119,7 @@ EXPERIMENT = Study(
         headline=write_headline,
         tables=(
             ColumnPerGroup(
-                lambda found: (
-                    f"Live teachings {found[FLAGS].seed_range}, each tested in {WORLDS} unseen worlds of its own"
-                ),
+                f"Live teachings {{seeds}}, each tested in {WORLDS} unseen worlds of its own",
                 dict,
                 {
                     "teachings with 95 % success": Count(reaches),
