@@ -105,7 +105,7 @@ class Goal:
     number: str | Median | Callable[[Any], float]
     """A function that returns the number, or the keys of a value: of rows, its median counts."""
     form: str = ".0%"
-    """The format of the number that is wanted and of the one that was measured, or a text with this format in braces."""
+    """The format of the number that is wanted and of the one that was measured, or a text with the format in braces."""
     least: float | None = None
     most: float | None = None
     wanted: Text = ""
@@ -184,7 +184,7 @@ class Conclusion:
 
     headline: Callable[[Any], str]
     tables: Sequence[Callable[[Any], ResultTable | None]]
-    goals: Sequence[Callable[[Any], StudyGoal | None]] = ()
+    goals: Sequence[Callable[[Any], StudyGoal | None]] | Callable[[Any], Sequence[StudyGoal]] = ()
     notes: Sequence[Text] | Callable[[Any], Sequence[str]] = ()
     numbers: Callable[[Any], Mapping[str, Any]] = lambda found: {}
     prepare: Callable[[Rows], Any] = Rows
@@ -197,7 +197,8 @@ class Conclusion:
         every = Rows(rows)
         found = self.prepare(every.where(method=None) if self.live else every)
         tables = [table for each in self.tables if (table := each(found)) is not None]
-        goals = [goal for each in self.goals if (goal := each(found)) is not None]
+        judged = self.goals(found) if callable(self.goals) else [judge(found) for judge in self.goals]
+        goals = [goal for goal in judged if goal is not None]
         if self.live and (pairs := self.live.pair(every))[0]:
             tables.append(self.live.make_table(pairs))
             goals += self.live.list_goals(pairs)
