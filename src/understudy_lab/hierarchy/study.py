@@ -96,8 +96,8 @@ def _headline(rows: Rows) -> str:
     return (
         f"Foraging in three layers needs ×{whole:.2f} of the examples that one layer needs: {three} teachings in three "
         f"layers reach 90 % success in four tests in a row, and {one} in one layer. If the states of the one layer "
-        f"are not chosen for the task, three layers need only ×{untold:.2f} of its examples. Approaching and stopping needs "
-        f"×{stop:.2f} as many examples in two automata as in one: layers do not help in a task this small."
+        f"are not chosen for the task, three layers need only ×{untold:.2f} of its examples. Approaching and stopping "
+        f"needs ×{stop:.2f} as many examples in two automata as in one: layers do not help in a task this small."
     )
 
 
