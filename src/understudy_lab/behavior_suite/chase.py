@@ -22,7 +22,6 @@ from understudy.sim.scenario.schema import (
     TargetSpec,
 )
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -35,7 +34,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 ACQUIRED_M, WITH_IT_M = 0.6, 1.5
 STAYS_S, LIMIT_S = 30.0, 60.0
@@ -90,13 +89,11 @@ def accept(screen: SessionView, state: str) -> bool:
 
 TOPIC = LessonPlan(
     "chase",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "chase",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right", "wait"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show,
     complain,

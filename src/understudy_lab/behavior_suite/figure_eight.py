@@ -13,7 +13,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -26,7 +25,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, Yes, count_reached_in_turn, wrap_signed
 from understudy_lab.teachers.person import Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 EIGHTS, BEHIND_M, LIMIT_S = 2, 2.0, 150.0
 LEFT, RIGHT = 1, -1
@@ -81,13 +80,8 @@ def circle(side: int) -> LessonPlan:
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
-            parameters=["A"],
-            states=["forward", "veer_left", "veer_right"],
-            features=["angle_to(A)"],
-            live=False,
+        choose_lesson(
+            name, parameters=["A"], states=["forward", "veer_left", "veer_right"], features=["angle_to(A)"]
         ),
         show,
         complain,
@@ -126,14 +120,8 @@ def lap(side: int) -> LessonPlan:
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
-            parameters=["A", "B"],
-            states=[f"{circling}(A)"],
-            flags=["done"],
-            features=["angle_to(B)"],
-            live=False,
+        choose_lesson(
+            name, parameters=["A", "B"], states=[f"{circling}(A)"], flags=["done"], features=["angle_to(B)"]
         ),
         lambda screen: wanted(screen, LEAVING[0]),
         complain,
@@ -157,13 +145,8 @@ LAPS = alternate_moves("lap_left", "lap_right")
 
 EIGHT = LessonPlan(
     "eight",
-    lambda library: new_lesson(
-        library,
-        "eight",
-        parameters=["A", "B"],
-        states=["lap_left(A, B)", "lap_right(B, A)"],
-        features=["done"],
-        live=False,
+    choose_lesson(
+        "eight", parameters=["A", "B"], states=["lap_left(A, B)", "lap_right(B, A)"], features=["done"]
     ),
     LAPS,
     LAPS,

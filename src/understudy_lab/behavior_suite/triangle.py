@@ -15,7 +15,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.task import (
     RADIUS,
@@ -30,7 +29,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
 from understudy_lab.teachers.person import has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
 
 SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
 HELD_S, LIMIT_S = 5.0, 90.0
@@ -94,14 +93,12 @@ def complain_live_face(screen: SessionView) -> str | None:
 
 FACE = LessonPlan(
     "face",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "face",
         parameters=["A"],
         states=["rotate_left", "rotate_right"],
         flags=["done"],
         features=["angle_to(A)"],
-        live=False,
     ),
     lambda screen: _turned(screen, FACING),
     complain_face,
@@ -157,14 +154,12 @@ def _at(least: float, most: float) -> Situation:
 
 SETTLE = LessonPlan(
     "settle",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "settle",
         parameters=["A"],
         states=["face(A)", "forward", "backward"],
         flags=["done"],
         features=["done", "distance_to(A)"],
-        live=False,
     ),
     lambda screen: choose_settling_action(screen, 0.0),
     lambda screen: choose_settling_action(screen, 0.08),
@@ -196,13 +191,11 @@ def has_lined_up(screen: SessionView) -> bool:
 
 LINE_UP = LessonPlan(
     "line_up",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "line_up",
         parameters=["A", "B"],
         states=["settle_A=settle(A)", "settle_B=settle(B)"],
         features=["done"],
-        live=False,
     ),
     show_line_up,
     complain_line_up,

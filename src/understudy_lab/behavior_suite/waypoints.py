@@ -14,7 +14,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -28,7 +27,7 @@ from understudy_lab.behavior_suite.task import (
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 POSTS, LAPS = 4, 2
 THERE_M, LIMIT_S = 0.5, 180.0
@@ -101,12 +100,10 @@ def _rounds_shown(screen: SessionView) -> bool:
 
 PATROL = LessonPlan(
     "patrol",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "patrol",
         states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)],
         features=["done"],
-        live=False,
     ),
     show,
     show,

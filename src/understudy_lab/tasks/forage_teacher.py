@@ -8,10 +8,9 @@ from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import Seen, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
     {
@@ -168,14 +167,12 @@ def _push(behavior: str) -> PushAway:
 # either side while driving, which seldom happens by itself.
 GOTO = LessonPlan(
     "goto",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "goto",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show_goto,
     complain_goto,
@@ -249,13 +246,11 @@ def settle_harvest(screen: SessionView) -> str | None:
 
 HARVEST = LessonPlan(
     "harvest",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "harvest",
         states=["goto(nearest_food)", "load_food"],
         flags=["done"],
         features=["done", "food_left", "food_stored", "food_below_me"],
-        live=False,
     ),
     show_harvest,
     complain_harvest,
@@ -294,13 +289,11 @@ def settle_deposit(screen: SessionView) -> str | None:
 
 DEPOSIT = LessonPlan(
     "deposit",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "deposit",
         states=["goto(station)", "unload_food"],
         flags=["done"],
         features=["done", "food_stored", "at_station"],
-        live=False,
     ),
     show_deposit,
     show_deposit,
@@ -334,13 +327,7 @@ def all_home(screen: SessionView) -> bool:
 
 FORAGE = LessonPlan(
     "forage",
-    lambda library: new_lesson(
-        library,
-        "forage",
-        states=["harvest", "deposit"],
-        features=["done", "food_stored", "food_left"],
-        live=False,
-    ),
+    choose_lesson("forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]),
     show_forage,
     show_forage,
     all_home,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
@@ -47,12 +46,10 @@ def _has_given_up(screen: SessionView) -> bool:
 
 COLLECTIVE_PATROL = LessonPlan(
     "collective_patrol",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "collective_patrol",
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
-        live=False,
     ),
     show_collective_patrol,
     complain_collective_patrol,
@@ -74,12 +71,10 @@ def show_defer(screen: SessionView) -> str | None:
 
 DEFER = LessonPlan(
     "collective_patrol_and_defer",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "collective_patrol_and_defer",
         states=["patrol=collective_patrol", "run_away"],
         features=["seen_lately(boss)"],
-        live=False,
     ),
     show_defer,
     show_defer,
@@ -131,13 +126,11 @@ def show_hunt(screen: SessionView) -> str | None:
 
 HUNT = LessonPlan(
     "hunt",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "hunt",
         states=["disperse", "attack=attack(intruder)"],
         flags=["done"],
         features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
-        live=False,
     ),
     show_hunt,
     make_complaint(show_hunt),
@@ -170,13 +163,8 @@ def _come(slack_s: float) -> Wish:
 
 COME = LessonPlan(
     "come",
-    lambda library: new_lesson(
-        library,
-        "come",
-        parameters=["A"],
-        states=["go=attack(A)", "apart=disperse"],
-        features=["time_in_state"],
-        live=False,
+    choose_lesson(
+        "come", parameters=["A"], states=["go=attack(A)", "apart=disperse"], features=["time_in_state"]
     ),
     _come(0.0),
     _come(2.0),
@@ -205,14 +193,8 @@ def show_gather(screen: SessionView) -> str | None:
 
 GATHER = LessonPlan(
     "gather",
-    lambda library: new_lesson(
-        library,
-        "gather",
-        parameters=["A"],
-        states=["come(A)"],
-        flags=["done"],
-        features=["all_done", "someone_done"],
-        live=False,
+    choose_lesson(
+        "gather", parameters=["A"], states=["come(A)"], flags=["done"], features=["all_done", "someone_done"]
     ),
     show_gather,
     make_complaint(show_gather),
@@ -242,13 +224,7 @@ def show_guard(screen: SessionView) -> str | None:
 
 GUARD = LessonPlan(
     "guard",
-    lambda library: new_lesson(
-        library,
-        "guard",
-        states=["hunt", "gather=gather_all"],
-        features=["all_done", "someone_done"],
-        live=False,
-    ),
+    choose_lesson("guard", states=["hunt", "gather=gather_all"], features=["all_done", "someone_done"]),
     show_guard,
     make_complaint(show_guard),
     after(120.0),

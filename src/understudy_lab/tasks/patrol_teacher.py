@@ -11,7 +11,6 @@ from dataclasses import replace
 from math import isnan
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import (
     AROUND_S,
@@ -22,7 +21,7 @@ from understudy_lab.tasks.patrol_wander_teacher import (
     WITHDRAW,
 )
 from understudy_lab.teachers.person import KEEP, Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
@@ -122,14 +121,12 @@ def _away(during: str, behavior: str) -> PushAway:
 
 SERVO = LessonPlan(
     "servo",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "servo",
         parameters=["A"],
         states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
         flags=["failed"],
         features=["failed", "blob_x(A)"],
-        live=False,
     ),
     show_servo,
     complain_servo,
@@ -198,14 +195,12 @@ def _back_to(state: str, seconds: float) -> Seen:
 
 ATTACK = LessonPlan(
     "attack",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "attack",
         parameters=["A"],
         states=["servo(A)", "withdraw"],
         flags=["done"],
         features=["done", "failed", "stuck", "blob_size(A)"],
-        live=False,
     ),
     show_attack,
     complain_attack,
@@ -273,13 +268,8 @@ BOSS = {"A": "boss"}
 
 SCATTER = LessonPlan(
     "scatter",
-    lambda library: new_lesson(
-        library,
-        "scatter",
-        parameters=["A"],
-        states=["left", "right", "back=back_slowly"],
-        features=["blob_x(A)"],
-        live=False,
+    choose_lesson(
+        "scatter", parameters=["A"], states=["left", "right", "back=back_slowly"], features=["blob_x(A)"]
     ),
     show_scatter,
     complain_scatter,
@@ -339,12 +329,8 @@ def _stood(screen: SessionView) -> bool:
 
 RUN_AWAY = LessonPlan(
     "run_away",
-    lambda library: new_lesson(
-        library,
-        "run_away",
-        states=["scatter=scatter(boss)", "stop"],
-        features=["blob_x(boss)", "sonar_rear"],
-        live=False,
+    choose_lesson(
+        "run_away", states=["scatter=scatter(boss)", "stop"], features=["blob_x(boss)", "sonar_rear"]
     ),
     show_run_away,
     complain_run_away,
@@ -382,12 +368,10 @@ def show_patrol(screen: SessionView) -> str | None:
 
 PATROL = LessonPlan(
     "patrol",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "patrol",
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["done", "blob_size(intruder)"],
-        live=False,
     ),
     show_patrol,
     show_patrol,

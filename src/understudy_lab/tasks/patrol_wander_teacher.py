@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
 
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
@@ -67,12 +66,8 @@ def accept_disperse(screen: SessionView, proposed: str) -> bool:
 
 DISPERSE = LessonPlan(
     "disperse",
-    lambda library: new_lesson(
-        library,
-        "disperse",
-        states=["forwards", "left", "right"],
-        features=["sonar_front_left", "sonar_front_right"],
-        live=False,
+    choose_lesson(
+        "disperse", states=["forwards", "left", "right"], features=["sonar_front_left", "sonar_front_right"]
     ),
     show_disperse,
     complain_disperse,
@@ -113,13 +108,11 @@ def make_timed_sequence(
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
+        choose_lesson(
             name,
             states=[f"{state}={behavior}" for state, behavior, _ in steps],
             flags=[flag],
             features=["time_in_state"],
-            live=False,
         ),
         wish(0.0),
         wish(2.0),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import pi
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (
@@ -18,7 +17,7 @@ from understudy_lab.tasks.salvage_scout_teacher import (
     soften_complaint,
 )
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 CAPACITY = 4
 """Largest number of units that a carrier can carry."""
@@ -115,13 +114,8 @@ def show_return(screen: SessionView) -> str | None:
 
 TAKE = LessonPlan(
     "take",
-    lambda library: new_lesson(
-        library,
-        "take",
-        states=["goto(wreck)", "load"],
-        flags=["done"],
-        features=["done", "stored", "salvage_here"],
-        live=False,
+    choose_lesson(
+        "take", states=["goto(wreck)", "load"], flags=["done"], features=["done", "stored", "salvage_here"]
     ),
     show_take,
     show_take,
@@ -133,14 +127,7 @@ TAKE = LessonPlan(
 
 SEARCH = LessonPlan(
     "search",
-    lambda library: new_lesson(
-        library,
-        "search",
-        states=["roam", "take"],
-        flags=["done"],
-        features=["done", "distance_to(wreck)"],
-        live=False,
-    ),
+    choose_lesson("search", states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]),
     show_search,
     soften_complaint(show_search),
     raised_or_after(90.0),
@@ -154,13 +141,11 @@ LOOK = make_timed_sequence("look", [("walk", "roam", LOOKED_S)], "done", "a carr
 
 FETCH = LessonPlan(
     "fetch",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "fetch",
         states=["follow=goto(scout)", "take", "look"],
         flags=["done"],
         features=["done", "distance_to(wreck)"],
-        live=False,
     ),
     show_fetch,
     soften_complaint(show_fetch),
@@ -177,13 +162,8 @@ FETCH = LessonPlan(
 
 DEPOSIT = LessonPlan(
     "deposit",
-    lambda library: new_lesson(
-        library,
-        "deposit",
-        states=["goto(harbor)", "unload"],
-        flags=["done"],
-        features=["done", "stored", "at_harbor"],
-        live=False,
+    choose_lesson(
+        "deposit", states=["goto(harbor)", "unload"], flags=["done"], features=["done", "stored", "at_harbor"]
     ),
     show_deposit,
     show_deposit,
@@ -205,9 +185,7 @@ def _both(name: str, bring: str, practice: str) -> LessonPlan:
     """Return the plan of a lesson that alternates between the behavior `bring` and `deposit`."""
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library, name, states=[bring, "deposit"], features=["done", "stored"], live=False
-        ),
+        choose_lesson(name, states=[bring, "deposit"], features=["done", "stored"]),
         _in_turn(bring),
         _in_turn(bring),
         after(240.0),
@@ -226,12 +204,10 @@ HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
 
 RETURN = LessonPlan(
     "return",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "return",
         states=["search", "deposit", "turn=rotate_left"],
         features=["done", "stored", "angle_to(harbor)"],
-        live=False,
     ),
     show_return,
     show_return,
@@ -272,12 +248,8 @@ def show_lead(screen: SessionView) -> str | None:
 
 LEAD = LessonPlan(
     "lead",
-    lambda library: new_lesson(
-        library,
-        "lead",
-        states=["seek", "share", "work"],
-        features=["some_found(wreck)", "all_found(wreck)"],
-        live=False,
+    choose_lesson(
+        "lead", states=["seek", "share", "work"], features=["some_found(wreck)", "all_found(wreck)"]
     ),
     show_lead,
     show_lead,

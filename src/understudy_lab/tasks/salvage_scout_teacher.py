@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
@@ -45,13 +44,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 
     return LessonPlan(
         "roam",
-        lambda library: new_lesson(
-            library,
-            "roam",
-            states=["forward", "turn=rotate_left"],
-            features=["chance", "sonar_front"],
-            live=False,
-        ),
+        choose_lesson("roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]),
         wish(near_m, clear_m, LOW),
         soften_complaint(wish(bump_m, wide_m, VERY_LOW)),
         after(80.0),
@@ -141,14 +134,12 @@ def goto(
     yard = f"a {who} in a yard"
     return LessonPlan(
         "goto",
-        lambda library: new_lesson(
-            library,
+        choose_lesson(
             "goto",
             parameters=["A"],
             states=["forward", "rotate_left", "rotate_right"],
             flags=["done"],
             features=["distance_to(A)", "angle_to(A)"],
-            live=False,
         ),
         show,
         complain,
@@ -207,13 +198,8 @@ def show_lookout(screen: SessionView) -> str | None:
 
 EXPLORE = LessonPlan(
     "explore",
-    lambda library: new_lesson(
-        library,
-        "explore",
-        states=["roam", "near=goto(wreck)"],
-        flags=["done"],
-        features=["distance_to(wreck)"],
-        live=False,
+    choose_lesson(
+        "explore", states=["roam", "near=goto(wreck)"], flags=["done"], features=["distance_to(wreck)"]
     ),
     show_explore,
     show_explore,
@@ -226,13 +212,7 @@ EXPLORE = LessonPlan(
 
 LOOKOUT = LessonPlan(
     "lookout",
-    lambda library: new_lesson(
-        library,
-        "lookout",
-        states=["explore", "rest=wait"],
-        features=["done", "distance_to(wreck)"],
-        live=False,
-    ),
+    choose_lesson("lookout", states=["explore", "rest=wait"], features=["done", "distance_to(wreck)"]),
     show_lookout,
     show_lookout,
     after(90.0),

@@ -5,10 +5,9 @@ from __future__ import annotations
 from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
 
 SELDOM, OFTEN = 0.06, 0.3
 """Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
@@ -54,9 +53,7 @@ def complain_wander(screen: SessionView) -> str | None:
 
 WANDER = LessonPlan(
     "wander",
-    lambda library: new_lesson(
-        library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"], live=False
-    ),
+    choose_lesson("wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"]),
     show_wander,
     complain_wander,
     after(60.0),
@@ -131,14 +128,12 @@ def _ahead(screen: SessionView) -> bool:
 
 APPROACH = LessonPlan(
     "approach",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "approach",
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done", "failed"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show_approach,
     complain_approach,
@@ -167,12 +162,10 @@ def _steer(facing: float, astray: float) -> Wish:
 
 STEER = LessonPlan(
     "steer",
-    lambda library: new_lesson(
-        library,
+    choose_lesson(
         "steer",
         states=["forward=pull_forward", "rotate_left=pull_left", "rotate_right=pull_right"],
         features=["angle_to(home)"],
-        live=False,
     ),
     _steer(FACING, ASTRAY),
     _steer(-ASTRAY, 2 * ASTRAY),
@@ -208,14 +201,7 @@ def show_haul(screen: SessionView) -> str | None:
 
 HAUL = LessonPlan(
     "haul",
-    lambda library: new_lesson(
-        library,
-        "haul",
-        states=["steer", "drop=let_go"],
-        flags=["done"],
-        features=["enough", "holding"],
-        live=False,
-    ),
+    choose_lesson("haul", states=["steer", "drop=let_go"], flags=["done"], features=["enough", "holding"]),
     show_haul,
     show_haul,
     has_raised_flag,

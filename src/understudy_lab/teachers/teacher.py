@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -55,6 +55,11 @@ class Patience:
     corrections: int = 12
     lessons: int = 3
     seconds: float = inf
+
+
+def choose_lesson(name: str, **design: Any) -> Callable[[Library], Lesson]:
+    """Return a function that makes an empty lesson for the paper's training; `design` is that of `new_lesson`."""
+    return choose_lesson(name, **design)
 
 
 @dataclass(frozen=True, slots=True)
