@@ -18,7 +18,7 @@ from understudy_lab.tasks.servo_teacher import (
     there,
 )
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan
 
 FOLLOWING = ("forward", "rotate_right", "veer_left")
 """The basic behaviors of a robot that follows a wall on its left."""
@@ -51,8 +51,7 @@ def head_for(bearing: float, state: str) -> str | None:
 
 FLAT_FORAGE = LessonPlan(
     "forage_flat",
-    choose_lesson(
-        "forage_flat",
+    LessonDesign(
         states=["forward", "rotate_left", "rotate_right", "load_food", "unload_food"],
         features=[
             "angle_to(nearest_food)",
@@ -112,7 +111,7 @@ class FlatWallFollower:
 
 FLAT_WALLS = LessonPlan(
     "walls_flat",
-    choose_lesson("walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
+    LessonDesign(states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
     FlatWallFollower(LEFT),
     FlatWallFollower(LEFT),
     after(40.0),
@@ -123,7 +122,7 @@ FLAT_WALLS = LessonPlan(
 
 FLAT_SERVOING = LessonPlan(
     "servoing_flat",
-    choose_lesson("servoing_flat", states=BASIC_STATES, features=FEATURES),
+    LessonDesign(states=BASIC_STATES, features=FEATURES),
     FlatServo(),
     FlatServo(),
     there,

@@ -34,7 +34,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 ACQUIRED_M, WITH_IT_M = 0.6, 1.5
 STAYS_S, LIMIT_S = 30.0, 60.0
@@ -89,8 +89,7 @@ def accept(screen: SessionView, state: str) -> bool:
 
 TOPIC = LessonPlan(
     "chase",
-    choose_lesson(
-        "chase",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right", "wait"],
         features=["distance_to(A)", "angle_to(A)"],

@@ -25,7 +25,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, Yes, count_reached_in_turn, wrap_signed
 from understudy_lab.teachers.person import Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 EIGHTS, BEHIND_M, LIMIT_S = 2, 2.0, 150.0
 LEFT, RIGHT = 1, -1
@@ -80,8 +80,8 @@ def circle(side: int) -> LessonPlan:
 
     return LessonPlan(
         name,
-        choose_lesson(
-            name, parameters=["A"], states=["forward", "veer_left", "veer_right"], features=["angle_to(A)"]
+        LessonDesign(
+            parameters=["A"], states=["forward", "veer_left", "veer_right"], features=["angle_to(A)"]
         ),
         show,
         complain,
@@ -120,8 +120,8 @@ def lap(side: int) -> LessonPlan:
 
     return LessonPlan(
         name,
-        choose_lesson(
-            name, parameters=["A", "B"], states=[f"{circling}(A)"], flags=["done"], features=["angle_to(B)"]
+        LessonDesign(
+            parameters=["A", "B"], states=[f"{circling}(A)"], flags=["done"], features=["angle_to(B)"]
         ),
         lambda screen: wanted(screen, LEAVING[0]),
         complain,
@@ -145,9 +145,7 @@ LAPS = alternate_moves("lap_left", "lap_right")
 
 EIGHT = LessonPlan(
     "eight",
-    choose_lesson(
-        "eight", parameters=["A", "B"], states=["lap_left(A, B)", "lap_right(B, A)"], features=["done"]
-    ),
+    LessonDesign(parameters=["A", "B"], states=["lap_left(A, B)", "lap_right(B, A)"], features=["done"]),
     LAPS,
     LAPS,
     lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,

@@ -27,7 +27,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth
 from understudy_lab.teachers.person import Seen, after
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 CANS, ENOUGH = 10, 9
 TOUCH_M, LIMIT_S = 0.35, 300.0
@@ -92,12 +92,7 @@ def _at(side: int) -> Situation:
 
 APPROACH = LessonPlan(
     "approach",
-    choose_lesson(
-        "approach",
-        parameters=["A"],
-        states=["forward", "rotate_left", "rotate_right"],
-        features=["blob_x(A)"],
-    ),
+    LessonDesign(parameters=["A"], states=["forward", "rotate_left", "rotate_right"], features=["blob_x(A)"]),
     show_approach,
     complain_approach,
     _gone,
@@ -140,8 +135,7 @@ def find_way_out(screen: SessionView) -> str | None:
 
 SCAVENGE = LessonPlan(
     "scavenge",
-    choose_lesson(
-        "scavenge",
+    LessonDesign(
         states=["search=rotate_left", "wander=forward", "approach(can)"],
         features=["blob_x(can)", "time_in_state"],
     ),

@@ -29,7 +29,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
 from understudy_lab.teachers.person import has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
 HELD_S, LIMIT_S = 5.0, 90.0
@@ -93,12 +93,8 @@ def complain_live_face(screen: SessionView) -> str | None:
 
 FACE = LessonPlan(
     "face",
-    choose_lesson(
-        "face",
-        parameters=["A"],
-        states=["rotate_left", "rotate_right"],
-        flags=["done"],
-        features=["angle_to(A)"],
+    LessonDesign(
+        parameters=["A"], states=["rotate_left", "rotate_right"], flags=["done"], features=["angle_to(A)"]
     ),
     lambda screen: _turned(screen, FACING),
     complain_face,
@@ -154,8 +150,7 @@ def _at(least: float, most: float) -> Situation:
 
 SETTLE = LessonPlan(
     "settle",
-    choose_lesson(
-        "settle",
+    LessonDesign(
         parameters=["A"],
         states=["face(A)", "forward", "backward"],
         flags=["done"],
@@ -191,11 +186,8 @@ def has_lined_up(screen: SessionView) -> bool:
 
 LINE_UP = LessonPlan(
     "line_up",
-    choose_lesson(
-        "line_up",
-        parameters=["A", "B"],
-        states=["settle_A=settle(A)", "settle_B=settle(B)"],
-        features=["done"],
+    LessonDesign(
+        parameters=["A", "B"], states=["settle_A=settle(A)", "settle_B=settle(B)"], features=["done"]
     ),
     show_line_up,
     complain_line_up,

@@ -34,7 +34,7 @@ from understudy_lab.behavior_suite.tracks import (
     medians,
 )
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 LEFT, RIGHT = "left", "right"
 OTHER = {LEFT: RIGHT, RIGHT: LEFT}
@@ -77,7 +77,7 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
     states = ["seek=forward", "along=forward", f"rotate_{OTHER[hand]}", f"veer_{hand}"]
     return LessonPlan(
         name,
-        choose_lesson(name, states=states, features=[AHEAD, beside]),
+        LessonDesign(states=states, features=[AHEAD, beside]),
         pressing(0.0),
         pressing(0.1),
         after(3 * seconds),

@@ -27,7 +27,7 @@ from understudy_lab.behavior_suite.task import (
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
 from understudy_lab.tasks import forage_teacher
 from understudy_lab.teachers.person import Seen
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 POSTS, LAPS = 4, 2
 THERE_M, LIMIT_S = 0.5, 180.0
@@ -100,10 +100,8 @@ def _rounds_shown(screen: SessionView) -> bool:
 
 PATROL = LessonPlan(
     "patrol",
-    choose_lesson(
-        "patrol",
-        states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)],
-        features=["done"],
+    LessonDesign(
+        states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)], features=["done"]
     ),
     show,
     show,

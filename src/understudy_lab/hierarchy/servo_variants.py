@@ -20,7 +20,7 @@ from understudy_lab.tasks.servo_teacher import (
     topic,
 )
 from understudy_lab.tasks.soccer import ANYWHERE, Soccer
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NAME = "approach_and_stop"
 TRIES, SHOWN = 6, 3
@@ -44,7 +44,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
     whole = LessonPlan(
         NAME,
-        choose_lesson(NAME, states=FOUR_STATES, flags=["done"], features=FEATURES),
+        LessonDesign(states=FOUR_STATES, flags=["done"], features=FEATURES),
         ApproachAndStopTeacher(shown),
         ApproachAndStopTeacher(complained),
         says_it_arrived,
@@ -54,7 +54,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     )
     above = LessonPlan(
         NAME,
-        choose_lesson(NAME, states=["approach"], flags=["done"], features=["blob_size(ball)"]),
+        LessonDesign(states=["approach"], flags=["done"], features=["blob_size(ball)"]),
         show_approach_then_stop,
         show_approach_then_stop,
         says_it_arrived,

@@ -22,12 +22,12 @@ from understudy_lab.patrol.tracks import watch
 from understudy_lab.tasks import patrol_teacher, patrol_wander_teacher
 from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import (
+    LessonDesign,
     LessonPlan,
     Patience,
     ScriptedTeacher,
     Situation,
     TeachingResult,
-    choose_lesson,
 )
 
 SECONDS = 2900.0
@@ -80,8 +80,7 @@ def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None
 
 UNDIVIDED = LessonPlan(
     "patrol",
-    choose_lesson(
-        "patrol",
+    LessonDesign(
         states=[f"{state}={behavior}" for state, behavior in (WANDERING | SEEKING).items()],
         features=[
             "sonar_front_left",

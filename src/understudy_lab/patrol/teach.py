@@ -11,7 +11,7 @@ from understudy.sim.kit import make_scenario_kit
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
 from understudy_lab.teachers.live_teacher import choose_teacher
-from understudy_lab.teachers.teacher import LessonPlan, Progress, Situation, TeachingResult, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Progress, Situation, TeachingResult
 
 
 class PatrolTeaching(NamedTuple):
@@ -40,8 +40,7 @@ def teach(
 
 SERVO = replace(
     patrol_teacher.SERVO,
-    choose=choose_lesson(
-        "servo",
+    design=LessonDesign(
         parameters=["A"],
         states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
         features=["blob_x(A)"],
@@ -50,16 +49,13 @@ SERVO = replace(
 
 ATTACK = replace(
     patrol_teacher.ATTACK,
-    choose=choose_lesson(
-        "attack", parameters=["A"], states=["servo(A)"], flags=["done"], features=["blob_size(A)"]
-    ),
+    design=LessonDesign(parameters=["A"], states=["servo(A)"], flags=["done"], features=["blob_size(A)"]),
     cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
 )
 
 COLLECTIVE_PATROL = replace(
     patrol_squad_teacher.COLLECTIVE_PATROL,
-    choose=choose_lesson(
-        "collective_patrol",
+    design=LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)"],
     ),

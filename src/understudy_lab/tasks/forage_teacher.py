@@ -10,7 +10,7 @@ from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import Seen, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
     {
@@ -167,8 +167,7 @@ def _push(behavior: str) -> PushAway:
 # either side while driving, which seldom happens by itself.
 GOTO = LessonPlan(
     "goto",
-    choose_lesson(
-        "goto",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
@@ -246,8 +245,7 @@ def settle_harvest(screen: SessionView) -> str | None:
 
 HARVEST = LessonPlan(
     "harvest",
-    choose_lesson(
-        "harvest",
+    LessonDesign(
         states=["goto(nearest_food)", "load_food"],
         flags=["done"],
         features=["done", "food_left", "food_stored", "food_below_me"],
@@ -289,8 +287,7 @@ def settle_deposit(screen: SessionView) -> str | None:
 
 DEPOSIT = LessonPlan(
     "deposit",
-    choose_lesson(
-        "deposit",
+    LessonDesign(
         states=["goto(station)", "unload_food"],
         flags=["done"],
         features=["done", "food_stored", "at_station"],
@@ -327,7 +324,7 @@ def all_home(screen: SessionView) -> bool:
 
 FORAGE = LessonPlan(
     "forage",
-    choose_lesson("forage", states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]),
+    LessonDesign(states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]),
     show_forage,
     show_forage,
     all_home,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from understudy.model.kinds import NO, YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
@@ -46,8 +46,7 @@ def _has_given_up(screen: SessionView) -> bool:
 
 COLLECTIVE_PATROL = LessonPlan(
     "collective_patrol",
-    choose_lesson(
-        "collective_patrol",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
     ),
@@ -71,11 +70,7 @@ def show_defer(screen: SessionView) -> str | None:
 
 DEFER = LessonPlan(
     "collective_patrol_and_defer",
-    choose_lesson(
-        "collective_patrol_and_defer",
-        states=["patrol=collective_patrol", "run_away"],
-        features=["seen_lately(boss)"],
-    ),
+    LessonDesign(states=["patrol=collective_patrol", "run_away"], features=["seen_lately(boss)"]),
     show_defer,
     show_defer,
     after(150.0),
@@ -126,8 +121,7 @@ def show_hunt(screen: SessionView) -> str | None:
 
 HUNT = LessonPlan(
     "hunt",
-    choose_lesson(
-        "hunt",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)"],
         flags=["done"],
         features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
@@ -163,9 +157,7 @@ def _come(slack_s: float) -> Wish:
 
 COME = LessonPlan(
     "come",
-    choose_lesson(
-        "come", parameters=["A"], states=["go=attack(A)", "apart=disperse"], features=["time_in_state"]
-    ),
+    LessonDesign(parameters=["A"], states=["go=attack(A)", "apart=disperse"], features=["time_in_state"]),
     _come(0.0),
     _come(2.0),
     after(2.0 * COMES_S),
@@ -193,9 +185,7 @@ def show_gather(screen: SessionView) -> str | None:
 
 GATHER = LessonPlan(
     "gather",
-    choose_lesson(
-        "gather", parameters=["A"], states=["come(A)"], flags=["done"], features=["all_done", "someone_done"]
-    ),
+    LessonDesign(parameters=["A"], states=["come(A)"], flags=["done"], features=["all_done", "someone_done"]),
     show_gather,
     make_complaint(show_gather),
     has_raised_flag,
@@ -224,7 +214,7 @@ def show_guard(screen: SessionView) -> str | None:
 
 GUARD = LessonPlan(
     "guard",
-    choose_lesson("guard", states=["hunt", "gather=gather_all"], features=["all_done", "someone_done"]),
+    LessonDesign(states=["hunt", "gather=gather_all"], features=["all_done", "someone_done"]),
     show_guard,
     make_complaint(show_guard),
     after(120.0),

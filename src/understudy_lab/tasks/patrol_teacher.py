@@ -21,7 +21,7 @@ from understudy_lab.tasks.patrol_wander_teacher import (
     WITHDRAW,
 )
 from understudy_lab.teachers.person import KEEP, Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
@@ -121,8 +121,7 @@ def _away(during: str, behavior: str) -> PushAway:
 
 SERVO = LessonPlan(
     "servo",
-    choose_lesson(
-        "servo",
+    LessonDesign(
         parameters=["A"],
         states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
         flags=["failed"],
@@ -195,8 +194,7 @@ def _back_to(state: str, seconds: float) -> Seen:
 
 ATTACK = LessonPlan(
     "attack",
-    choose_lesson(
-        "attack",
+    LessonDesign(
         parameters=["A"],
         states=["servo(A)", "withdraw"],
         flags=["done"],
@@ -268,9 +266,7 @@ BOSS = {"A": "boss"}
 
 SCATTER = LessonPlan(
     "scatter",
-    choose_lesson(
-        "scatter", parameters=["A"], states=["left", "right", "back=back_slowly"], features=["blob_x(A)"]
-    ),
+    LessonDesign(parameters=["A"], states=["left", "right", "back=back_slowly"], features=["blob_x(A)"]),
     show_scatter,
     complain_scatter,
     after(20.0),
@@ -329,9 +325,7 @@ def _stood(screen: SessionView) -> bool:
 
 RUN_AWAY = LessonPlan(
     "run_away",
-    choose_lesson(
-        "run_away", states=["scatter=scatter(boss)", "stop"], features=["blob_x(boss)", "sonar_rear"]
-    ),
+    LessonDesign(states=["scatter=scatter(boss)", "stop"], features=["blob_x(boss)", "sonar_rear"]),
     show_run_away,
     complain_run_away,
     after(40.0),
@@ -368,8 +362,7 @@ def show_patrol(screen: SessionView) -> str | None:
 
 PATROL = LessonPlan(
     "patrol",
-    choose_lesson(
-        "patrol",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["done", "blob_size(intruder)"],
     ),

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
@@ -66,9 +66,7 @@ def accept_disperse(screen: SessionView, proposed: str) -> bool:
 
 DISPERSE = LessonPlan(
     "disperse",
-    choose_lesson(
-        "disperse", states=["forwards", "left", "right"], features=["sonar_front_left", "sonar_front_right"]
-    ),
+    LessonDesign(states=["forwards", "left", "right"], features=["sonar_front_left", "sonar_front_right"]),
     show_disperse,
     complain_disperse,
     after(40.0),
@@ -108,8 +106,7 @@ def make_timed_sequence(
 
     return LessonPlan(
         name,
-        choose_lesson(
-            name,
+        LessonDesign(
             states=[f"{state}={behavior}" for state, behavior, _ in steps],
             flags=[flag],
             features=["time_in_state"],

@@ -17,7 +17,7 @@ from understudy_lab.tasks.salvage_scout_teacher import (
     soften_complaint,
 )
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 CAPACITY = 4
 """Largest number of units that a carrier can carry."""
@@ -114,9 +114,7 @@ def show_return(screen: SessionView) -> str | None:
 
 TAKE = LessonPlan(
     "take",
-    choose_lesson(
-        "take", states=["goto(wreck)", "load"], flags=["done"], features=["done", "stored", "salvage_here"]
-    ),
+    LessonDesign(states=["goto(wreck)", "load"], flags=["done"], features=["done", "stored", "salvage_here"]),
     show_take,
     show_take,
     has_raised_flag,
@@ -127,7 +125,7 @@ TAKE = LessonPlan(
 
 SEARCH = LessonPlan(
     "search",
-    choose_lesson("search", states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]),
+    LessonDesign(states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]),
     show_search,
     soften_complaint(show_search),
     raised_or_after(90.0),
@@ -141,11 +139,8 @@ LOOK = make_timed_sequence("look", [("walk", "roam", LOOKED_S)], "done", "a carr
 
 FETCH = LessonPlan(
     "fetch",
-    choose_lesson(
-        "fetch",
-        states=["follow=goto(scout)", "take", "look"],
-        flags=["done"],
-        features=["done", "distance_to(wreck)"],
+    LessonDesign(
+        states=["follow=goto(scout)", "take", "look"], flags=["done"], features=["done", "distance_to(wreck)"]
     ),
     show_fetch,
     soften_complaint(show_fetch),
@@ -162,9 +157,7 @@ FETCH = LessonPlan(
 
 DEPOSIT = LessonPlan(
     "deposit",
-    choose_lesson(
-        "deposit", states=["goto(harbor)", "unload"], flags=["done"], features=["done", "stored", "at_harbor"]
-    ),
+    LessonDesign(states=["goto(harbor)", "unload"], flags=["done"], features=["done", "stored", "at_harbor"]),
     show_deposit,
     show_deposit,
     has_raised_flag,
@@ -185,7 +178,7 @@ def _both(name: str, bring: str, practice: str) -> LessonPlan:
     """Return the plan of a lesson that alternates between the behavior `bring` and `deposit`."""
     return LessonPlan(
         name,
-        choose_lesson(name, states=[bring, "deposit"], features=["done", "stored"]),
+        LessonDesign(states=[bring, "deposit"], features=["done", "stored"]),
         _in_turn(bring),
         _in_turn(bring),
         after(240.0),
@@ -204,10 +197,8 @@ HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
 
 RETURN = LessonPlan(
     "return",
-    choose_lesson(
-        "return",
-        states=["search", "deposit", "turn=rotate_left"],
-        features=["done", "stored", "angle_to(harbor)"],
+    LessonDesign(
+        states=["search", "deposit", "turn=rotate_left"], features=["done", "stored", "angle_to(harbor)"]
     ),
     show_return,
     show_return,
@@ -248,9 +239,7 @@ def show_lead(screen: SessionView) -> str | None:
 
 LEAD = LessonPlan(
     "lead",
-    choose_lesson(
-        "lead", states=["seek", "share", "work"], features=["some_found(wreck)", "all_found(wreck)"]
-    ),
+    LessonDesign(states=["seek", "share", "work"], features=["some_found(wreck)", "all_found(wreck)"]),
     show_lead,
     show_lead,
     after(200.0),

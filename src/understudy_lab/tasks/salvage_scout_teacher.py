@@ -11,7 +11,7 @@ from math import isnan, pi, tau
 from understudy.model.kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
@@ -44,7 +44,7 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 
     return LessonPlan(
         "roam",
-        choose_lesson("roam", states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]),
+        LessonDesign(states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]),
         wish(near_m, clear_m, LOW),
         soften_complaint(wish(bump_m, wide_m, VERY_LOW)),
         after(80.0),
@@ -134,8 +134,7 @@ def goto(
     yard = f"a {who} in a yard"
     return LessonPlan(
         "goto",
-        choose_lesson(
-            "goto",
+        LessonDesign(
             parameters=["A"],
             states=["forward", "rotate_left", "rotate_right"],
             flags=["done"],
@@ -198,9 +197,7 @@ def show_lookout(screen: SessionView) -> str | None:
 
 EXPLORE = LessonPlan(
     "explore",
-    choose_lesson(
-        "explore", states=["roam", "near=goto(wreck)"], flags=["done"], features=["distance_to(wreck)"]
-    ),
+    LessonDesign(states=["roam", "near=goto(wreck)"], flags=["done"], features=["distance_to(wreck)"]),
     show_explore,
     show_explore,
     raised_or_after(60.0),
@@ -212,7 +209,7 @@ EXPLORE = LessonPlan(
 
 LOOKOUT = LessonPlan(
     "lookout",
-    choose_lesson("lookout", states=["explore", "rest=wait"], features=["done", "distance_to(wreck)"]),
+    LessonDesign(states=["explore", "rest=wait"], features=["done", "distance_to(wreck)"]),
     show_lookout,
     show_lookout,
     after(90.0),

@@ -7,7 +7,7 @@ from math import isnan, pi, tau
 from understudy.model.kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 SELDOM, OFTEN = 0.06, 0.3
 """Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
@@ -53,7 +53,7 @@ def complain_wander(screen: SessionView) -> str | None:
 
 WANDER = LessonPlan(
     "wander",
-    choose_lesson("wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"]),
+    LessonDesign(states=["forward", "left=rotate_left"], features=["stuck", "chance"]),
     show_wander,
     complain_wander,
     after(60.0),
@@ -128,8 +128,7 @@ def _ahead(screen: SessionView) -> bool:
 
 APPROACH = LessonPlan(
     "approach",
-    choose_lesson(
-        "approach",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done", "failed"],
@@ -162,8 +161,7 @@ def _steer(facing: float, astray: float) -> Wish:
 
 STEER = LessonPlan(
     "steer",
-    choose_lesson(
-        "steer",
+    LessonDesign(
         states=["forward=pull_forward", "rotate_left=pull_left", "rotate_right=pull_right"],
         features=["angle_to(home)"],
     ),
@@ -201,7 +199,7 @@ def show_haul(screen: SessionView) -> str | None:
 
 HAUL = LessonPlan(
     "haul",
-    choose_lesson("haul", states=["steer", "drop=let_go"], flags=["done"], features=["enough", "holding"]),
+    LessonDesign(states=["steer", "drop=let_go"], flags=["done"], features=["enough", "holding"]),
     show_haul,
     show_haul,
     has_raised_flag,

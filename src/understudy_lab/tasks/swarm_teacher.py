@@ -8,7 +8,7 @@ from __future__ import annotations
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation, choose_lesson
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 AT_M = 1.0
 WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
@@ -49,8 +49,7 @@ def _nothing(screen: SessionView) -> bool:
 
 FIND = LessonPlan(
     "find",
-    choose_lesson(
-        "find",
+    LessonDesign(
         states=["wander"],
         flags=["crate_seen", "container_seen"],
         features=["distance_to(free_crate)", "distance_to(free_container)"],
@@ -90,8 +89,7 @@ def show_search(screen: SessionView) -> str | None:
 
 SEARCH = LessonPlan(
     "search",
-    choose_lesson(
-        "search",
+    LessonDesign(
         states=[
             "find",
             "crate=approach(free_crate)",
@@ -145,8 +143,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
 
     return LessonPlan(
         name,
-        choose_lesson(
-            name,
+        LessonDesign(
             states=[
                 "wait=wander",
                 f"come=approach({caller})",
@@ -257,8 +254,7 @@ def _alone(*, answers: bool) -> LessonPlan:
     name = "alone_answering" if answers else "alone"
     return LessonPlan(
         name,
-        choose_lesson(
-            name,
+        LessonDesign(
             states=[
                 "search",
                 "call=hold_and_call",

@@ -6,10 +6,10 @@ taught again. If the robot goes wrong in an automaton that was taught before, th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, TryResult, Wish
@@ -57,9 +58,28 @@ class Patience:
     seconds: float = inf
 
 
-def choose_lesson(name: str, **design: Any) -> Callable[[Library], Lesson]:
-    """Return a function that makes an empty lesson for the paper's training; `design` is that of `new_lesson`."""
-    return choose_lesson(name, **design)
+@dataclass(frozen=True, slots=True)
+class LessonDesign:
+    """The parts of a lesson in the paper's training, as `new_lesson` takes them."""
+
+    states: Sequence[str]
+    features: Sequence[str]
+    flags: Sequence[str] = ()
+    parameters: Sequence[str] = ()
+    stateless: bool = False
+
+    def make_lesson(self, library: Library, name: str) -> Lesson:
+        """Make an empty lesson."""
+        return new_lesson(
+            library,
+            name,
+            states=self.states,
+            features=self.features,
+            flags=self.flags,
+            parameters=self.parameters,
+            stateless=self.stateless,
+            live=False,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +117,7 @@ class LessonPlan:
     """
 
     name: str
-    choose: Callable[[Library], Lesson]
+    design: LessonDesign
     show: Wish
     complain: Wish
     finished: Seen
@@ -114,6 +134,10 @@ class LessonPlan:
     skips_after: int | None = None
     make_alarm: Callable[[], Seen] = lambda: lambda screen: False
     tries_cases: bool = False
+
+    def choose(self, library: Library) -> Lesson:
+        """Make the empty lesson."""
+        return self.design.make_lesson(library, self.name)
 
 
 @dataclass(slots=True)
