@@ -125,7 +125,7 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
 
 def _frame(team: Team) -> RunFrame:
     from understudy.sim.view import RunFrame
-    from understudy_lab.swarm.evaluate import world_of
+    from understudy_lab.team_runs import world_of
 
     return RunFrame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
 

@@ -8,7 +8,6 @@ from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
 from understudy_lab.figures import Dots, Panels, by_value
 from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
 from understudy_lab.mixed_teams.evaluate import (
-    FAILING,
     LED,
     MIXED,
     SINGLE,
@@ -19,6 +18,7 @@ from understudy_lab.mixed_teams.evaluate import (
 from understudy_lab.mixed_teams.practice import teach
 from understudy_lab.rows import Median, Rows, group_by_arm
 from understudy_lab.study import Row, Study, Task
+from understudy_lab.team_runs import FAILING
 
 TEACHINGS = range(59_000, 59_010)
 """The teaching seeds of the published result; none was used during development."""

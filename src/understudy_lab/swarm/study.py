@@ -16,7 +16,6 @@ from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.swarm.evaluate import (
     ALONE,
     ANSWERING,
-    FAILING,
     LOADS,
     ONE,
     PLATOONS,
@@ -30,6 +29,7 @@ from understudy_lab.swarm.evaluate import (
 from understudy_lab.swarm.practice import teach
 from understudy_lab.tasks.swarm_world import EACH, ROBOT
 from understudy_lab.teachers.live_teacher import LIVE
+from understudy_lab.team_runs import FAILING
 
 TEACHINGS = range(60_100, 60_110)
 """The teaching seeds of the published result; none was used during development."""
