@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.errors import SettingError
 from understudy.model.features import Percept
 from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
