@@ -17,9 +17,9 @@ from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal, Stu
 if TYPE_CHECKING:
     from understudy_lab.live_comparison import LiveComparison
 
-Text: TypeAlias = str | Callable[[Any], str]
+Text: TypeAlias = str | Callable[..., str]
 """A text, or a function that writes it."""
-Cell: TypeAlias = Callable[[Rows], str]
+Cell: TypeAlias = Callable[..., str]
 """A function that summarizes rows as the text of a cell, such as `Median` and `Count`."""
 
 
@@ -102,7 +102,7 @@ class Goal:
     """A goal: a number that is to be at least or at most so much."""
 
     what: str
-    number: str | Median | Callable[[Any], float]
+    number: str | Median | Callable[..., float]
     """A function that returns the number, or the keys of a value: of rows, its median counts."""
     form: str = ".0%"
     """The format of the number that is wanted and of the one that was measured, or a text with the format in braces."""
@@ -110,13 +110,13 @@ class Goal:
     most: float | None = None
     wanted: Text = ""
     """A text that replaces the number that is wanted."""
-    measured: Callable[[Any], str] | None = None
+    measured: Callable[..., str] | None = None
     """A function that writes what was measured instead of the number."""
 
     def __call__(self, found: Any) -> StudyGoal:
         """Measure the goal."""
         number = self._find_number(found)
-        held = number >= self.least if self.most is None else number <= self.most
+        held = number >= (self.least or 0.0) if self.most is None else number <= self.most
         bound = self._format(self.least) if self.most is None else f"at most {self._format(self.most)}"
         measure = self.number if isinstance(self.number, Median) else self.measured
         measured = self._format(number) if measure is None else measure(found)

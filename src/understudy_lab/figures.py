@@ -86,7 +86,7 @@ def by_group(groups: Groups, of: Value, scale: float = 1.0) -> Callable[[Any], d
     }
 
 
-def by_value(labels: Mapping[Value, str], scale: float = 1.0) -> Callable[[Any], dict[str, list[float]]]:
+def by_value(labels: Mapping[Any, str], scale: float = 1.0) -> Callable[[Any], dict[str, list[float]]]:
     """Return a function that returns several values of the same rows, by their labels."""
     return lambda rows: {label: [scale * value for value in rows.values(of)] for of, label in labels.items()}
 

@@ -13,10 +13,10 @@ import numpy as np
 from understudy_lab.statistics import format_median, format_share
 from understudy_lab.study import Row
 
-Value: TypeAlias = str | Callable[[Row], Any]
+Value: TypeAlias = str | Callable[..., Any]
 """A value of a row: its keys with dots between them, such as `hand.success`, or a function of the row."""
-Groups: TypeAlias = Callable[[Any], Mapping[Any, "Rows"]]
-"""A function that returns groups of rows by their names."""
+Groups: TypeAlias = Callable[[Any], Mapping[Any, Any]]
+"""A function that returns groups of rows, or what is summarized for each group, by their names."""
 
 
 def read_value(row: Row, of: Value) -> Any:
@@ -32,7 +32,7 @@ class Rows(tuple[Row, ...]):
         wanted = task.items()
         return Rows(row for row in self if all(row["task"].get(key) == value for key, value in wanted))
 
-    def filter(self, condition: Callable[[Row], bool]) -> Rows:
+    def filter(self, condition: Callable[..., bool]) -> Rows:
         """Return the rows that meet a condition."""
         return Rows(filter(condition, self))
 
@@ -67,7 +67,7 @@ def group_by(key: str, names: Iterable[Any] | None = None) -> Groups:
     """
     fixed = None if names is None else list(names)
 
-    def group(rows: Sequence[Row]) -> Mapping[Any, Rows]:
+    def group(rows: Sequence[Row]) -> dict[Any, Rows]:
         values = fixed or dict.fromkeys(row["task"][key] for row in rows)
         return {value: Rows(rows).where(**{key: value}) for value in values}
 

@@ -57,7 +57,7 @@ MEASURES = {
 """The measures by which variants are compared."""
 
 
-def _group(rows: Rows) -> dict[str, Rows]:
+def _group(rows: Rows) -> Mapping[str, Rows]:
     by_seed = Rows(sorted(rows, key=lambda row: int(row["task"]["seed"])))
     return group_by("variant", VARIANTS)(by_seed)
 
@@ -136,8 +136,9 @@ def _draw(axes: Axes, found: Mapping[str, Rows], key: str, title: str, scale: fl
     for line, (name, variant) in enumerate(VARIANTS.items()):
         color = COLORS[abouts.index(variant.about) % len(COLORS)]
         values = scale * np.array(found[name].values(_present(key)))
-        dots = {"color": color, "markersize": 4, "alpha": 0.35, "markeredgewidth": 0}
-        axes.plot(values, np.full(len(values), line), "o", **dots)
+        axes.plot(
+            values, np.full(len(values), line), "o", color=color, markersize=4, alpha=0.35, markeredgewidth=0
+        )
         axes.plot([np.median(values)], [line], "|", color=color, markersize=11, markeredgewidth=2)
     axes.set_ylim(len(VARIANTS) - 0.4, -0.6)
     axes.set_title(title)

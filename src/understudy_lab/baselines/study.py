@@ -191,7 +191,7 @@ def _notes(found: Results) -> list[str]:
 
 
 def _list_numbers(rows: Rows) -> dict[str, dict[str, float]]:
-    values: dict[str, dict[int, Callable[[Row], float]]] = {
+    values: dict[str, dict[int, Callable[..., float]]] = {
         "decisions": {**AT_DECISIONS},
         "seconds": {**AT_SECONDS},
         "ticks": {n: lambda one, at=at: one["ticks"][at] for at, n in enumerate(BUDGETS)},

@@ -85,7 +85,7 @@ def _format(found: Mapping[str, float]) -> str:
 
 def _headline(rows: Rows) -> str:
     whole, untold, stop = (
-        ratio(rows, *pair, EXAMPLES)["ratio"]
+        ratio(rows, pair[0], pair[1], EXAMPLES)["ratio"]
         for pair in (
             ("three layers", "one layer"),
             ("three layers", "one layer, told nothing"),
@@ -187,10 +187,10 @@ EXPERIMENT = Study(
         goals=[
             Goal(
                 f"examples for 90 % success, {task}: {less} / {more}",
-                lambda rows, pair=(less, more): ratio(rows, *pair, EXAMPLES)["ratio"],
+                lambda rows, pair=(less, more): ratio(rows, pair[0], pair[1], EXAMPLES)["ratio"],
                 "×{:.2f}",
                 most=most,
-                measured=lambda rows, pair=(less, more): _format(ratio(rows, *pair, EXAMPLES)),
+                measured=lambda rows, pair=(less, more): _format(ratio(rows, pair[0], pair[1], EXAMPLES)),
             )
             for task, less, more, most in COMPARED
             if most is not None

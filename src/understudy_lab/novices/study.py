@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -149,7 +149,7 @@ def _by_position(rows: Rows) -> dict[str, Rows]:
 def _groups(rows: Rows) -> dict[str, Rows]:
     """Group the novices by misunderstanding, by situations they never showed, and by when they turn."""
     novices = select_unchanged(rows)
-    conditions: dict[str, Callable[[Mapping[str, Any]], bool]] = {
+    conditions: dict[str, Callable[..., bool]] = {
         "all": lambda traits: True,
         "understood forwardL and forwardR": lambda traits: traits["mistake"] == UNDERSTOOD,
         **{
@@ -185,22 +185,19 @@ def _headline(rows: Rows) -> str:
     novices, live = select_unchanged(rows), select_live(rows)
     half, each = share(novices), share(novices, succeeds_everywhere)
     median = novices.filter(has_succeeded).median(lambda row: _times(row, *POSITIONS))
-    text = (
+    by_live_teaching = (
+        f" Taught live, robots of {Count(succeeds_nearly_always)(live)} novices reach the ball in at least 90 % of all "
+        f"trials, instead of {Count(succeeds_nearly_always).number(novices)}, after {live.median('presses'):.0f} "
+        f"instead of {novices.median('presses'):.0f} presses (medians)."
+        if live
+        else ""
+    )
+    return (
         f"{half['succeed']} of {half['of']} simulated novices (95 % interval {100 * half['low']:.0f} to "
         f"{100 * half['high']:.0f} %) succeed: within five minutes, and without a test or a correction, they teach a "
         "robot that reaches the ball in at least half of its trials (in the paper: 4 of 5 people). The median time of "
-        f"these robots is {median:.0f} s. But only {each['succeed']} of {each['of']} novices succeed from "
-        "each of the three positions. The other robots do not find a ball that is not visible at the start."
-    )
-    always = Count(succeeds_nearly_always)
-    return (
-        text
-        if not live
-        else (
-            f"{text} Taught live, robots of {always(live)} novices reach the ball in at least 90 % of all trials, instead "
-            f"of {always.number(novices)}, after {live.median('presses'):.0f} instead of {novices.median('presses'):.0f} "
-            "presses (medians)."
-        )
+        f"these robots is {median:.0f} s. But only {each['succeed']} of {each['of']} novices succeed from each of the "
+        f"three positions. The other robots do not find a ball that is not visible at the start.{by_live_teaching}"
     )
 
 
@@ -220,9 +217,9 @@ def _notes(rows: Rows) -> tuple[str, ...]:
         "examples have the same readings, and a single press outweighs everything that was recorded automatically. "
         "When a robot had turned past the ball, its novice pressed the opposite turn. If that happened once in each "
         "direction, the robot swings left and right as long as it sees nothing. "
-        f"{len(swinging)} of the {len(hidden)} robots do so; the novices of {SHOWED_LOST.number(swinging)} of these had "
-        f"shown a lost ball. {len(resting)} robots stand still; the novices of {SHOWED_LOST.number(resting) or 'none'} "
-        f"of these had shown one. Of {len(back)} robots that were turned back both ways, "
+        f"{len(swinging)} of the {len(hidden)} robots do so; the novices of {SHOWED_LOST.number(swinging)} of these "
+        f"had shown a lost ball. {len(resting)} robots stand still; the novices of "
+        f"{SHOWED_LOST.number(resting) or 'none'} of these had shown one. Of {len(back)} robots that were turned back both ways, "
         f"{sum(reaches(row, HIDDEN) for row in back) or 'none'} can find the ball."
         + (
             " Each robot finds it in all ten trials or in none, so a single test would have revealed this."

@@ -184,7 +184,7 @@ def _by_method(rows: Rows) -> dict[tuple[str, str], list[int | None]]:
     return {(RULES[rule], NAMES[name]): _pool(rows, rule, name) for rule in RULES for name in NAMES}
 
 
-def _of(describe: Callable[[Row], str]) -> Callable[[Rows], str]:
+def _of(describe: Callable[..., str]) -> Callable[[Rows], str]:
     return lambda rows: describe(rows[0])
 
 
