@@ -29,11 +29,10 @@ from understudy_lab.behavior_suite.task import (
     TaskResult,
     TaskTrial,
     TurnController,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
-from understudy_lab.teachers.person import after
+from understudy_lab.teachers.person import after, find_bearing
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 ACQUIRED_M, WITH_IT_M = 0.6, 1.5
@@ -67,7 +66,7 @@ def complain(screen: SessionView) -> str | None:
 
 
 def _wanted(screen: SessionView, *, astray: float, near: float, far: float) -> str | None:
-    distance, off = screen.features["distance_to(A)"], bearing(screen)
+    distance, off = screen.features["distance_to(A)"], find_bearing(screen)
     state, toward = screen.state, "rotate_left" if off > 0 else "rotate_right"
     if isnan(distance) or (state == "wait" and distance < far):
         return None
@@ -98,8 +97,8 @@ TOPIC = LessonPlan(
     complain,
     after(25.0),
     cases=(
-        Situation("chase", {"A": "hare"}, lambda screen: 0.8 < bearing(screen) < 2.6),
-        Situation("chase", {"A": "hare"}, lambda screen: -2.6 < bearing(screen) < -0.8),
+        Situation("chase", {"A": "hare"}, lambda screen: 0.8 < find_bearing(screen) < 2.6),
+        Situation("chase", {"A": "hare"}, lambda screen: -2.6 < find_bearing(screen) < -0.8),
         Situation(
             "chase",
             {"A": "hare"},

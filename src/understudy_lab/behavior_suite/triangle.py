@@ -24,11 +24,10 @@ from understudy_lab.behavior_suite.task import (
     TaskTrial,
     TurnController,
     alternate_moves,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
-from understudy_lab.teachers.person import has_raised_flag
+from understudy_lab.teachers.person import find_bearing, has_raised_flag
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
@@ -61,7 +60,7 @@ BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
 def _turned(screen: SessionView, facing: float) -> str | None:
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "done" or abs(off) < facing:
         return "done"
     if screen.state == "start":
@@ -71,7 +70,7 @@ def _turned(screen: SessionView, facing: float) -> str | None:
 
 def complain_face(screen: SessionView) -> str | None:
     """Return the state to correct facing to, or None: turning past the target, idling, or `done` too early."""
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "start":
         return _turned(screen, FACING)
     if screen.state == "done":
@@ -85,7 +84,7 @@ def complain_live_face(screen: SessionView) -> str | None:
 
     In live teaching the robot stops by itself from the second time on, so how well it stops is seen more often.
     """
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "done" and abs(off) > 1.5 * FACING:
         return "rotate_left" if off > 0 else "rotate_right"
     return complain_face(screen)
@@ -100,9 +99,9 @@ FACE = LessonPlan(
     complain_face,
     has_raised_flag,
     cases=(
-        Situation("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
-        Situation("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
-        Situation("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
+        Situation("two wait", {"A": "bee"}, lambda screen: 0.5 < find_bearing(screen) < 2.8),
+        Situation("two wait", {"A": "cat"}, lambda screen: -2.8 < find_bearing(screen) < -0.5),
+        Situation("two wait", {"A": "bee"}, lambda screen: abs(find_bearing(screen)) < 0.5 * FACING),
     ),
     tries=6,
     limit_s=20.0,

@@ -219,8 +219,8 @@ def _notes(rows: Rows) -> tuple[str, ...]:
         "direction, the robot swings left and right as long as it sees nothing. "
         f"{len(swinging)} of the {len(hidden)} robots do so; the novices of {SHOWED_LOST.number(swinging)} of these "
         f"had shown a lost ball. {len(resting)} robots stand still; the novices of "
-        f"{SHOWED_LOST.number(resting) or 'none'} of these had shown one. Of {len(back)} robots that were turned back both ways, "
-        f"{sum(reaches(row, HIDDEN) for row in back) or 'none'} can find the ball."
+        f"{SHOWED_LOST.number(resting) or 'none'} of these had shown one. Of {len(back)} robots that were turned back "
+        f"both ways, {sum(reaches(row, HIDDEN) for row in back) or 'none'} can find the ball."
         + (
             " Each robot finds it in all ten trials or in none, so a single test would have revealed this."
             if alike

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
+from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag, never_confirm
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 
@@ -30,12 +30,6 @@ def show_collective_patrol(screen: SessionView) -> str | None:
     return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
 
 
-def complain_collective_patrol(screen: SessionView) -> str | None:
-    """Return the state to correct CollectivePatrol to, or None where it behaves as demonstrated."""
-    wished = show_collective_patrol(screen)
-    return None if wished == KEEP else wished
-
-
 def _sees_intruder(screen: SessionView) -> bool:
     return screen.features["someone_sees(intruder)"] == YES
 
@@ -51,7 +45,7 @@ COLLECTIVE_PATROL = LessonPlan(
         features=["all_done", "someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
     ),
     show_collective_patrol,
-    complain_collective_patrol,
+    never_confirm(show_collective_patrol),
     after(200.0),
     cases=(
         Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
@@ -86,16 +80,6 @@ DEFER = LessonPlan(
 SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
 
 
-def make_complaint(show: Wish) -> Wish:
-    """Return a function that asks for the same states as `show`, but never confirms the current one."""
-
-    def complain(screen: SessionView) -> str | None:
-        wished = show(screen)
-        return None if wished == KEEP else wished
-
-    return complain
-
-
 # Hunt: one patrol looks for an intruder until one of its robots has it.
 
 
@@ -127,7 +111,7 @@ HUNT = LessonPlan(
         features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
     ),
     show_hunt,
-    make_complaint(show_hunt),
+    never_confirm(show_hunt),
     lambda screen: has_raised_flag(screen) or screen.time_s > 200.0,
     cases=(
         Situation("on patrol"),
@@ -187,7 +171,7 @@ GATHER = LessonPlan(
     "gather",
     LessonDesign(parameters=["A"], states=["come(A)"], flags=["done"], features=["all_done", "someone_done"]),
     show_gather,
-    make_complaint(show_gather),
+    never_confirm(show_gather),
     has_raised_flag,
     cases=(Situation("on patrol", {"A": "home"}),),
     tries=2,
@@ -216,7 +200,7 @@ GUARD = LessonPlan(
     "guard",
     LessonDesign(states=["hunt", "gather=gather_all"], features=["all_done", "someone_done"]),
     show_guard,
-    make_complaint(show_guard),
+    never_confirm(show_guard),
     after(120.0),
     cases=(Situation("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
     tries=2,

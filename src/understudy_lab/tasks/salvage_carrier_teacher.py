@@ -8,15 +8,13 @@ from understudy.model.kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (
-    bearing,
     goto,
     is_done,
     raised_or_after,
     roam,
     sees_wreck,
-    soften_complaint,
 )
-from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
+from understudy_lab.teachers.person import KEEP, Wish, after, find_bearing, has_raised_flag, never_confirm
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 CAPACITY = 4
@@ -107,7 +105,7 @@ def _in_turn(bring: str) -> Wish:
 def show_return(screen: SessionView) -> str | None:
     """Return the next state of Return: as Gather, but turn around at the harbor, to leave toward the last wreck."""
     if screen.state == "turn":
-        return "search" if abs(bearing(screen, "harbor")) > pi - BEHIND else None
+        return "search" if abs(find_bearing(screen, "harbor")) > pi - BEHIND else None
     wished = _in_turn("search")(screen)
     return "turn" if screen.state == "deposit" and wished == "search" else wished
 
@@ -127,7 +125,7 @@ SEARCH = LessonPlan(
     "search",
     LessonDesign(states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]),
     show_search,
-    soften_complaint(show_search),
+    never_confirm(show_search),
     raised_or_after(90.0),
     cases=(Situation("a carrier, wrecks about"), Situation("a carrier, wrecks that others empty")),
     tries=4,
@@ -143,7 +141,7 @@ FETCH = LessonPlan(
         states=["follow=goto(scout)", "take", "look"], flags=["done"], features=["done", "distance_to(wreck)"]
     ),
     show_fetch,
-    soften_complaint(show_fetch),
+    never_confirm(show_fetch),
     raised_or_after(120.0),
     cases=(
         Situation("a carrier, a scout at a wreck"),

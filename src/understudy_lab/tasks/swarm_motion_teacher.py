@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from math import isnan, pi, tau
+from math import isnan, pi
 
 from understudy.model.kinds import YES
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, find_bearing, has_raised_flag
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 SELDOM, OFTEN = 0.06, 0.3
@@ -68,10 +68,6 @@ WANDER = LessonPlan(
 # Approach(A), and home with what is pulled.
 
 
-def _off(screen: SessionView, target: str) -> float:
-    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
-
-
 def _turned(state: str, off: float, *, astray: float, facing: float) -> str | None:
     toward = "rotate_left" if off > 0 else "rotate_right"
     if state in ("start", "forward"):
@@ -88,7 +84,7 @@ def show_approach(screen: SessionView) -> str | None:
         return "failed"
     if screen.features["distance_to(A)"] < THERE_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=ASTRAY, facing=FACING)
+    return _turned(screen.state, find_bearing(screen, "A"), astray=ASTRAY, facing=FACING)
 
 
 def complain_approach(screen: SessionView) -> str | None:
@@ -111,19 +107,19 @@ def _complain_approach(screen: SessionView, *, astray: float) -> str | None:
         return "failed"
     if distance < PAST_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=astray, facing=-ASTRAY)
+    return _turned(screen.state, find_bearing(screen, "A"), astray=astray, facing=-ASTRAY)
 
 
 def _beside(side: int) -> Seen:
-    return lambda screen: 0.8 < side * _off(screen, "A") < 2.6
+    return lambda screen: 0.8 < side * find_bearing(screen, "A") < 2.6
 
 
 def _behind(side: int) -> Seen:
-    return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
+    return lambda screen: 1.7 < side * find_bearing(screen, "A") < 2.8
 
 
 def _ahead(screen: SessionView) -> bool:
-    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
+    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(find_bearing(screen, "A")) < 0.4
 
 
 APPROACH = LessonPlan(
@@ -156,7 +152,7 @@ APPROACH = LessonPlan(
 
 
 def _steer(facing: float, astray: float) -> Wish:
-    return lambda screen: _turned(screen.state, _off(screen, "home"), astray=astray, facing=facing)
+    return lambda screen: _turned(screen.state, find_bearing(screen, "home"), astray=astray, facing=facing)
 
 
 STEER = LessonPlan(
@@ -171,13 +167,13 @@ STEER = LessonPlan(
     cases=(
         Situation(
             "alone",
-            suits=lambda screen: _off(screen, "home") > 0.8,
+            suits=lambda screen: find_bearing(screen, "home") > 0.8,
             enough=after(8.0),
             push=PushAway("forward", "rotate_right", 0.8),
         ),
         Situation(
             "alone",
-            suits=lambda screen: _off(screen, "home") < -0.8,
+            suits=lambda screen: find_bearing(screen, "home") < -0.8,
             enough=after(8.0),
             push=PushAway("forward", "rotate_left", 0.8),
         ),
