@@ -58,12 +58,7 @@ class Rows(tuple[Row, ...]):
 def group_by(key: str, names: Iterable[Any] | None = None) -> Groups:
     """Return a function that groups rows by a parameter of their tasks.
 
-    Parameters
-    ----------
-    key
-        The parameter.
-    names
-        The values that have a group, which may be empty. None: those that occur, in the order of their first rows.
+    `names` are the values that have a group, which may be empty; None: those that occur, in order of their first rows.
     """
     fixed = None if names is None else list(names)
 
@@ -77,13 +72,8 @@ def group_by(key: str, names: Iterable[Any] | None = None) -> Groups:
 def group_by_arm(arms: Iterable[str], *keys: str) -> Groups:
     """Return a function that makes a group for each arm of an experiment whose rows have results of all arms.
 
-    Parameters
-    ----------
-    arms
-        The names of the arms.
-    keys
-        The values of a row that have results by arm, which are replaced by those of the group's arm. None: the row has
-        all results of an arm under its name.
+    `keys` are the values of a row that have results by arm: a group has those of its arm instead. Without keys, all
+    results of an arm are under its name, and a group has them beside the others.
     """
     names = list(arms)
 
