@@ -32,9 +32,7 @@ class DrivenBehavior:
     teach
         Function that teaches the same by presses.
     measure
-        Function that returns the share of unseen worlds of a seed in which a learned library succeeds.
-    measure_pressed
-        The same for what was taught by presses.
+        Function that returns the share of unseen worlds of a seed in which a library succeeds, learned in either way.
     """
 
     title: str
@@ -42,7 +40,6 @@ class DrivenBehavior:
     learn: Callable[[int], DrivenLesson]
     teach: Callable[[int], Library]
     measure: Callable[[Library, int], float]
-    measure_pressed: Callable[[Library, int], float]
 
 
 GOTO, WALLS, SERVOING, FORAGING = "goto", "walls", "servoing", "foraging"
@@ -54,14 +51,12 @@ BEHAVIORS: Mapping[str, DrivenBehavior] = MappingProxyType(
             driven_goto.learn_from_drives,
             driven_goto.teach_by_presses,
             driven_goto.measure_success,
-            driven_goto.measure_pressed_success,
         ),
         WALLS: DrivenBehavior(
             "wall following",
             80,
             driven_walls.learn_walls_from_drives,
             driven_walls.teach_walls_by_presses,
-            driven_walls.measure_wall_success,
             driven_walls.measure_wall_success,
         ),
         SERVOING: DrivenBehavior(
@@ -70,14 +65,12 @@ BEHAVIORS: Mapping[str, DrivenBehavior] = MappingProxyType(
             driven_servoing.learn_servoing_from_drives,
             driven_servoing.teach_servoing_by_presses,
             driven_servoing.measure_servoing_success,
-            driven_servoing.measure_servoing_success,
         ),
         FORAGING: DrivenBehavior(
             "foraging",
             280,
             driven_foraging.learn_foraging_from_drives,
             driven_foraging.teach_foraging_by_presses,
-            driven_foraging.measure_foraging_success,
             driven_foraging.measure_foraging_success,
         ),
     }
@@ -111,7 +104,7 @@ def work(task: Task) -> Row:
         "answered": round(scores.answered, 4),
         "switches": round(scores.switches, 4),
         "driven": behavior.measure(driven.library, seed),
-        "pressed": behavior.measure_pressed(behavior.teach(seed), seed),
+        "pressed": behavior.measure(behavior.teach(seed), seed),
     }
 
 
