@@ -44,6 +44,7 @@ def main() -> int:
     parser.add_argument("--workers", default="auto", help="number of workers")
     split = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
     asked, options = parser.parse_args(sys.argv[1:split]), sys.argv[split + 1 :]
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # no loop and no test is left behind
     condition = {"busy": asked.busy, "stop": asked.stop, "pytest": options}
     while len(list_runs(asked.file, condition)) < asked.runs:
         row = condition | run_tests(options, workers=asked.workers, busy=asked.busy, stop=asked.stop)
@@ -77,13 +78,14 @@ def run_tests(options: list[str], *, workers: str, busy: int, stop: bool) -> Run
     ]
     began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
     over = Event()
+    tests = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
-        tests = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if stop:
             Thread(target=suspend_workers, args=(tests.pid, over), daemon=True).start()
         said, _ = tests.communicate()
     finally:
         over.set()
+        tests.terminate()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)  # the loops have not been waited for yet
         for loop in loops:
             loop.kill()

@@ -682,6 +682,8 @@ export interface Tested {
   name: string;
   works: boolean;
   examples: number;
+  /** How many examples, shown or watched, are decided otherwise. */
+  otherwise: number;
   /** In the order of the lesson. */
   outcomes: readonly PropertyTested[];
   /** The regressions: what worked before and no longer does. */
@@ -1342,8 +1344,8 @@ export interface EvaluationResult {
   failed: readonly FailedWorld[];
   /** Where the flag that counts was raised, beside where it was shown; empty without such a flag. */
   raised: string;
-  /** The number of worlds in which it was raised where it was not shown. */
-  elsewhere: number;
+  /** Whether it was raised where it was not shown, in any world. */
+  leaves_shown: boolean;
 }
 
 export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";

@@ -24,7 +24,7 @@ from understudy.errors import KindError, UnderstudyError, join_names
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
-from understudy.runtime.body import Body, Channel, Commands, Rewindable, list_reading_keys
+from understudy.runtime.body import BODY_ATTRIBUTES, Body, Channel, Commands, Rewindable, list_reading_keys
 
 TICKS = 60
 __all__ = ["LawBroken", "check_behavior", "check_body", "check_feature", "check_world"]
@@ -207,12 +207,9 @@ def _require(kept: bool, part: str, law: str, found: str) -> None:
         raise LawBroken(part=part, law=law, found=found)
 
 
-PARTS = ("agents", "readings", "targets", "channels", "tick_s", "time_s", "sense", "act")
-
-
 def _check_parts(body: Body) -> None:
-    missing = [name for name in PARTS if not hasattr(body, name)]
-    law = f"a body has {join_names(PARTS)}"
+    missing = [name for name in BODY_ATTRIBUTES if not hasattr(body, name)]
+    law = f"a body has {join_names(BODY_ATTRIBUTES)}"
     _require(not missing, f"body {type(body).__name__}", law, f"it has no {join_names(missing)}")
 
 

@@ -40,7 +40,7 @@ def test_an_environment_becomes_a_body_that_is_reset_with_the_seed() -> None:
 @pytest.mark.filterwarnings("ignore:The system font")  # which pursuit asks for
 def test_a_parallel_environment_becomes_a_body_with_an_agent_per_robot() -> None:
     world = make("make_pursuit", 5)
-    assert isinstance(world.body, PettingZooBody)
+    assert isinstance(world.ground, PettingZooBody)
     assert (world.agents, world.robots, len(world.view().robots), world.seeds) == (3, 3, 3, (5,))
     assert world.has_picture
 

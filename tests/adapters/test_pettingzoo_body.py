@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pettingzoo
 import pytest
@@ -12,6 +13,7 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from understudy import Library, Session, evaluate, new_lesson
+from understudy.adapters.gymnasium import GymnasiumBody
 from understudy.adapters.pettingzoo import PettingZooBody
 from understudy.errors import UnderstudyError
 from understudy.testing import check_behavior, check_body, check_world
@@ -153,6 +155,54 @@ def test_taught_and_evaluated() -> None:
         False,
     ]  # begun at 3, the first step is too much
     assert result.metrics["return"].tolist() == [3.0, 2.0, 1.0, 1.0]
+
+
+class CartPoleOfOne(ParallelEnv[str, Any, Any]):
+    """CartPole of Gymnasium as a parallel environment whose only agent is the cart."""
+
+    possible_agents = ["cart"]  # noqa: RUF012
+
+    def __init__(self) -> None:
+        self.inner = gymnasium.make("CartPole-v1")
+        self.metadata = self.inner.metadata
+
+    def observation_space(self, agent: str) -> Any:
+        return self.inner.observation_space
+
+    def action_space(self, agent: str) -> Any:
+        return self.inner.action_space
+
+    def reset(self, seed: int | None = None, options: Any = None) -> Any:
+        self.agents = ["cart"]
+        return {"cart": self.inner.reset(seed=seed)[0]}, {"cart": {}}
+
+    def step(self, actions: dict[str, Any]) -> Any:
+        seen, reward, terminated, truncated, _ = self.inner.step(actions["cart"])
+        self.agents = [] if terminated or truncated else ["cart"]
+        return {"cart": seen}, {"cart": reward}, {"cart": terminated}, {"cart": truncated}, {"cart": {}}
+
+
+def test_an_environment_of_gymnasium_is_a_parallel_one_with_one_agent() -> None:
+    """Two carts pushed alike fall alike; one that has fallen is seen where it fell by Gymnasium only."""
+    alone, parallel = (
+        GymnasiumBody("CartPole-v1", [3], tick_s=0.5).with_seeds([1, 2]),
+        PettingZooBody(CartPoleOfOne, [3], tick_s=0.5).with_seeds([1, 2]),
+    )
+    keys = [(reading.name, None) for reading in alone.readings]
+    while not alone.is_over.all():
+        for body in (alone, parallel):
+            body.act({"action": np.array([1.0, 2.0 * (body.time_s % 1.0)])})
+        seen, other = alone.sense(keys), parallel.sense(keys)
+        for key in keys[-4:]:
+            np.testing.assert_array_equal(seen[key], other[key], key[0])
+        for key in keys[:-4]:
+            np.testing.assert_array_equal(seen[key][~alone.is_over], other[key][~alone.is_over], key[0])
+            assert np.isnan(other[key][alone.is_over]).all()
+            assert not np.isnan(seen[key]).any()
+        assert parallel.is_over.tolist() == alone.is_over.tolist()
+    assert alone.returns.tolist() == parallel.returns.tolist()
+    assert alone.time_s == parallel.time_s
+    assert alone.returns[0] < alone.returns[1]
 
 
 class Unequal(Stairs):

@@ -12,7 +12,7 @@ from tests.analysis.own_bodies import KIT, LIBRARY, Carts, make_approach
 from understudy.analysis.comparison import compare
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.rollout import Outcomes
 from understudy.errors import SettingError
 from understudy.model.library import Library
 

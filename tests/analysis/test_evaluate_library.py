@@ -10,9 +10,10 @@ from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.baseline import LENIENCE
+from understudy.analysis.baseline import LENIENCE, ControllerRun
+from understudy.analysis.behavior_run import ProgramRun
 from understudy.analysis.evaluate import evaluate, find_success_flag
-from understudy.analysis.measurement import measure_outcomes, measure_program_outcomes
+from understudy.analysis.rollout import measure_success
 from understudy.errors import SettingError, UnboundParameter, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
@@ -50,17 +51,17 @@ def test_as_interpreters_would(scenario: Scenario) -> None:
     """In one go or tick by tick, with limits that some worlds reach and others do not."""
     library = Library.from_automata(make_scenario_kit(scenario), *AUTOMATA)
     program, limits = link(library, "forage"), np.array([20.0, 300.0, 95.05, 0.0])
-    fused = measure_program_outcomes(World(scenario, range(4)), program, limit_s=limits)
+    fused = measure_success(ProgramRun(World(scenario, range(4)), program, library, {}), limits)
     world = World(scenario, range(4))
     run = Run.from_program(world, program)
-    ticked = measure_outcomes(world, run.decide, run.keys, limit_s=limits)
+    ticked = measure_success(ControllerRun(world, run.decide, run.keys), limits)
     assert np.array_equal(fused.seconds, ticked.seconds, equal_nan=True)
     assert fused.delivered.tolist() == ticked.delivered.tolist()
 
 
 def test_worlds_that_ended_at_different_times_have_no_one_time() -> None:
     program, world = link(LIBRARY, "forage"), World(FORAGE, range(2))
-    measure_program_outcomes(world, program, limit_s=300.0)
+    measure_success(ProgramRun(world, program, LIBRARY, {}), 300.0)
     for attempt in (lambda: Engine.from_program(world, program), lambda: world.time_s):
         with pytest.raises(SettingError, match=r"time_s differs between its worlds.*reset"):
             attempt()
@@ -204,7 +205,8 @@ def test_who_says_done_too_late_has_failed() -> None:
 def test_all_robots_have_to_say_done() -> None:
     library = Library.from_automata(make_scenario_kit(TEAM), *AUTOMATA)
     program, limit_s = link(library, "goto", {"A": "station"}), 60.0
-    outcomes = measure_program_outcomes(World(TEAM, range(3)), program, limit_s=limit_s, flag="done")
+    goto = ProgramRun(World(TEAM, range(3)), program, library, {"A": "station"})
+    outcomes = measure_success(goto, limit_s, flag="done")
     for seed, seconds in enumerate(outcomes.seconds.tolist()):
         run = Run.from_program(World(TEAM, [seed]), program)
         while run.body.time_s < limit_s - 0.05 and any(agent.root.flag is None for agent in run.interpreters):

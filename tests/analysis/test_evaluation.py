@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.analysis.measurement import measure_outcomes
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.baseline import ControllerRun
+from understudy.analysis.rollout import Outcomes, measure_success
 from understudy.errors import SettingError
 from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
 from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
@@ -20,7 +20,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "hand_forager.json"
 
 def by_hand(world: Forage, limit_s: float = 3000.0) -> Outcomes:
     forager = ExpertForager(world.agents, world.settings)
-    return measure_outcomes(world, forager.decide, forager.keys, limit_s=limit_s)
+    return measure_success(ControllerRun(world, forager.decide, forager.keys), limit_s)
 
 
 def test_yardstick_is_near_its_bound_on_fresh_worlds() -> None:
@@ -63,7 +63,7 @@ def test_each_world_stops_at_its_own_limit() -> None:
     world = Forage([0, 1, 2])
     forager = ExpertForager(3, world.settings)
     limits = np.array([alone.seconds[0], alone.seconds[1] - 0.1, 0.0])
-    outcomes = measure_outcomes(world, forager.decide, forager.keys, limit_s=limits)
+    outcomes = measure_success(ControllerRun(world, forager.decide, forager.keys), limits)
     assert outcomes.finished.tolist() == [True, False, False]
     assert outcomes.seconds[0] == alone.seconds[0]
     assert outcomes.delivered[2] == 0

@@ -12,6 +12,7 @@ from tests.falsification.test_lesson_score import FORAGE, teach_distances
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, said
 
+from understudy.analysis.comparison import compare
 from understudy.analysis.evaluate import evaluate
 from understudy.learning.fit import learn_automaton
 from understudy.model.binding import Binding
@@ -45,6 +46,59 @@ def test_elsewhere_it_is_said_in_how_many_worlds() -> None:
     assert found.raised is not None
     assert found.raised.elsewhere == 10
     assert found.raised.describe().endswith("; elsewhere in 10 of 10 worlds")
+
+
+BEYOND = [  # the nearest value, m, at which something else was right, elsewhere, beyond, said
+    (0.5, 0, 5, "; beyond that in 5 of 10 worlds"),
+    (0.05, 10, 0, "; elsewhere in 10 of 10 worlds"),
+]
+
+
+@pytest.mark.parametrize(("beside", "elsewhere", "beyond", "ending"), BEYOND)
+def test_beyond_what_was_shown_it_is_said_although_nothing_says_that_it_is_wrong(
+    beside: float, elsewhere: int, beyond: int, ending: str
+) -> None:
+    """Pressed at 0.01 to 0.03 m of 5 m, raised at 0.25 to 0.30 m: half of it by more than a twentieth farther away."""
+    found = evaluate(teach_distances(0.01, 0.02, 0.03, beside=beside), "goto", FORAGE, SEEDS, binding=STATION)
+    assert found.raised is not None
+    assert (found.raised.elsewhere, found.raised.beyond) == (elsewhere, beyond)
+    assert found.raised.leaves_shown
+    assert found.raised.describe().endswith(ending)
+
+
+def test_wherever_a_rate_by_a_flag_is_shown_its_range_is_beside_it() -> None:
+    library = teach_distances(0.01, 0.02, 0.03, beside=0.05)
+    found = evaluate(library, "goto", FORAGE, SEEDS, binding=STATION)
+    assert found.raised is not None
+    where = found.raised.describe()
+    assert where in repr(found)
+    assert where in " ".join(found.to_table().split())
+    assert " ".join(compare(found, found).to_table().split()).count(where) == 2
+    assert where in found._repr_html_()
+
+
+ARRIVES = """understudy = "properties"
+version = 1
+[arrives]
+behavior = "goto"
+targets = { A = "station" }
+world = "forage"
+seeds = { first = 5, count = 10 }
+always = "done is raised"
+within_s = 60
+"""
+
+
+def test_the_test_of_a_property_says_where_its_flag_was_raised(tmp_path: Path) -> None:
+    """It holds in all worlds, by the robot's own word."""
+    for taught in teach_distances(0.01, 0.02, 0.03, beside=0.05).taught.values():
+        save_automaton(tmp_path, taught)
+    (tmp_path / "properties.toml").write_text(ARRIVES)
+    text = " ".join(run("test", tmp_path).stdout.split())
+    assert "arrives goto in forage: done is raised within 60 s" in text
+    assert "shown at 0.01 to 0.03 m; elsewhere in 10 of 10 worlds" in text
+    (row,) = said("test", tmp_path)["properties"]
+    assert (row["verdict"], row["leaves_shown"]) == ("holds", True)
 
 
 def test_the_values_are_those_at_which_it_was_raised_however_many_ticks_run_at_once() -> None:
@@ -107,6 +161,8 @@ def test_eval_prints_it(tmp_path: Path, beside: float, elsewhere: int) -> None:
     assert found["raised"]["elsewhere"] == elsewhere
     text = run(*arguments)
     assert found["raised"]["text"] in text.stdout
+    both = run(*arguments, "--against-behavior", "goto").stdout
+    assert both.count(found["raised"]["text"]) == 3, "of the first alone, and of both"
 
 
 def test_what_was_shown_is_offered_as_a_condition_and_can_be_tested() -> None:

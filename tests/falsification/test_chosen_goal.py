@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from multiprocessing.reduction import ForkingPickler
 
 import numpy as np
 import pytest
 from msgspec import UNSET, structs
 
+from understudy.analysis.evaluate import evaluate
 from understudy.falsification.holding_test import HoldingTest
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup
@@ -16,7 +19,7 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.goal_evaluation import evaluate_goal
+from understudy.properties.monitor import PropertyRule
 from understudy.properties.run_property import Verdict
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
@@ -102,8 +105,22 @@ def test_an_evaluation_counts_it() -> None:
     """The same worlds as in the score; the time of a success is how long the goal held."""
     library = teach("forward", TOUCHES)
     seeds = range(40)
-    found = evaluate_goal(TOUCHES, library, "go", ARENA, seeds)
+    found = evaluate(library, "go", ARENA, seeds, goal=PropertyRule(TOUCHES))
     works = NewWorlds(SessionSetup(ARENA), seeds).run(library, "go", {})
     assert found.taught.finished.tolist() == works.works.tolist()
     assert set(found.taught.seconds[works.works]) == {20.0}
     assert (found.goal, found.flag, found.expert) == ("never touches anything", None, None)
+
+
+def test_jobs_and_metrics_know_it() -> None:
+    """A rule can be sent to other processes, and metrics are read where its worlds end."""
+    library, rule = teach("forward", TOUCHES), PropertyRule(TOUCHES)
+    alone = evaluate(library, "go", ARENA, range(200), goal=rule)
+    with ThreadPoolExecutor(2) as executor:
+        shared = evaluate(
+            library, "go", ARENA, range(200), goal=ForkingPickler.loads(ForkingPickler.dumps(rule)), metrics=["bumper"],
+            jobs=4, executor=executor,
+        )  # fmt: skip
+    assert shared.taught.finished.tolist() == alone.taught.finished.tolist()
+    assert 0 < alone.success < 1
+    assert (shared.metrics["bumper"][alone.taught.finished] == 0).all()

@@ -39,7 +39,7 @@ def run_all(session: Session) -> tuple[Column, Column]:
     clearance, covered = make_clearance(run.body), make_covered(run.body)
     free, area = clearance(), covered()
     for _ in range(TICKS):
-        run.advance_all(1)
+        run.advance(1)
         free, area = np.minimum(free, clearance()), covered()
     return free, area
 

@@ -38,11 +38,10 @@ def test_a_world_fails_where_the_flag_is_raised_elsewhere() -> None:
     assert ((results.robustness > -0.25) & (results.robustness < -0.1)).all()
     for row, trial in enumerate(TRIALS[:2]):
         raised_s = float(results.failed_s[row])
-        assert made.find_wrong_tick(trial, until_s=60.0) == round(raised_s / 0.1) - 1
-        assert made.find_wrong_label(trial) == "done elsewhere"
-        said = made.describe_wrong_time(trial, raised_s)
-        assert said.startswith(f"At {raised_s:.1f} s it was done where distance_to(A) was 0.")
-        assert said.endswith("m, shown at 0.01 to 0.03 m.")
+        moment = made.find_wrong_moment(trial, until_s=60.0)
+        assert (moment.tick, moment.label) == (round(raised_s / 0.1) - 1, "done elsewhere")
+        assert moment.sentence.startswith(f"At {raised_s:.1f} s it was done where distance_to(A) was 0.")
+        assert moment.sentence.endswith("m, shown at 0.01 to 0.03 m.")
 
 
 @pytest.mark.parametrize("goal", [TOUCHES, MOVES])

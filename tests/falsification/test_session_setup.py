@@ -117,7 +117,7 @@ def test_a_session_in_another_world_runs_as_its_run_there_bit_for_bit(
     setup, library = find_setup(session)
     assert setup.describe_others(session.automaton.name) == others
     run = setup.start(SEEDS, library, session.automaton.name, {})
-    run.advance_all(TICKS)
+    run.advance(TICKS)
     assert isinstance(run.body, World)
     for row, seed in enumerate(SEEDS):
         session.reset(seed)
@@ -136,7 +136,7 @@ def test_only_the_trained_robot_counts() -> None:
     session = teach_saved()
     setup, library = find_setup(session)
     run = setup.start(SEEDS, library, "roam", {})
-    run.advance_all(TICKS)
+    run.advance(TICKS)
     every = run.engine.find_raised("done").reshape(len(SEEDS), -1)  # type: ignore[union-attr]
     assert run.find_raised_agents("done").tolist() == every[:, 2:3].tolist()
     assert run.find_raised("done").tolist() == every[:, 2].tolist()

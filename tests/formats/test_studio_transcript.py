@@ -57,7 +57,8 @@ def take_new(exchange: dict[str, Any]) -> None:
     These are: whether a lesson is taught live, worlds and libraries to choose from, targets of exports, whether control
     can be taken, numbers that tell a sentence from the same one said again, how the world is drawn, what a check finds,
     failing worlds, the properties of the library's file, the recordings that examples were made from, what
-    changed, the score in new worlds, and how often advice is about what went wrong there.
+    changed, the score in new worlds, how often advice is about what went wrong there, and how many examples are decided
+    otherwise.
     """
     if exchange.get("say") is not None:
         exchange["say"] = exchange["say"].replace(' "live": false,', "")
@@ -69,6 +70,7 @@ def take_new(exchange: dict[str, Any]) -> None:
         for advice in answer.get("advice") or ():
             advice.pop("evidence", None)
         (answer.get("scene") or {}).pop("drawing", None)
+        (answer.get("tested") or {}).pop("otherwise", None)
         for key in ("places", "can_take", "said_number", "exports", "findings", "failures", "properties"):
             answer.pop(key, None)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import degrees, dist, radians, tau
 
 import numpy as np
 import pytest
 
-from understudy.errors import SettingError
+from understudy.errors import FileError, SettingError
 from understudy.sim.walker import Gait
 from understudy.testing import check_world
 from understudy_lab.tasks.soccer import (
@@ -95,6 +96,26 @@ def test_servoing_by_hand_gets_there_from_anywhere() -> None:
 def test_a_gait_that_is_none_is_refused() -> None:
     with pytest.raises(SettingError, match="slip"):
         Gait(slip=1.5)
+
+
+DAMAGED: dict[str, Callable[[Soccer], bytes]] = {
+    "nothing": lambda body: b"",
+    "too short": lambda body: body.snapshot()[:5],
+    "without the worlds": lambda body: body.snapshot()[:40],
+    "of worlds without walkers": lambda body: body.world.snapshot(),
+    "cut off": lambda body: body.snapshot()[:-1],
+    "of another gait": lambda body: Soccer([2], gait=Gait(step_s=1.0)).snapshot(),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_a_snapshot_that_does_not_fit_is_refused_and_changes_nothing(damage: str) -> None:
+    body = Soccer([1])
+    body.act({"drive": np.ones(1)})
+    before = body.snapshot()
+    with pytest.raises(FileError, match="snapshot"):
+        body.restore(DAMAGED[damage](body))
+    assert body.snapshot() == before
 
 
 def _place(body: Soccer, world: int = 0) -> tuple[float, float]:

@@ -425,6 +425,19 @@ def test_a_press_back_after_something_has_appeared_is_meant_from_here(
     assert rows(taught)[4][0] == judged
 
 
+def test_a_press_after_a_parameter_was_added_is_meant_from_here() -> None:
+    """Forward at once, as shown; what the robot sensed of the new target before it switched is not known."""
+    taught = session(parameters=["A"], features=["range_of(A)"], targets={"A": "ball"})
+    taught.teach()
+    play(taught, "forward", 2, "restart", 1)
+    assert taught.view().state == "forward"
+    taught.change_design(
+        parameters=["A", "B"], features=["range_of(A)", "range_of(B)"], targets={"B": "goal"}
+    )
+    play(taught, "left", 1)
+    assert [example.state for example in taught.examples[2:]] == ["forward", "left"]
+
+
 @pytest.mark.parametrize(
     ("waited", "pressed", "judged"),
     [

@@ -17,7 +17,7 @@ from tests.ui.cli.forage_parts import AUTOMATA, goto
 
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import exact_interval_of_share
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.rollout import Outcomes
 from understudy.errors import SettingError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.describe import list_conditions_by_switch

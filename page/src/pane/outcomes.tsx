@@ -165,7 +165,7 @@ function Evaluated({ evaluation, desk, studio }: { evaluation: Evaluation; desk:
         <>
           <p>95% interval {percent(result.interval)} %</p>
           {result.raised !== "" && (
-            <p class={className(result.elsewhere > 0 && "warn")}>{plain(result.raised)}</p>
+            <p class={className(result.leaves_shown && "warn")}>{plain(result.raised)}</p>
           )}
           <p class="tiny">
             {plain(called)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
@@ -308,6 +308,9 @@ function Results({ studio }: { studio: Studio }) {
   const { found } = trial;
   if (found === null || (found.length === 0 && trial.testing === null)) return null;
   const bad = found.filter(({ works }) => !works).length;
+  const otherwise = found.reduce((sum, each) => sum + each.otherwise, 0);
+  const held =
+    otherwise === 0 ? "All as shown" : `${counted(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
       <div class="outcomes-head">
@@ -315,7 +318,7 @@ function Results({ studio }: { studio: Studio }) {
           {trial.testing !== null
             ? "Testing"
             : bad === 0
-              ? "All as shown, all properties hold"
+              ? `${held}, all properties hold`
               : `Failed: ${bad} of ${found.length}`}
         </b>
         {trial.testing === null && !trial.fresh && (

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from understudy.entry_points import WORLDS, load_object
-from understudy.errors import SettingError, UnderstudyError
 from understudy.model.library import Kit
 from understudy.runtime.body import BODY_ATTRIBUTES, Body, Resettable, close_body
-from understudy.sim.catalog import find_scenario, is_function
+from understudy.sim.catalog import call_world_function, find_scenario, is_function, refuse_world
 from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario
 
@@ -46,9 +45,9 @@ class BodyMaker:
         """Make the body of a world; SettingError if that fails, or if what is made is no body."""
         function = _load(self.name)
         if not callable(function):
-            raise _wrong(self.name, f"is a {type(function).__name__}")
+            raise refuse_world(self.name, f"is a {type(function).__name__}", REMEDY)
         seeded = _takes_seed(function, self.name)
-        made = _call(function, self.name, *([seed] if seeded else []))
+        made = call_world_function(function, self.name, *([seed] if seeded else []), remedy=REMEDY)
         body = _make_body(made, seed, self.name)
         if body is made and not seeded and isinstance(body, Resettable):
             body.reset([seed])
@@ -61,7 +60,7 @@ class BodyMaker:
         close_body(body)
         if not isinstance(kit, Kit):
             problem = f"returned a {type(body).__name__} without a kit"
-            raise _wrong(
+            raise refuse_world(
                 self.name, problem, "give the kit: --kit MODULE:NAME, or a body with an attribute kit"
             )
         return kit
@@ -96,10 +95,10 @@ def find_world(name: str | Path) -> Scenario | BodyMaker:
     if isinstance(found, Scenario):
         return add_markers(found)
     if not callable(found):
-        raise _wrong(name, f"is a {type(found).__name__}")
+        raise refuse_world(name, f"is a {type(found).__name__}", REMEDY)
     if _takes_seed(found, name):
         return BodyMaker(name)
-    made = _call(found, name)
+    made = call_world_function(found, name, remedy=REMEDY)
     if isinstance(made, Scenario):
         return add_markers(made)
     _make_body(made, 0, name)
@@ -120,17 +119,8 @@ def _takes_seed(function: Callable[..., Any], name: str) -> bool:
     needed = [each for each in parameters if each.default is each.empty and each.kind in positional]
     if len(needed) > 1:
         names = ", ".join(each.name for each in needed)
-        raise _wrong(name, f"needs {len(needed)} arguments ({names})")
+        raise refuse_world(name, f"needs {len(needed)} arguments ({names})", REMEDY)
     return bool(needed)
-
-
-def _call(function: Callable[..., Any], name: str, *given: int) -> Any:
-    try:
-        return function(*given)
-    except UnderstudyError:
-        raise
-    except Exception as error:  # whatever a function of the user's own does
-        raise _wrong(name, f"raised {type(error).__name__}: {error}") from error
 
 
 def _make_body(made: Any, seed: int, name: str) -> Body:
@@ -147,16 +137,13 @@ def _make_body(made: Any, seed: int, name: str) -> Body:
         return PettingZooBody(made, [seed])
     missing = [each for each in BODY_ATTRIBUTES if not hasattr(made, each)]
     if len(missing) == len(BODY_ATTRIBUTES):
-        raise _wrong(name, f"returned a {type(made).__name__}")
+        raise refuse_world(name, f"returned a {type(made).__name__}", REMEDY)
     if missing:
         remedy = "let it return a body, as the protocol understudy.Body says"
-        raise _wrong(name, f"returned a {type(made).__name__} without {missing[0]!r}", remedy)
+        raise refuse_world(name, f"returned a {type(made).__name__} without {missing[0]!r}", remedy)
     worlds = getattr(made, "worlds", 1)
     if worlds != 1:
-        raise _wrong(name, f"makes {worlds} worlds", "let it make one, since the seed is that of one world")
+        remedy = "let it make one, since the seed is that of one world"
+        raise refuse_world(name, f"makes {worlds} worlds", remedy)
     body: Body = made
     return body
-
-
-def _wrong(name: str, problem: str, remedy: str = REMEDY) -> SettingError:
-    return SettingError(where="world", setting=repr(name), problem=problem, remedy=remedy)

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, TypeAlias
 
 import numpy as np
-from gymnasium import Space
 from numpy.typing import NDArray
 
-from understudy.adapters.space_numbers import SpaceNumber, SpaceNumbers, rename_numbers
-from understudy.errors import DefinitionError, SettingError, UnknownName, join_names
+from understudy.adapters.space_numbers import SpaceNumber
+from understudy.errors import SettingError, UnknownName, join_names
 from understudy.model.behaviors import Behavior, Command
-from understudy.model.features import Feature, FlagFeature, Percept, ReadingKey, TimeInState
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Kind
-from understudy.model.library import Kit
-from understudy.runtime.body import Channel, Commands, Reading, check_reading_keys
+from understudy.runtime.body import Channel, Reading
 
 Names: TypeAlias = Sequence[str] | Mapping[str, str]
 BehaviorNames: TypeAlias = Sequence[str] | Mapping[str, Mapping[str, float]]
@@ -33,129 +30,13 @@ MOST_NAMED = 64
 """The most values of a whole number that each get a basic behavior; of more, only the least and the greatest do."""
 
 
-class EnvironmentInterface:
-    """The common parts of bodies of environments: readings, channels and basic behaviors, and a table of readings.
-
-    The rows of a table of readings [R, N] are the numbers of the observation and, last, those of `OUTCOMES`.
-
-    Parameters
-    ----------
-    observation_space
-        The space of the observations of each agent.
-    action_space
-        The space of the actions of each agent.
-    where
-        The environment, for error messages.
-    names
-        Names of the observed numbers, in order, or by the name that they would have.
-    units
-        Unit of a reading, by name.
-    kinds
-        Kind of a reading, by name.
-    behaviors
-        Names for the values of the only action, in order; or a command by name.
-    rest
-        Value of channels while idling, by channel.
-
-    Raises
-    ------
-    SettingError
-        If a space cannot be mapped, or a setting does not fit it.
-    """
-
-    def __init__(
-        self,
-        observation_space: Space[Any],
-        action_space: Space[Any],
-        *,
-        where: str,
-        names: Names | None = None,
-        units: Mapping[str, str] | None = None,
-        kinds: Mapping[str, Kind] | None = None,
-        behaviors: BehaviorNames | None = None,
-        rest: Mapping[str, float] | None = None,
-    ) -> None:
-        self.where = where
-        self.observed = SpaceNumbers(observation_space, prefix="obs", where=where)
-        self.acted = SpaceNumbers(action_space, prefix="action", where=where)
-        named = rename_numbers(self.observed.numbers, names, where=where)
-        self.readings: tuple[Reading, ...] = (
-            *_make_readings(self.observed.numbers, named, units or {}, kinds or {}, where=where),
-            *OUTCOMES,
-        )
-        self.channels = _make_channels(self.acted.numbers, rest or {}, where=where)
-        self.behaviors = _make_behaviors(self.channels, behaviors, where=where)
-        self._rest = np.array([channel.rest for channel in self.channels])
-        self._rows = {reading.name: row for row, reading in enumerate(self.readings)}
-
-    @property
-    def kit(self) -> Kit:
-        """A feature for each reading, those of the automaton itself, and the basic behaviors."""
-        features = (
-            Feature(each.name, each.kind, each.name, unit=each.unit, doc=each.doc) for each in self.readings
-        )
-        own = (FlagFeature("done"), FlagFeature("failed"), TimeInState())
-        return Kit.from_parts(*features, *own, *self.behaviors)
-
-    def select_readings(self, table: NDArray[np.float64], keys: Sequence[ReadingKey]) -> Percept:
-        """Return a copy of the rows [N] of a table of readings; UnknownName or SettingError for other keys."""
-        check_reading_keys(keys, readings=self.readings, targets=(), where=self.where)
-        return {key: table[self._rows[key[0]]].copy() for key in keys}
-
-    def make_command_table(self, commands: Commands, agents: int) -> NDArray[np.float64]:
-        """Return commands as a table [N, C], at rest where they are left out; refuse what the action space lacks."""
-        known = {channel.name: column for column, channel in enumerate(self.channels)}
-        table = np.tile(self._rest, (agents, 1))
-        for name, values in commands.items():
-            if name not in known:
-                raise UnknownName(what="channel", name=name, where=self.where, known=list(known))
-            column = np.asarray(values, np.float64)
-            if column.shape != (agents,):
-                problem = f"it has shape {column.shape}"
-                remedy = f"give one number per agent: shape ({agents},)"
-                raise DefinitionError(what=f"command {name!r}", problem=problem, remedy=remedy)
-            channel = self.channels[known[name]]
-            wrong = np.flatnonzero(~_find_valid(channel, column))
-            if len(wrong):
-                problem = f"it is {column[wrong[0]]:g} for agent {wrong[0]} of {self.where}"
-                raise DefinitionError(
-                    what=f"command {name!r}", problem=problem, remedy=f"give {_format_range(channel)}"
-                )
-            table[:, known[name]] = column
-        return table
-
-    def check_seeds(self, seeds: Sequence[int], count: int) -> tuple[int, ...]:
-        """Return seeds as whole numbers; SettingError if they are not `count` whole numbers from 0 up."""
-        given: list[Any] = list(seeds)
-        whole = all(isinstance(seed, int | np.integer) and seed >= 0 for seed in given)
-        if len(given) != count or not whole:
-            raise SettingError(
-                where=self.where,
-                setting="seeds",
-                problem=f"are {given!r:.60}",
-                remedy=f"give {count} whole numbers from 0 up",
-            )
-        return tuple(int(seed) for seed in given)
-
-    def call(self, name: str, function: Callable[..., Any], *args: Any, checker: str, **named: Any) -> Any:
-        """Call a method of an environment; whatever it raises becomes a DefinitionError, which names the `checker`."""
-        try:
-            return function(*args, **named)
-        except Exception as error:  # whatever code of the environment does
-            raise DefinitionError(
-                what=self.where,
-                problem=f"its {name} failed: {type(error).__name__}: {error}",
-                remedy=f"correct the environment; {checker} may say more",
-            ) from error
-
-
 def choose_tick_s(tick_s: float | None, metadata: Mapping[str, Any]) -> float:
     """Return the length of a tick, s: as given, or else as an environment's metadata say."""
     fps = metadata.get("render_fps")
     return float(tick_s if tick_s is not None else 1.0 / fps if fps else TICK_S)
 
 
-def _find_valid(channel: Channel, column: Column) -> NDArray[np.bool_]:
+def find_valid(channel: Channel, column: Column) -> NDArray[np.bool_]:
     """Find the values that a channel takes: within its limits as single-precision numbers, which spaces are."""
     single = column.astype(np.float32)
     valid: NDArray[np.bool_] = (
@@ -164,12 +45,13 @@ def _find_valid(channel: Channel, column: Column) -> NDArray[np.bool_]:
     return valid & (np.rint(column) == column) if channel.whole else valid
 
 
-def _format_range(channel: Channel) -> str:
+def format_range(channel: Channel) -> str:
+    """Describe the numbers that a channel takes."""
     sort = "a whole number" if channel.whole else "a finite number"
     return f"{sort} from {channel.least:g} to {channel.most:g}"
 
 
-def _make_readings(
+def map_readings(
     numbers: Sequence[SpaceNumber],
     names: Sequence[str],
     units: Mapping[str, str],
@@ -177,6 +59,7 @@ def _make_readings(
     *,
     where: str,
 ) -> list[Reading]:
+    """Make the readings of observed numbers; refuse names that have another meaning, and settings of other names."""
     own = {reading.name for reading in OUTCOMES}
     taken = [name for name in names if name in own]
     if taken:
@@ -202,9 +85,10 @@ def _describe_observed(number: SpaceNumber) -> str:
     )
 
 
-def _make_channels(
+def map_channels(
     numbers: Sequence[SpaceNumber], rest: Mapping[str, float], *, where: str
 ) -> tuple[Channel, ...]:
+    """Make the channels of the numbers of an action, with their values at rest; refuse what is out of range."""
     names = [number.name for number in numbers]
     for name in rest:
         if name not in names:
@@ -219,8 +103,8 @@ def _make_channels(
             number.name, value, least=number.least, most=number.most, whole=number.whole,
             doc=_describe_observed(number),
         )  # fmt: skip
-        if not _find_valid(channel, np.array([value])).all():
-            remedy = f"give {_format_range(channel)}"
+        if not find_valid(channel, np.array([value])).all():
+            remedy = f"give {format_range(channel)}"
             raise SettingError(
                 where=where, setting=f"rest of {number.name!r}", problem=f"is {value:g}", remedy=remedy
             )
@@ -228,7 +112,7 @@ def _make_channels(
     return tuple(channels)
 
 
-def _make_behaviors(
+def map_behaviors(
     channels: Sequence[Channel],
     given: Sequence[str] | Mapping[str, Mapping[str, float]] | None,
     *,
@@ -276,11 +160,11 @@ def _check_behavior(
             raise UnknownName(
                 what=f"channel for behavior {name!r}", name=channel, where=where, known=list(known)
             )
-        if not _find_valid(known[channel], np.array([value], np.float64)).all():
+        if not find_valid(known[channel], np.array([value], np.float64)).all():
             raise SettingError(
                 where=where,
                 setting=f"behavior {name!r}",
                 problem=f"sets {channel!r} to {value:g}",
-                remedy=f"give {_format_range(known[channel])}",
+                remedy=f"give {format_range(known[channel])}",
             )
     return Behavior(name, Command(**command))

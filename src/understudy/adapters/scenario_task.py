@@ -1,14 +1,18 @@
-"""A scenario as a task of reinforcement learning: numbers in, numbers out, with a reward and an end."""
+"""A scenario as a task of reinforcement learning: numbers in, numbers out, with a reward and an end.
+
+`ScenarioEnvironment` is what environments of all packages have in common.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import inf
 from operator import index
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, SettingError, UnknownName, join_names
@@ -21,75 +25,126 @@ from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.skill_parts import SKILL_CHANNELS, list_skill_readings
 from understudy.sim.world import World
+from understudy.viz.world_picture import draw_world_picture
 
 Floats32: TypeAlias = NDArray[np.float32]
 RewardFunction: TypeAlias = Callable[[World], Any]
 """The reward of the last tick: a number for all robots, or one per robot."""
 EndFunction: TypeAlias = Callable[[World], bool]
 """Whether the episode has ended in the task's own sense."""
+ActionChoice: TypeAlias = Literal["behaviors", "channels"] | Sequence[str]
 ABSENT = -1.0
 """The number that is observed where a reading is absent. Ranges, angles and labels are never below 0."""
+SEEDS = 2**31
+"""The number of worlds from which a reset without a seed draws one."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TaskOptions:
-    """The options of a scenario as an environment.
-
-    Parameters
-    ----------
-    readings
-        The readings to observe, as "range(station)" or "food_stored"; all, except those of skills, if None.
-    actions
-        "behaviors": an action is the number of a basic behavior. "channels": an action is a value for each channel.
-        Or the names of the basic behaviors to choose from.
-    reward
-        Function of the world after a tick that returns the reward of that tick, a number or one per robot. None: the
-        units of food that each robot has unloaded, if food must be delivered; the boxes that all have gathered, if
-        boxes must be; 1 in the tick in which robots reach the goal's target; 0 if the scenario has no goal.
-    terminated
-        Function of the world after a tick that returns whether the episode has ended. None: at the scenario's goal.
-    limit_s
-        Time after which an episode is truncated, s. None: the scenario's limit.
-    absent
-        The number that is observed where a reading is absent.
-    """
-
-    readings: Sequence[str] | None = None
-    actions: Literal["behaviors", "channels"] | Sequence[str] = "behaviors"
-    reward: RewardFunction | None = None
-    terminated: EndFunction | None = None
-    limit_s: float | None = None
-    absent: float = ABSENT
-
-
-class ScenarioTask:
-    """One world of a scenario, with observations, actions, rewards and an end.
+class ScenarioEnvironment(ABC):
+    """The world of a scenario as an environment for reinforcement learning, whatever package it is for.
 
     Parameters
     ----------
     scenario
         The scenario, or the name or path of one.
-    options
-        What is observed, commanded and rewarded.
+    readings
+        The readings to observe, in order, such as "range(station)" or "food_stored"; all, except those of skills, if
+        None.
+    actions
+        "behaviors": an action is the number of a basic behavior (`Discrete`). "channels": an action has a value for
+        each channel (`Box`). Or the names of the basic behaviors to choose from.
+    reward
+        Function of the `World` after a tick that returns the reward of that tick, a number for all robots or one per
+        robot. None: the units of food that each robot has unloaded, if food must be delivered; the boxes that all
+        have gathered, if boxes must be; 1 for all in the tick in which robots reach the goal's target; 0 if the
+        scenario has no goal.
+    terminated
+        Function of the `World` after a tick that returns whether the episode has ended. None: at the scenario's goal.
+    limit_s
+        Time after which an episode is truncated, s; the scenario's limit if None.
+    absent
+        The number that is observed where a reading is absent.
+    render_mode
+        "rgb_array", to draw the world with `render`; or None.
 
     Raises
     ------
     SettingError
         If the scenario has no such reading or behavior.
+
+    Notes
+    -----
+    What a robot observes is a `Box` with a float32 per reading. Angles are in radians from 0 to 2π, and a categorical
+    reading is the index of its label.
     """
 
-    def __init__(self, scenario: Scenario | str, options: TaskOptions) -> None:
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 (as packages have it)
+
+    def __init__(
+        self,
+        scenario: Scenario | str,
+        *,
+        readings: Sequence[str] | None = None,
+        actions: ActionChoice = "behaviors",
+        reward: RewardFunction | None = None,
+        terminated: EndFunction | None = None,
+        limit_s: float | None = None,
+        absent: float = ABSENT,
+        render_mode: str | None = None,
+    ) -> None:
+        self.task = ScenarioTask(
+            scenario, readings=readings, actions=actions, reward=reward, terminated=terminated, limit_s=limit_s,
+            absent=absent,
+        )  # fmt: skip
+        if render_mode not in (None, "rgb_array"):
+            problem, remedy = f"is {render_mode!r}", 'give "rgb_array" or None'
+            raise SettingError(where=self.task.where, setting="render_mode", problem=problem, remedy=remedy)
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.task.scenario.tick_s)}
+        self.render_mode = render_mode
+        self._set_up()
+
+    @abstractmethod
+    def _set_up(self) -> None:
+        """Set what a package wants of an environment besides, such as its spaces."""
+
+    def _make_spaces(self) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
+        """Make the observation and action space of one robot."""
+        task = self.task
+        return spaces.Box(task.low, task.high, dtype=np.float32), (
+            spaces.Discrete(len(task.behaviors))
+            if task.behaviors
+            else spaces.Box(task.least, task.most, dtype=np.float32)
+        )
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Draw the world [height, width, 3]; None without a render mode."""
+        return None if self.render_mode is None else draw_world_picture(self.task.world.view())
+
+
+class ScenarioTask:
+    """One world of a scenario, with the observations, actions, rewards and end that `ScenarioEnvironment` describes."""
+
+    def __init__(
+        self,
+        scenario: Scenario | str,
+        *,
+        readings: Sequence[str] | None,
+        actions: ActionChoice,
+        reward: RewardFunction | None,
+        terminated: EndFunction | None,
+        limit_s: float | None,
+        absent: float,
+    ) -> None:
         self.scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
-        self.options = options
+        self._compute_reward, self._has_ended, self._absent = reward, terminated, absent
         self.world = World(self.scenario, [0])
         self.robots = self.world.robots
-        self.keys = self._choose_keys(options.readings)
+        self.keys = self._choose_keys(readings)
         kinds = {reading.name: reading.kind for reading in self.world.readings}
-        limits = [_limit_reading(kinds[name], options.absent) for name, _ in self.keys]
+        limits = [_limit_reading(kinds[name], absent) for name, _ in self.keys]
         self.low, self.high = np.array(limits, np.float32).reshape(-1, 2).T
-        self._list_actions()
+        self._list_actions(actions)
         self._nothing = [0.0] * self.robots
-        self._limit_ticks = round((options.limit_s or self.scenario.limit_s) / self.scenario.tick_s)
+        self._limit_ticks = round((limit_s or self.scenario.limit_s) / self.scenario.tick_s)
         self.reset(0)
 
     @property
@@ -117,7 +172,7 @@ class ScenarioTask:
                 raise SettingError(where=self.where, setting=setting, problem=problem, remedy=remedy)
         return keys
 
-    def _list_actions(self) -> None:
+    def _list_actions(self, chosen: ActionChoice) -> None:
         """Make the tables of commands of all actions, or the limits of the channels."""
         self.channels = tuple(
             channel.name for channel in self.world.channels if channel not in SKILL_CHANNELS
@@ -134,7 +189,6 @@ class ScenarioTask:
             for name, behavior in make_behaviors(self.scenario).items()
             if not behavior.parameters and "skill" not in behavior.command
         }
-        chosen = self.options.actions
         self.behaviors: tuple[str, ...] = ()
         if chosen == "channels":
             return
@@ -174,18 +228,18 @@ class ScenarioTask:
         """
         observed = self._encode(self.world.advance_under(commands, self.keys))
         reward = self._reward()
-        ends = self.options.terminated
+        ends = self._has_ended
         terminated = bool(self._finished[0] >= 0) if ends is None else bool(ends(self.world))
         return observed, reward, terminated, bool(self._tick[0] >= self._limit_ticks)
 
     def _encode(self, measured: NDArray[np.float64]) -> Floats32:
         observed = measured.astype(np.float32)
-        observed[observed != observed] = self.options.absent  # NaN
+        observed[observed != observed] = self._absent  # NaN
         return observed
 
     def _reward(self) -> list[float]:
-        if self.options.reward is not None:
-            return self._check_reward(self.options.reward(self.world))
+        if self._compute_reward is not None:
+            return self._check_reward(self._compute_reward(self.world))
         if self._counted is None:
             finished = bool(self._finished[0] >= 0)
             value = float(finished and not self._was_finished)

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
-from understudy.analysis.measurement import Progress, measure_outcomes, skip_progress
-from understudy.analysis.outcomes import Outcomes
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.analysis.behavior_run import BehaviorRun, RunReading
+from understudy.analysis.rollout import Outcomes, Progress, measure_success, skip_progress
+from understudy.errors import UnknownName
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
@@ -20,6 +24,9 @@ BASELINES = "understudy.baselines"
 
 LENIENCE = 3.0
 """The time limit of a taught robot, in multiples of the baseline's time."""
+
+
+DecideCommands: TypeAlias = Callable[[Percept], Commands]
 
 
 class Controller(Protocol):
@@ -51,11 +58,40 @@ def find_baseline(scenario: Scenario) -> Baseline | None:
     return next((baseline for baseline in found if baseline is not None), None)
 
 
+class ControllerRun(BehaviorRun):
+    """Robots in B worlds that a controller drives. It has no flags, and reads only what it decides by.
+
+    Parameters
+    ----------
+    world
+        The worlds.
+    decide
+        Returns the commands of a tick, given what was sensed.
+    keys
+        The readings that it needs.
+    """
+
+    def __init__(self, world: World, decide: DecideCommands, keys: Sequence[ReadingKey]) -> None:
+        super().__init__(world, world.worlds)
+        self._decide, self._keys = decide, keys
+
+    def _tick(self) -> None:
+        self.body.act(self._decide(self.body.sense(self._keys)))
+
+    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
+        """Raise UnknownName."""
+        raise UnknownName(what="flag", name=flag, where="a controller", known=())
+
+    def find_reading(self, text: str) -> RunReading:
+        """Raise UnknownName."""
+        raise UnknownName(what="reading", name=text, where="a controller", known=())
+
+
 def measure_baseline(
     baseline: Baseline, seeds: Sequence[int], *, progress: Progress = skip_progress
 ) -> Outcomes:
     """Measure a baseline on one world per seed."""
     world = World(baseline.scenario, seeds)
     controller = baseline.make_controller(world)
-    limits = baseline.limits_s(world)
-    return measure_outcomes(world, controller.decide, controller.keys, limit_s=limits, progress=progress)
+    run = ControllerRun(world, controller.decide, controller.keys)
+    return measure_success(run, baseline.limits_s(world), progress=progress)

@@ -5,22 +5,23 @@ Goals and metrics of one's own are read from it between ticks.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.named_reading import NamedReading, find_reading
-from understudy.errors import UnknownName
+from understudy.errors import SettingError, UnknownName
 from understudy.model.features import Percept
 from understudy.model.kinds import Column
 from understudy.model.library import Library
 from understudy.runtime.body import Body, list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import Program
+from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
@@ -47,55 +48,116 @@ class RunReading:
         return found
 
 
-class BehaviorRun(Protocol):
-    """A behavior that runs in B worlds, each with as many agents."""
+class BehaviorRun(ABC):
+    """A behavior that runs in B worlds, each with as many agents.
 
-    @property
-    def body(self) -> Body:
-        """The body of the robots."""
-        ...
+    Parameters
+    ----------
+    body
+        The body of the robots, or of those who run the behavior.
+    worlds
+        The number of worlds.
+    """
 
-    @property
-    def team(self) -> Team | None:
-        """The team, if not all robots run the behavior by themselves."""
-        ...
+    team: Team | None = None
+    """The team, if not all robots run the behavior by themselves."""
+    own_robots: NDArray[np.bool_] | None = None
+    """Which simulated robots of a world [N] run the behavior, or follow who does. None: all count."""
+
+    def __init__(self, body: Body, worlds: int) -> None:
+        self.body, self.worlds = body, worlds
+        self.ticks = 0
+        """The number of ticks since the run began."""
+        self._began_s = self._now_s = body.time_s
 
     @property
     def is_fused(self) -> bool:
         """Whether many ticks can be run at once."""
-        ...
+        return False
 
     @property
-    def own_robots(self) -> NDArray[np.bool_] | None:
-        """Which simulated robots of a world [N] run the behavior, or follow who does. None: all count."""
-        ...
+    def knows_times(self) -> bool:
+        """Whether `find_raised_s` tells later when a flag was raised."""
+        return False
 
-    def tick(self) -> None:
+    @property
+    def world(self) -> World | None:
+        """The simulated worlds; None if the robots are not simulated."""
+        ground = self.body.ground if isinstance(self.body, CoordinatorBody) else self.body
+        return ground if isinstance(ground, World) else None
+
+    def get_world(self) -> World:
+        """Return the simulated worlds; TypeError if the robots are not simulated."""
+        if self.world is None:
+            raise TypeError("a body that is not simulated")
+        return self.world
+
+    @property
+    def time_s(self) -> float:
+        """The time since the run began, s; in simulated worlds, which may end apart, by the number of ticks."""
+        return self.ticks * self.body.tick_s if self.world is not None else self._now_s - self._began_s
+
+    def count_ticks_left(self, limit_s: Column) -> NDArray[np.int64]:
+        """Count the ticks that end before the time limit of each world [B], s; of a body with its own clock, 0 or 1."""
+        if self.world is not None:
+            return np.floor(limit_s / self.body.tick_s + 1e-9).astype(np.int64) - self.ticks
+        return (self.time_s + self.body.tick_s <= limit_s + 1e-9).astype(np.int64)
+
+    def advance(self, ticks: int, *, to_goal: bool = False, ended: NDArray[np.bool_] | None = None) -> None:
+        """Run ticks.
+
+        Parameters
+        ----------
+        ticks
+            The number of ticks.
+        to_goal
+            Whether worlds of a scenario may stop where they reach its goal.
+        ended
+            The worlds that may stay as they are [B]. None: none.
+
+        Raises
+        ------
+        SettingError
+            If a body that is not simulated does not advance its time.
+        """
+        self._advance(ticks, to_goal=to_goal, ended=ended)
+        self.ticks += ticks
+        if self.world is None:
+            before, self._now_s = self._now_s, self.body.time_s
+            if not self._now_s > before:
+                raise SettingError(
+                    where="the body",
+                    setting="time_s",
+                    problem=f"stood still at {before} s during a tick",
+                    remedy="let `act` advance it",
+                )
+
+    def _advance(self, ticks: int, *, to_goal: bool, ended: NDArray[np.bool_] | None) -> None:
+        for _ in range(ticks):
+            self._tick()
+
+    @abstractmethod
+    def _tick(self) -> None:
         """Let all agents sense, decide and act once."""
-        ...
-
-    def advance(self, ticks: int) -> None:
-        """Run ticks; worlds may stop where they reach the scenario's goal."""
-        ...
-
-    def advance_all(self, ticks: int) -> None:
-        """Run ticks in all worlds, also in those that have reached the scenario's goal."""
-        ...
 
     def find_raised(self, flag: str) -> NDArray[np.bool_]:
         """Return in which worlds [B] all agents that run the behavior have raised a flag."""
-        ...
+        return np.asarray(self.find_raised_agents(flag).all(axis=1))
 
+    @abstractmethod
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
         """Return which of the n agents of each world that run the behavior have raised a flag [B, n]."""
-        ...
 
+    def find_raised_s(self, flag: str) -> NDArray[np.float64]:
+        """Return when each of the n agents of each world that run it raised a flag [B, n], s; NaN where one has not."""
+        raise TypeError("a run that does not know when flags were raised")
+
+    @abstractmethod
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name, such as "range(station)"; UnknownName or SettingError if there is none."""
-        ...
 
 
-class ProgramRun:
+class ProgramRun(BehaviorRun):
     """A behavior that all agents of a body run; or one of each world, beside other programs.
 
     Parameters
@@ -108,15 +170,11 @@ class ProgramRun:
         The library of the behavior.
     binding
         The target of each parameter.
-    worlds
-        The number of worlds.
     agent
         The only agent of each world that runs the behavior. None: all do.
     others
         What the agents of each world run, one program each; that at `agent` is not used.
     """
-
-    team: Team | None = None
 
     def __init__(
         self,
@@ -125,11 +183,11 @@ class ProgramRun:
         library: Library,
         binding: Mapping[str, str],
         *,
-        worlds: int = 1,
         agent: int | None = None,
         others: Sequence[Program] = (),
     ) -> None:
-        self.body, self.worlds = body, worlds
+        worlds = body.worlds if isinstance(body, World) else 1
+        super().__init__(body, worlds)
         self._chosen = mark_agent(agent, body.agents // worlds)
         self.own_robots = None if agent is None or not isinstance(body, World) else self._chosen
         programs = [program] * (body.agents // worlds)
@@ -140,33 +198,24 @@ class ProgramRun:
         self._library, self._binding = library, binding
         self._plan = self.engine.plan() if isinstance(body, World) else None
 
-    def tick(self) -> None:
-        """Let all agents sense, decide and act once."""
-        self.engine.tick()
-
-    def advance(self, ticks: int) -> None:
-        """Run ticks; worlds of a scenario stop where they reach its goal if the whole program can be compiled."""
-        self._advance(ticks, until_finished=True)
-
-    def advance_all(self, ticks: int) -> None:
-        """Run ticks in all worlds, also in those that have reached the scenario's goal."""
-        self._advance(ticks, until_finished=False)
-
-    def _advance(self, ticks: int, *, until_finished: bool) -> None:
-        if self._plan is not None and isinstance(self.body, World):
-            self.body.advance(self._plan, ticks, until_finished=until_finished)
-            return
-        for _ in range(ticks):
-            self.engine.tick()
-
     @property
     def is_fused(self) -> bool:
         """Whether many ticks can be run at once."""
         return self._plan is not None
 
-    def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Return in which worlds [B] all agents have raised a flag."""
-        return np.asarray(self.find_raised_agents(flag).all(axis=1))
+    @property
+    def knows_times(self) -> bool:
+        """Whether the time at which a flag was raised can be read later: in simulated worlds."""
+        return isinstance(self.body, World)
+
+    def _advance(self, ticks: int, *, to_goal: bool, ended: NDArray[np.bool_] | None) -> None:
+        if self._plan is not None and isinstance(self.body, World):
+            self.body.advance(self._plan, ticks, until_finished=to_goal, ended=ended)
+        else:
+            super()._advance(ticks, to_goal=to_goal, ended=ended)
+
+    def _tick(self) -> None:
+        self.engine.tick()
 
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
         """Return which of the n agents of each world that run it have raised a flag [B, n]."""
@@ -182,7 +231,7 @@ class ProgramRun:
         return RunReading(found, lambda: self.body.sense(found.keys), self.worlds, self._chosen)
 
 
-class TeamRun:
+class TeamRun(BehaviorRun):
     """A behavior that agents of some sorts of a simulated team run; those below coordinators follow orders.
 
     Parameters
@@ -205,43 +254,23 @@ class TeamRun:
         *,
         agent: int | None = None,
     ) -> None:
-        self.team, self.body = team, team.ground
+        super().__init__(team.ground, team.ground.worlds if isinstance(team.ground, World) else 1)
+        self.team = self._team = team
         self._libraries, self._roots, self._agent = libraries, roots, agent
-        self.worlds = self.body.worlds if isinstance(self.body, World) else 1
-        self.own_robots: NDArray[np.bool_] | None = None
 
-    def tick(self) -> None:
-        """Let all agents sense, decide and act once."""
-        self.team.tick()
-
-    @property
-    def is_fused(self) -> bool:
-        """Whether many ticks can be run at once."""
-        return False
-
-    def advance(self, ticks: int) -> None:
-        """Run ticks one by one."""
-        for _ in range(ticks):
-            self.team.tick()
-
-    def advance_all(self, ticks: int) -> None:
-        """Run ticks one by one."""
-        self.advance(ticks)
-
-    def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Return in which worlds [B] all agents that run the behavior have raised a flag."""
-        return np.asarray(self.find_raised_agents(flag).all(axis=1))
+    def _tick(self) -> None:
+        self._team.tick()
 
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
         """Return which of the n agents of each world that run the behavior have raised a flag [B, n]."""
-        raised = find_raised_members(self.team, self._roots, flag, self.worlds)
+        raised = find_raised_members(self._team, self._roots, flag, self.worlds)
         return raised[:, mark_agent(self._agent, raised.shape[1])]
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of those who run the behavior, or else of a type of robots."""
         known: list[str] = []
-        for sort in dict.fromkeys((*self._roots, *self.team.tree.types)):
-            layer = self.team.layer(sort)
+        for sort in dict.fromkeys((*self._roots, *self._team.tree.types)):
+            layer = self._team.layer(sort)
             binding = dict(self._roots[sort][1]) if sort in self._roots else {}
             try:
                 found = find_reading(
@@ -252,9 +281,9 @@ class TeamRun:
                     raise
                 known += error.known
                 continue
-            self.team.sense_also(sort, found.keys)
-            if sort in self.team.tree.types:
-                chosen = select_type(self.team, sort)
+            self._team.sense_also(sort, found.keys)
+            if sort in self._team.tree.types:
+                chosen = select_type(self._team, sort)
             else:
                 chosen = mark_agent(self._agent, layer.body.agents // self.worlds)
             return RunReading(found, partial(self._sense, layer), self.worlds, chosen)
@@ -263,13 +292,13 @@ class TeamRun:
         raise UnknownName(what="feature or reading", name=name, where="the team", known=known)
 
     def _sense(self, layer: AgentLayer) -> Percept:
-        self.team.sense()
+        self._team.sense()
         return layer.percept
 
     def sense_all(self) -> None:
         """Let those who run the behavior sense all their readings from now on, so that each can be read later."""
         for sort in self._roots:
-            self.team.sense_also(sort, list_reading_keys(self.team.layer(sort).body))
+            self._team.sense_also(sort, list_reading_keys(self._team.layer(sort).body))
 
 
 def mark_agent(agent: int | None, agents: int) -> NDArray[np.bool_]:
@@ -280,11 +309,6 @@ def mark_agent(agent: int | None, agents: int) -> NDArray[np.bool_]:
 def select_type(team: Team, sort: str) -> NDArray[np.bool_]:
     """Return which robots of a world [N] are of a type."""
     return np.asarray(np.array(team.tree.type_of) == team.tree.types.index(sort))
-
-
-def find_raised_by_all(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
-    """Return in which worlds [B] all agents of these sorts have raised a flag."""
-    return np.asarray(find_raised_members(team, sorts, flag, worlds).all(axis=1))
 
 
 def find_raised_members(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:

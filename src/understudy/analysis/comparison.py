@@ -18,6 +18,7 @@ from understudy.analysis.paired_tests import (
     compute_mcnemar_p,
     interval_of_paired_difference,
 )
+from understudy.analysis.raised_range import describe_raised
 from understudy.analysis.result_table import MARKDOWN, Cell, Limits, Probability, Share, format_table
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
@@ -101,10 +102,15 @@ class Comparison:
         """
         behaviors = [each.behavior for each in (self.first, self.second)]
         which = behaviors[0] if behaviors[0] == behaviors[1] else " and ".join(behaviors)
+        raised = [describe_raised(each.flag, each.raised) for each in (self.first, self.second)]
+        is_known = self.first.raised is not None or self.second.raised is not None
+        where = (
+            f" The first: {raised[0] or 'no flag'}; the second: {raised[1] or 'no flag'}." if is_known else ""
+        )
         return (
-            f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}. Numbers are medians over the "
-            "worlds in which both have one, and medians of differences. Success: McNemar's exact test; numbers: "
-            "Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
+            f"{which} in the same {len(self.first.seeds)} worlds of {self.first.world}.{where} Numbers are medians "
+            "over the worlds in which both have one, and medians of differences. Success: McNemar's exact test; "
+            "numbers: Wilcoxon's signed-rank test, with the matched-pairs rank-biserial correlation as effect."
         )
 
     def to_table(self, layout: str = MARKDOWN, *, names: tuple[str, str] = ("first", "second")) -> str:

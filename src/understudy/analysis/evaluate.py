@@ -14,12 +14,12 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from understudy.analysis.criteria import Criteria
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.evaluation_jobs import Executor, run_in_jobs
 from understudy.analysis.evaluation_task import EvaluationTask, MakeBody
-from understudy.analysis.goal_runs import Criteria
-from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.analysis.world_run import Goal, Metric
 from understudy.errors import SettingError
 from understudy.model.automaton import USUAL_FLAGS
@@ -74,8 +74,9 @@ def evaluate(
         Name of a target by parameter of the behavior.
     goal
         When a world has succeeded: the name of a flag of the behavior; the name of a feature or reading that is yes or
-        no, such as "at_station" or "seen(ball)", and has to be yes for all agents that have it; or a function of the
-        `WorldRun` that is called before the first tick and after each one. None: as above.
+        no, such as "at_station" or "seen(ball)", and has to be yes for all agents that have it; a function of the
+        `WorldRun` that is called before the first tick and after each one; or a rule for worlds of a scenario, such as
+        a `PropertyRule`. None: as above.
     metrics
         What is measured at the end of each world, by name: the name of a feature or reading, of which the last value is
         taken, averaged over the agents that have it; or a function of the `WorldRun` that returns a number. A list of

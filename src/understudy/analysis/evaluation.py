@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from understudy.analysis.evaluation_display import EvaluationDisplay
 from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
-from understudy.analysis.outcomes import Outcomes
-from understudy.analysis.raised_range import RaisedRange
+from understudy.analysis.raised_range import RaisedRange, describe_raised
 from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
+from understudy.analysis.rollout import Outcomes
 from understudy.model.data_frames import make_frame
 from understudy.model.kinds import Column
 
@@ -73,7 +73,8 @@ class Evaluation(EvaluationDisplay):
     def __repr__(self) -> str:
         count = f"{int(self.taught.finished.sum())} of {len(self.seeds)} worlds"
         names = f", metrics {', '.join(self.metrics)}" if self.metrics else ""
-        return f"<Evaluation of {self.behavior!r} in {self.world}: success in {count}{names}>"
+        raised = "" if self.raised is None else f"; {self.raised.describe()}"
+        return f"<Evaluation of {self.behavior!r} in {self.world}: success in {count}{names}{raised}>"
 
     @property
     def success(self) -> float:
@@ -138,7 +139,7 @@ class Evaluation(EvaluationDisplay):
         return found | {name: find_median(column) for name, column in self.metrics.items()}
 
     def describe(self) -> str:
-        """Return a sentence that says what was evaluated and when a world counted as a success.
+        """Return in words what was evaluated, when a world counted as a success, and where the flag was raised.
 
         Returns
         -------
@@ -147,7 +148,10 @@ class Evaluation(EvaluationDisplay):
         """
         judged = self.flag or self.goal
         wanted = f"{judged} in time" if judged is not None else "goal reached in time"
-        return f"{self.behavior} in {len(self.seeds)} worlds of {self.world}; success is {wanted}."
+        wanted = f"that it {judged}" if judged is not None and " " in judged else wanted  # a chosen goal
+        raised = describe_raised(self.flag, self.raised)
+        where = f" ({raised})" if raised else ""
+        return f"{self.behavior} in {len(self.seeds)} worlds of {self.world}; success is {wanted}{where}."
 
     def to_table(self, layout: str = MARKDOWN) -> str:
         """Make a table of the success rate and of all medians, with their exact 95 % intervals.

@@ -13,8 +13,8 @@ from typing import Any, Protocol
 
 from understudy.analysis.evaluation import Evaluation, join_evaluations
 from understudy.analysis.evaluation_task import EvaluationFailed, EvaluationTask
-from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.analysis.world_run import format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
 from understudy.sim.scenario.schema import Scenario

@@ -11,19 +11,10 @@ import numpy as np
 
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun
+from understudy.analysis.criteria import Criteria, JudgedRuns, find_goal, judge_runs
 from understudy.analysis.evaluation import Evaluation, join_evaluations
-from understudy.analysis.goal_runs import (
-    Criteria,
-    Part,
-    find_goal,
-    make_raised_reader,
-    run_many_ticks,
-    run_one_world,
-    run_side_by_side,
-)
-from understudy.analysis.measurement import Progress, measure_team_outcomes
-from understudy.analysis.outcomes import Outcomes
-from understudy.analysis.world_run import format_exception, name_value
+from understudy.analysis.rollout import WORLDS_AT_ONCE, Outcomes, Progress
+from understudy.analysis.world_run import SuccessRule, format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.kinds import Column
 from understudy.model.library import Library
@@ -35,9 +26,6 @@ from understudy.sim.world import World
 
 MakeBody: TypeAlias = Callable[[int], Body]
 """A function that makes a body of one's own, given the seed of its world."""
-
-WORLDS_AT_ONCE = 5_000
-"""The largest number of worlds that are simulated together, to bound memory."""
 
 
 class EvaluationFailed(UnderstudyError, json_type="EvaluationFailed"):
@@ -114,6 +102,8 @@ class EvaluationTask:
         run = self.make_run(self.world, [seed])
         if isinstance(self.criteria.goal, str):
             find_goal(run, self.criteria.goal, self.criteria.flags)
+        elif isinstance(self.criteria.goal, SuccessRule):
+            self.criteria.goal.make_monitor(run, self.criteria.flags)
         for metric in (*self.criteria.metrics.values(), *self.criteria.record.values()):
             if isinstance(metric, str):
                 run.find_reading(metric)
@@ -159,7 +149,8 @@ class EvaluationTask:
             if expert is not None and self.limit_s is None:
                 limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
             if self.criteria.are_names:
-                part = self._run_together(self.world, batch, limits, report)
+                run = self.make_run(self.world, batch)
+                part = judge_runs(run, batch, self.criteria, limits, progress=report)
                 yield self._evaluated(batch, part, expert)
                 continue
             limits = np.broadcast_to(limits, len(batch))
@@ -172,7 +163,10 @@ class EvaluationTask:
     def _get_limit(self) -> float:
         if self.limit_s is not None:
             return self.limit_s
-        return self.world.limit_s if isinstance(self.world, Scenario) else np.inf
+        if not isinstance(self.world, Scenario):
+            return np.inf
+        goal = self.criteria.goal
+        return goal.find_limit(self.world) if isinstance(goal, SuccessRule) else self.world.limit_s
 
     def _measure_baseline(
         self, scenario: Scenario, batch: Sequence[int], report: Progress
@@ -183,50 +177,15 @@ class EvaluationTask:
             return None
         return measure_baseline(baseline, batch, progress=lambda *_: report(0, 0))
 
-    def _run_together(
-        self, scenario: Scenario, batch: Sequence[int], limits: float | Column, report: Progress
-    ) -> Part:
-        """Run simulated worlds side by side: many ticks at once where only time and success are asked for."""
-        if not self.criteria.are_plain:
-            run = self.make_run(scenario, batch)
-            return run_side_by_side(run, batch, self.criteria, limits, report)
-        if self.roots:
-            return self._run_team(scenario, batch, limits, report)
-        world = World(scenario, batch)
-        return run_many_ticks(world, self.program, self.library, self.binding, self.criteria, limits, report)
-
-    def _run_team(
-        self, scenario: Scenario, batch: Sequence[int], limits: float | Column, report: Progress
-    ) -> Part:
-        """Run teams side by side where only time and success are asked for."""
-        libraries = self._get_libraries()
-        team = make_team(scenario, batch, libraries, self.roots)
-        run = TeamRun(team, libraries, self.roots)
-        reader = make_raised_reader(self.criteria, run.find_reading, is_alone=False)
-        outcomes = measure_team_outcomes(
-            team,
-            self.roots,
-            limit_s=limits,
-            flag=self.criteria.flag,
-            progress=report,
-            look=None if reader.shown is None else reader.look,
-        )
-        return Part(outcomes, raised=reader.finish(outcomes.finished))
-
     def make_run(self, scenario: Scenario, batch: Sequence[int]) -> BehaviorRun:
         """Make the run of the behavior in new worlds of a scenario, one for each seed of a batch."""
-        if self.roots:
-            libraries = self._get_libraries()
+        if self.roots and not isinstance(self.libraries, Library):
+            libraries = self.libraries
             return TeamRun(make_team(scenario, batch, libraries, self.roots), libraries, self.roots)
         world = World(scenario, batch)
-        return ProgramRun(world, self.program, self.library, self.binding, worlds=len(batch))
+        return ProgramRun(world, self.program, self.library, self.binding)
 
-    def _get_libraries(self) -> Libraries:
-        if isinstance(self.libraries, Library):
-            raise TypeError("a team has a library for each sort of agents")
-        return self.libraries
-
-    def _run_one(self, seed: int, limit_s: float) -> Part:
+    def _run_one(self, seed: int, limit_s: float) -> JudgedRuns:
         """Run one world by itself."""
         body: Body | None = None
         try:
@@ -236,13 +195,13 @@ class EvaluationTask:
                 body = self.world(seed)
                 check_body_attributes(body, name_value(self.world))
                 run = ProgramRun(body, self.program, self.library, self.binding)
-            return run_one_world(run, seed, self.criteria, limit_s)
+            return judge_runs(run, [seed], self.criteria, limit_s)
         except Exception as error:  # of a body or function of the user's own, or about their names
             raise _WorldFailed(seed, error) from error
         finally:
             close_body(body)
 
-    def _evaluated(self, seeds: Sequence[int], part: Part, expert: Outcomes | None) -> Evaluation:
+    def _evaluated(self, seeds: Sequence[int], part: JudgedRuns, expert: Outcomes | None) -> Evaluation:
         goal = self.criteria.goal
         in_scenario = isinstance(self.world, Scenario)
         return Evaluation(

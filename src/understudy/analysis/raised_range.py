@@ -5,13 +5,14 @@ A feature is read when the flag is raised, and compared with the values at which
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.behavior_run import BehaviorRun
+from understudy.analysis.rollout import Instant, Monitor
 from understudy.learning.shown_ranges import ShownRange, describe_range, find_shown_range
 from understudy.model.kinds import Column
 from understudy.model.library import Library
@@ -49,12 +50,27 @@ class RaisedRange:
         """The number of worlds in which the flag was raised at a value that was not shown."""
         return int((self.raised & ~self.agrees).sum())
 
+    @property
+    def beyond(self) -> int:
+        """The number of worlds in which the flag was raised beyond what was shown, where nothing says that it is wrong.
+
+        People do not press at the same place twice, so values close to those shown do not count.
+        """
+        return int((self.agrees & ~self.shown.is_near(self.values).all(axis=1)).sum())
+
+    @property
+    def leaves_shown(self) -> bool:
+        """Whether the flag was raised where it was not shown, in any world."""
+        return self.elsewhere > 0 or self.beyond > 0
+
     def describe(self) -> str:
         """Return what happened in words: "done at 0.11 to 0.46 m of distance_to(A), shown at 0.17 to 0.44 m"."""
         feature, ends = self.shown.feature, self.find_ends()
         if ends is None:
             return f"{self.flag} was never raised; it was shown where {feature} is {self.shown.describe()}"
-        away = f"; elsewhere in {self.elsewhere} of {int(self.raised.sum())} worlds" if self.elsewhere else ""
+        counts = {"elsewhere": self.elsewhere, "beyond that": self.beyond}
+        away = ", ".join(f"{where} in {count}" for where, count in counts.items() if count)
+        away = f"; {away} of {int(self.raised.sum())} worlds" if away else ""
         where = f"{self.flag} where {feature} is {describe_range(feature, *ends)}"
         return f"{where}, shown at {self.shown.describe()}{away}"
 
@@ -71,49 +87,49 @@ class RaisedRange:
         return replace(parts[0], values=values, raised=np.concatenate([each.raised for each in parts]))
 
 
-@dataclass
-class RaisedReader:
-    """Reads the values of a feature at which agents raise a flag.
+class RaisedReader(Monitor):
+    """What reads the values of a feature at which agents raise a flag.
 
     Parameters
     ----------
+    run
+        The behavior in B worlds.
     flag
         The flag.
     shown
-        The values at which it was pressed. None: nothing is read.
-    read
-        Returns the present values [B, agents].
+        The values at which it was pressed.
     is_alone
         Whether nothing else moves what an agent reads once it has raised the flag, as it stays where it is then.
+        Otherwise what an agent decided on are the values of the look before.
+    stride
+        The number of ticks between two looks; 1 unless it `is_alone`.
     """
 
-    flag: str
-    shown: ShownRange | None
-    read: Callable[[], Column]
-    is_alone: bool
-    _former: tuple[Column, NDArray[np.bool_]] | None = None
-    _values: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 1)))
+    def __init__(
+        self, run: BehaviorRun, flag: str, shown: ShownRange, *, is_alone: bool, stride: int = 1
+    ) -> None:
+        super().__init__(run.worlds, stride=stride)
+        self.flag, self.shown = flag, shown
+        self._run, self._read, self._is_alone = run, run.find_reading(str(shown.feature)).read, is_alone
+        self._before: Column | None = None
+        self._were = np.zeros((run.worlds, 1), np.bool_)
+        self._values = np.full((run.worlds, 1), np.nan)
 
-    def look(self, raised: NDArray[np.bool_]) -> None:
-        """Read the values of agents that have raised the flag since the last look, given which have [B, agents].
+    def look(self, now: Instant) -> None:
+        """Read the values of agents that have raised the flag since the last look."""
+        values, raised = self._read(), self._run.find_raised_agents(self.flag)
+        if self._before is None:
+            self._before, self._values, self._were = (
+                values,
+                np.full_like(values, np.nan),
+                np.zeros_like(raised),
+            )
+        new = raised & ~self._were
+        self._values[new] = (values if self._is_alone else self._before)[new]
+        self._before, self._were = values, raised
 
-        If others move, it has to be called after each tick, and what an agent decided on are the values before it.
-        """
-        if self.shown is None:
-            return
-        now = self.read()
-        if self._former is None:
-            self._values = np.full_like(now, np.nan)
-            self._former = now, np.zeros_like(raised)
-        before, were = self._former
-        new = raised & ~were
-        self._values[new] = (now if self.is_alone else before)[new]
-        self._former = now, raised
-
-    def finish(self, raised: NDArray[np.bool_]) -> RaisedRange | None:
-        """Return the results, given in which worlds the flag was raised in time [B]; None if nothing was read."""
-        if self.shown is None:
-            return None
+    def finish(self, raised: NDArray[np.bool_]) -> RaisedRange:
+        """Return the results, given in which worlds the flag was raised in time [B]."""
         values = np.where(raised[:, None], self._values, np.nan)
         return RaisedRange(self.flag, self.shown, values, raised)
 

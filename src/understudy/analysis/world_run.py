@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, RunReading, TeamRun
+from understudy.analysis.rollout import Instant, Monitor, SuccessMonitor
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.team.team import Team
+from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
 
@@ -100,26 +103,50 @@ class WorldRun:
         return bool(self._run.find_raised(flag)[0])
 
 
-Goal: TypeAlias = str | Callable[[WorldRun], Any]
-"""The name of a flag, or of a reading that is yes or no, or a function that returns whether a run has succeeded."""
+class SuccessRule(ABC):
+    """What success means in the worlds of a scenario, where it is more than a flag or a reading."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What has to be, in words."""
+
+    @abstractmethod
+    def find_limit(self, scenario: Scenario) -> float:
+        """Return the time limit in a scenario, s."""
+
+    @abstractmethod
+    def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:
+        """Make what decides about the worlds of a run, given the flags that its behavior can raise.
+
+        UnknownName or SettingError is raised if the scenario or the behavior lacks something that it names.
+        """
+
+
+Goal: TypeAlias = str | Callable[[WorldRun], Any] | SuccessRule
+"""The name of a flag, or of a reading that is yes or no, a function that returns whether a run has succeeded, or a rule
+for worlds of a scenario."""
 
 Metric: TypeAlias = str | Callable[[WorldRun], Any]
 """The name of a feature or reading, or a function that computes a number from a run."""
 
 
-def name_value(given: str | Callable[..., Any]) -> str:
-    """Return the name of a goal or metric: a text itself, or the name of a function."""
+def name_value(given: str | Callable[..., Any] | SuccessRule) -> str:
+    """Return the name of a goal or metric: a text itself, or the name of a function or rule."""
+    if isinstance(given, SuccessRule):
+        return given.name
     return given if isinstance(given, str) else str(getattr(given, "__name__", type(given).__name__))
 
 
-class TickRecorder:
-    """What is recorded of a run before its first tick and after each one."""
+class TickRecorder(Monitor):
+    """What is recorded of the run of one world before its first tick and after each one."""
 
     def __init__(self, run: WorldRun, values: Mapping[str, Metric]) -> None:
+        super().__init__(1)
         self._run, self._values = run, values
         self._rows: dict[str, list[NDArray[Any]]] = {name: [] for name in values}
 
-    def record(self) -> None:
+    def look(self, now: Instant) -> None:
         """Record the present values."""
         for name, value in self._values.items():
             found = self._run.read(value) if isinstance(value, str) else value(self._run)
@@ -129,16 +156,6 @@ class TickRecorder:
     def rows(self) -> dict[str, NDArray[Any]]:
         """What was recorded, by name [T + 1, ...]."""
         return {name: np.array(rows) for name, rows in self._rows.items()}
-
-
-def compute_metrics(run: WorldRun, metrics: Mapping[str, Metric]) -> tuple[dict[str, float], list[str]]:
-    """Compute metrics at the end of a run; return them, NaN where absent, and a sentence for each that is absent."""
-    found, problems = dict[str, float](), list[str]()
-    for name, metric in metrics.items():
-        found[name], problem = compute_metric(run, metric)
-        if problem is not None:
-            problems.append(describe_problem(run.seed, name, problem))
-    return found, problems
 
 
 def compute_metric(run: WorldRun, metric: Metric) -> tuple[float, str | None]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.explain_run import DecisionReason, explain_query
-from understudy.analysis.measurement import skip_progress
+from understudy.analysis.rollout import skip_progress
 from understudy.analysis.tracing import TracedRun
 from understudy.clock import REAL_TIME
 from understudy.falsification.failure_replay import describe_failing_decision

@@ -50,12 +50,10 @@ class FailureReplay:
 def compute_end_hash(measure: TrialMeasure, trial: Trial) -> str:
     """Compute a hash of the world at the end of a run, by which another replay is compared bit for bit."""
     run = measure.start([trial])
-    world = run.body
-    if not isinstance(world, World):
-        raise TypeError("a body that is not simulated")
+    world = run.get_world()
     last = int(measure.get_limit(trial.scenario) / world.tick_s + 1e-9)
     for first in range(0, last, TICKS_AT_ONCE):
-        run.advance(min(TICKS_AT_ONCE, last - first))
+        run.advance(min(TICKS_AT_ONCE, last - first), to_goal=True)
     robots, objects = world.state.robots, world.state.objects
     digest = hashlib.sha256()
     for rows, names in (
@@ -96,7 +94,8 @@ def replay_failure(
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
-    wrong = measure.find_wrong_tick(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    moment = measure.find_wrong_moment(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
+    wrong = moment.tick
     robot = measure.choose_robot(trial, wrong)
     world = World(trial.scenario, [trial.seed])
     team = make_scenario_team(
@@ -123,14 +122,14 @@ def replay_failure(
     robots = frames[min(wrong, len(frames) - 1)].view.robots
     return FailureReplay(
         wrong * tick_s,
-        measure.find_wrong_label(trial),
+        moment.label,
         robot,
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
         decided,
         reason,
         (
-            measure.describe_wrong_time(trial, wrong * tick_s),
+            moment.sentence,
             *describe_failing_decision(reason),
             *([_describe_states(paths, tick_s)] if paths else []),
         ),

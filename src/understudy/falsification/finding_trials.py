@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
+from understudy.analysis.criteria import Criteria
 from understudy.analysis.evaluate import find_runners
 from understudy.analysis.evaluation_task import EvaluationTask
-from understudy.analysis.goal_runs import Criteria
-from understudy.analysis.measurement import TICKS_AT_ONCE, measure_worlds, skip_progress
+from understudy.analysis.rollout import Instant, Monitor, roll_out
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.features import (
     AnyFeature,
@@ -135,33 +135,38 @@ def _watch_finding(finding: Finding, run: BehaviorRun, worlds: int) -> Iterator[
 
 
 def _run_watched(run: BehaviorRun, watches: Sequence[_Watch]) -> None:
-    ground = run.body if run.team is None else run.team.ground
-    if not isinstance(ground, World) or not watches:
-        return
-    sensing = {
-        id(each.engine): FeatureColumns(each.engine.compiled.features, each.engine.body) for each in watches
-    }
+    if watches:
+        limit_s = min(LIMIT_S, run.get_world().scenario.limit_s)
+        roll_out(run, [_WatchedTicks(run, watches, limit_s)], limit_s, to_goal=True)
 
-    ended_s = ground.finished_s
 
-    def advance(ticks: int) -> None:
-        for _ in range(ticks):
-            if run.team is not None:
-                run.team.sense()
-            going, columns = np.isnan(ended_s), dict[int, NDArray[np.float64]]()
-            for watch in watches:
-                key, engine = id(watch.engine), watch.engine
-                if key not in columns:
-                    percept = engine.body.sense(engine.keys) if watch.layer is None else watch.layer.percept
-                    columns[key] = sensing[key].columns(percept)
-                stuck = watch.look(columns[key], float(ground.time_s), going)
-                if watch.is_for_good:
-                    ended_s[going & stuck] = ground.time_s
-            run.tick()
-            np.fmin(ended_s, ground.finished_s, out=ended_s)
+class _WatchedTicks(Monitor):
+    """What lets watches look before each tick; worlds in which nothing more can happen end."""
 
-    limit_s = min(LIMIT_S, ground.scenario.limit_s)
-    measure_worlds(ground, advance, lambda: ended_s, limit_s, at_once=TICKS_AT_ONCE, progress=skip_progress)
+    def __init__(self, run: BehaviorRun, watches: Sequence[_Watch], limit_s: float) -> None:
+        super().__init__(run.worlds)
+        self._run, self._watches = run, watches
+        self._last = int(run.count_ticks_left(np.array([limit_s]))[0])
+        self._sensing = {
+            id(each.engine): FeatureColumns(each.engine.compiled.features, each.engine.body)
+            for each in watches
+        }
+
+    def look(self, now: Instant) -> None:
+        """Let each watch look, if a tick follows."""
+        if now.tick >= self._last:
+            return
+        if self._run.team is not None:
+            self._run.team.sense()
+        columns = dict[int, NDArray[np.float64]]()
+        for watch in self._watches:
+            key, engine = id(watch.engine), watch.engine
+            if key not in columns:
+                percept = engine.body.sense(engine.keys) if watch.layer is None else watch.layer.percept
+                columns[key] = self._sensing[key].columns(percept)
+            stuck = watch.look(columns[key], now.time_s, now.running)
+            if watch.is_for_good:
+                self.over |= now.running & stuck
 
 
 class _Watch:

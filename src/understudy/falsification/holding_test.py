@@ -7,11 +7,11 @@ never counts for a later version. The best version so far is kept, since a press
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, islice
 
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.falsification.new_worlds import JudgedWorlds, Mistake
 from understudy.learning.fisher_test import compute_fisher_p
@@ -86,11 +86,14 @@ class HoldingTest:
         The first seed. Each world is run for one version only.
     wanted
         The share of worlds in which it has to work.
+    avoided
+        Seeds of worlds that are not evidence, such as those taught in; it is looked at whenever seeds are chosen.
     """
 
     make_worlds: Callable[[Sequence[int]], JudgedWorlds]
     first_seed: int
     wanted: float = WANTED
+    avoided: Collection[int] = ()
     versions: int = 0
     """The number of versions that were tested."""
     best: HoldingResult | None = None
@@ -98,7 +101,7 @@ class HoldingTest:
     _seeds: Iterator[int] = field(init=False)
 
     def __post_init__(self) -> None:
-        self._seeds = count(self.first_seed)
+        self._seeds = (seed for seed in count(self.first_seed) if seed not in self.avoided)
 
     def test(
         self,

@@ -9,8 +9,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.measurement import Progress, skip_progress
 from understudy.analysis.paired_tests import compute_mcnemar_p
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.falsification.new_worlds import Mistake, NewWorlds
 from understudy.model.kinds import Column
 from understudy.model.library import Library

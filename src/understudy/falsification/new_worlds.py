@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.analysis.baseline import LENIENCE, find_baseline, measure_baseline
-from understudy.analysis.behavior_run import ProgramRun
+from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
+from understudy.analysis.criteria import TICKS_BETWEEN_READINGS, judge_runs
 from understudy.analysis.evaluate import find_flags, make_evaluation_task
-from understudy.analysis.goal_runs import run_side_by_side
-from understudy.analysis.measurement import TICKS_BETWEEN_READINGS, Progress, skip_progress
 from understudy.analysis.raised_range import find_shown_goal
-from understudy.falsification.progress import ProgressRecord
+from understudy.analysis.rollout import Instant, Monitor, Progress, monitor_flag, roll_out, skip_progress
+from understudy.falsification.progress import ProgressMonitor
 from understudy.falsification.session_setup import CoordinatorRun, SessionSetup
-from understudy.falsification.trial import TICKS_AT_ONCE
 from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
 from understudy.model.kinds import Categorical, Column
@@ -31,7 +30,6 @@ from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.monitor import monitor_property
 from understudy.properties.offered_goals import find_behavior_success
-from understudy.sim.world import World
 
 LONGEST_RUN_S = 120.0
 """The longest time that a behavior with a flag is given, s."""
@@ -179,7 +177,7 @@ class NewWorlds:
             return _run_to_flag(run, binding, success, shown, step, progress)
         task = make_evaluation_task(library, behavior, self.setup.scenario, binding=binding)
         run = self.setup.start(self.seeds, library, behavior, binding)
-        outcomes = run_side_by_side(run, self.seeds, task.criteria, self.limits_s, progress).outcomes
+        outcomes = judge_runs(run, self.seeds, task.criteria, self.limits_s, progress=progress).outcomes
         failed = [self.seeds[row] for row in np.flatnonzero(~outcomes.finished)[:MOST_TIMED].tolist()]
         ended = self._find_end_of_progress(failed, library, behavior, binding, float(outcomes.limit_s.max()))
         why = "there is no more progress, and the goal of the world is not reached in time"
@@ -198,14 +196,8 @@ class NewWorlds:
         if not seeds:
             return []
         run = self.setup.start(seeds, library, behavior, binding)
-        world, last = _get_world(run), 0
-        progress = ProgressRecord(world)
-        ticks = int(limit_s / world.tick_s + 1e-9)
-        while last < ticks:
-            more = min(TICKS_AT_ONCE, ticks - last)
-            run.advance(more)
-            last += more
-            progress.update(last * world.tick_s, running=np.isnan(world.finished_s))
+        progress = ProgressMonitor(run)
+        roll_out(run, [progress], limit_s, to_goal=True)
         ended: list[float] = progress.last_s.tolist()
         return ended
 
@@ -231,11 +223,32 @@ class NewWorlds:
         return NewWorldsResult(outcomes.held, np.where(outcomes.held, seconds, np.nan), tuple(mistakes))
 
 
-def _get_world(run: ProgramRun | CoordinatorRun) -> World:
-    """Return the world of a run."""
-    if not isinstance(run.body, World):
-        raise TypeError("a body that is not simulated")
-    return run.body
+class _Approach(Monitor):
+    """What reads the value at which each agent raises a flag, and how near it comes before to where that was shown."""
+
+    def __init__(self, run: BehaviorRun, shown: ShownRange, *, stride: int) -> None:
+        super().__init__(run.worlds, stride=stride)
+        self._shown = shown
+        self._read = run.find_reading(str(shown.feature)).read
+        self._before = self._read()
+        self.values = np.full((run.worlds, 1), np.nan)
+        """The values [B, 1] when the flag was raised, or at last."""
+        self.nearest_s = np.zeros(run.worlds)
+        """When each world came nearest [B], s."""
+        self._nearest, self._first = np.full((2, run.worlds), np.inf)
+
+    def look(self, now: Instant) -> None:
+        """Read the values on which agents have decided: where each tick is looked at, those before it."""
+        values = self._read()
+        decided_on = self._before if self.stride == 1 else values
+        self._before = values
+        if now.tick == 0:
+            return
+        self.values[now.running] = decided_on[now.running]
+        gap = self._shown.measure_gap(decided_on).max(axis=1)
+        self._first = np.where(np.isinf(self._first), gap, self._first)  # it may be absent for a while
+        nearer = now.running & (gap + NEARER * self._first < self._nearest)
+        self._nearest[nearer], self.nearest_s[nearer] = gap[nearer], now.time_s
 
 
 def _run_to_flag(
@@ -247,39 +260,29 @@ def _run_to_flag(
     progress: Progress,
 ) -> NewWorldsResult:
     """Run worlds until the trained agent of each has raised a flag, or for LONGEST_RUN_S; look at each `step` ticks."""
-    world = _get_world(run)
-    read = None if shown is None else run.find_reading(str(shown.feature)).read
+    world = run.get_world()
     limit_s = min(world.scenario.limit_s, LONGEST_RUN_S)
-    nearest, nearest_s = np.full(world.worlds, np.inf), np.zeros(world.worlds)
-    values = np.full((world.worlds, 1), np.nan)
-    raised, first = np.zeros(world.worlds, np.bool_), np.full(world.worlds, np.inf)
-    for tick in range(step, round(limit_s / world.tick_s) + 1, step):
-        before = read() if read is not None and step == 1 else None
-        run.advance_all(step)
-        if read is not None and shown is not None:
-            now = read() if before is None else before
-            values[~raised] = now[~raised]
-            gap = shown.measure_gap(now).max(axis=1)
-            first = np.where(np.isinf(first), gap, first)  # it may be absent for a while
-            nearer = ~raised & (gap + NEARER * first < nearest)
-            nearest[nearer], nearest_s[nearer] = gap[nearer], tick * world.tick_s
-        raised |= run.find_raised(flag)
-        progress(int(raised.sum()), world.worlds)
-        if raised.all():
-            break
-    times = run.find_raised_s(flag).max(axis=1)
-    works: NDArray[np.bool_] = raised if shown is None else raised & shown.contains(values).all(axis=1)
+    approach = None if shown is None else _Approach(run, shown, stride=step)
+    success = monitor_flag(run, flag, stride=step)
+    monitors = [success] if approach is None else [approach, success]
+    roll_out(run, monitors, limit_s, progress=progress)
+    times = success.seconds
+    raised = works = ~np.isnan(times)
+    if shown is not None and approach is not None:
+        works = raised & shown.contains(approach.values).all(axis=1)
     measured = shown is not None and not isinstance(shown.feature.kind, Categorical)
     no_nearer = "it comes no nearer, and " if measured else "it "
     mistakes = []
     for row in np.flatnonzero(~works).tolist():
-        wrong_s, why = float(nearest_s[row]), f"{no_nearer}is not {flag} after {limit_s:.0f} s"
-        if raised[row] and shown is not None:
-            at = format_value(shown.feature, float(values[row, ~shown.contains(values[row])][0]))
-            wrong_s, why = (
-                float(times[row]),
-                f"{flag} where {shown.feature} is {at}, shown at {shown.describe()}",
-            )
+        wrong_s, why = 0.0, f"{no_nearer}is not {flag} after {limit_s:.0f} s"
+        if shown is not None and approach is not None:
+            wrong_s, values = float(approach.nearest_s[row]), approach.values[row]
+            if raised[row]:
+                at = format_value(shown.feature, float(values[~shown.contains(values)][0]))
+                wrong_s, why = (
+                    float(times[row]),
+                    f"{flag} where {shown.feature} is {at}, shown at {shown.describe()}",
+                )
         mistakes.append(Mistake(world.seeds[row], binding, wrong_s, why))
-    at_flags = values[works].ravel() if shown is not None else np.empty(0)
+    at_flags = np.empty(0) if approach is None else approach.values[works].ravel()
     return NewWorldsResult(works, np.where(works, times, np.nan), tuple(mistakes), at_flags)

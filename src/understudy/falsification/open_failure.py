@@ -5,22 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from understudy.analysis.evaluate import find_runners
+from understudy.falsification.failing_run import FailingRun
 from understudy.falsification.failing_world import FailingWorld, read_failing_world
-from understudy.falsification.failure_moment import (
-    FailureMoment,
-    RunInstant,
-    choose_instant,
-    find_lesson,
-    list_active,
-)
-from understudy.falsification.team_failure import TeamFailureRun
+from understudy.falsification.failure_moment import FailureMoment
 from understudy.model.library import Library
-from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
-from understudy.runtime.run_loop import Run
 from understudy.sim.scenario.files import add_markers
-from understudy.sim.team.libraries import Libraries, list_running_sorts
-from understudy.sim.world import World
+from understudy.sim.team.libraries import Libraries, collect_libraries, list_running_sorts
 from understudy.training.session import Session
 
 BEFORE_S = 3.0
@@ -116,28 +106,10 @@ def find_failure_moment(
     after_s = AFTER_S if facts.property is None else 0.0
     ticks, until = round((at_s - before_s) / scenario.tick_s), round((at_s + after_s) / scenario.tick_s)
     libraries, sort, behavior, found = find_runners(library, facts.behavior, scenario)
-    if sort is not None and not isinstance(libraries, Library):
-        roots = dict.fromkeys(list_running_sorts(libraries, sort, behavior), (behavior, facts.binding))
-        team = TeamFailureRun(failing, scenario, libraries, roots)
-        return team.find_moment(ticks, until, name=name)
-    world = World(scenario, [failing.trial.seed])
-    program = link(found, behavior, facts.binding)
-    drivers = [Interpreter(program, now=world.time_s) for _ in range(world.agents)]
-    run, driver, start = Run(world, drivers), drivers[facts.robot], world.snapshot()
-    first = max(1, ticks)
-    for _ in range(first - 1):
-        run.tick()
-    instants = list[RunInstant]()
-    for _ in range(first, max(first, until) + 1):
-        run.tick()
-        instants.append(RunInstant(world.snapshot(), list_active(driver), driver.snapshot(world.time_s)))
-    instant, level = choose_instant(instants, found, name)
-    automaton, targets = instant.active[level]
-    lesson = find_lesson(found, automaton)
-    # The first tick shows which automata run, but its decision may be the wrong one.
-    is_start = ticks < 1 and instant is instants[0]
-    world.restore(start if is_start else instant.body)
-    states = () if is_start else instant.states[level:]
-    return FailureMoment(
-        world, world, facts.robot, automaton, lesson, found, targets, states, behavior, facts.binding
-    )
+    if sort is None or isinstance(libraries, Library):
+        libraries, sorts = collect_libraries(scenario, found), [*scenario.types]
+    else:
+        sorts = list_running_sorts(libraries, sort, behavior)
+    roots = dict.fromkeys(sorts, (behavior, facts.binding))
+    run = FailingRun(failing, scenario, libraries, roots, is_led=sort is not None)
+    return run.find_moment(ticks, until, name=name)

@@ -10,7 +10,7 @@ import numpy as np
 from understudy.analysis.evaluate import find_runners, make_evaluation_task
 from understudy.errors import SettingError
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import GoalMeasure, TrialMeasure, TrialResults
+from understudy.falsification.trial import GoalMeasure, TrialMeasure, TrialResults, WrongMoment
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
@@ -21,7 +21,6 @@ from understudy.properties.offered_goals import find_behavior_success
 from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
-from understudy.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +36,7 @@ class PropertyMeasure(TrialMeasure):
     """
 
     subject: Property
-    is_cause_later, wrong_label = False, "failed"
+    is_cause_later = False
 
     @property
     def name_in_file(self) -> str | None:
@@ -65,29 +64,25 @@ class PropertyMeasure(TrialMeasure):
         states[:] = [frozenset[str]()] * len(trials)
         return TrialResults(outcomes.robustness, outcomes.failed_s, outcomes.failed_s, states)
 
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick at which the property failed."""
-        failed_s = float(self([trial]).failed_s[0])
-        return round(min(failed_s, until_s) / trial.scenario.tick_s)
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment at which the property failed."""
+        tick_s = trial.scenario.tick_s
+        tick = round(min(float(self([trial]).failed_s[0]), until_s) / tick_s)
+        return WrongMoment(tick, "failed", f"At {tick * tick_s:.1f} s it failed: {self.subject.claim}.")
 
     def choose_robot(self, trial: Trial, wrong: int) -> int:
         """Choose the robot for which the condition of the property was farthest from what is demanded.
 
         If the condition is not about each robot, it is the same robot as for a goal.
         """
-        run = self.start([trial])
-        kind, world = self.subject.kind, run.body
-        if kind is PropertyKind.PROGRESS or not isinstance(world, World):
+        run, kind = self.start([trial]), self.subject.kind
+        if kind is PropertyKind.PROGRESS:
             return super().choose_robot(trial, wrong)
-        run.advance_all(wrong)
+        run.advance(wrong)
         margins = bind_condition(parse_condition(self.subject.what), run, self.task.criteria.flags)()[0]
-        if len(margins) != world.robots:
+        if len(margins) != run.get_world().robots:
             return super().choose_robot(trial, wrong)
         return int(margins.argmin() if kind is PropertyKind.ALWAYS else margins.argmax())
-
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe the failure of the property."""
-        return f"At {wrong_s:.1f} s it failed: {self.subject.claim}."
 
 
 def make_success_measure(

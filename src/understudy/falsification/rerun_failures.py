@@ -139,7 +139,8 @@ def find_wrong_time(
     if not results.failed[0]:
         return None
     until_s = float(results.progress_s[0]) + TICKS_AT_ONCE * tick_s
-    return measure.find_wrong_tick(trial, until_s=min(measure.get_limit(trial.scenario), until_s)) * tick_s
+    until_s = min(measure.get_limit(trial.scenario), until_s)
+    return measure.find_wrong_moment(trial, until_s=until_s).tick * tick_s
 
 
 def make_failure_measure(

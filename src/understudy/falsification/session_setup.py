@@ -42,9 +42,13 @@ class CoordinatorRun(TeamRun):
         """Whether many ticks can be run at once."""
         return True
 
-    def advance(self, ticks: int) -> None:
-        """Run ticks in all worlds."""
-        self.team.run(ticks)
+    @property
+    def knows_times(self) -> bool:
+        """Whether `find_raised_s` tells later when a flag was raised."""
+        return True
+
+    def _advance(self, ticks: int, *, to_goal: bool, ended: NDArray[np.bool_] | None) -> None:
+        self._team.run(ticks)
 
     def find_raised_s(self, flag: str) -> NDArray[np.float64]:
         """Return when the coordinator of each world raised a flag [B, 1], s; NaN where it has not."""
@@ -154,9 +158,7 @@ class SessionSetup:
         world, program = World(self.scenario, seeds), link(library, behavior, binding)
         if self.team is None:
             others = self.others or [program]
-            return ProgramRun(
-                world, program, library, binding, worlds=world.worlds, agent=self.agent, others=others
-            )
+            return ProgramRun(world, program, library, binding, agent=self.agent, others=others)
         programs = [*self.others]
         programs[self.agent] = program
         team = self.team.with_ground(world, seeds, {self.sort: programs})

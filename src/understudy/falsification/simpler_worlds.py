@@ -120,13 +120,9 @@ def list_earlier_starts(
     starts = [round((progress_s - before) / tick_s) for before in BEFORE_S]
     views: dict[int, WorldView] = {}
     run = measure.start([trial])
-    now = 0
     for tick in sorted(each for each in starts if each > 0):
-        for _ in range(tick - now):
-            run.tick()
-        now = tick
-        if isinstance(run.body, World):
-            views[tick] = run.body.view()
+        run.advance(tick - run.ticks)
+        views[tick] = run.get_world().view()
     for tick in sorted(views, reverse=True):
         for made in _start_from(trial.scenario, views[tick]):
             yield f"begins {tick * tick_s:.1f} s later", made

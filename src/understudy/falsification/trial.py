@@ -10,15 +10,14 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import BehaviorRun, ProgramRun, TeamRun, find_raised_times
+from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
 from understudy.analysis.evaluation_task import EvaluationTask
+from understudy.analysis.rollout import Instant, Monitor, monitor_flag, monitor_goal, roll_out
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
-from understudy.falsification.progress import ProgressRecord
+from understudy.falsification.progress import ProgressMonitor
 from understudy.model.describe import format_value
 from understudy.model.kinds import Column
-from understudy.model.library import Library
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import make_team
 from understudy.sim.world import World
 
 WORLDS_AT_ONCE = 1_900
@@ -66,6 +65,25 @@ class TrialResults:
         return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
+@dataclass(frozen=True, slots=True)
+class WrongMoment:
+    """The moment at which the run of a failing world went wrong.
+
+    Parameters
+    ----------
+    tick
+        The number of ticks before it.
+    label
+        Its name, for pictures.
+    sentence
+        What happened then.
+    """
+
+    tick: int
+    label: str
+    sentence: str
+
+
 Measure: TypeAlias = Callable[[Sequence[Trial]], TrialResults]
 """A function that runs a behavior in the given worlds and returns the results in the same order."""
 
@@ -84,8 +102,6 @@ class TrialMeasure(ABC):
 
     task: EvaluationTask
     limit_s: float | None = None
-    wrong_label: ClassVar[str]
-    """The name of the moment at which a run went wrong, for pictures."""
     is_cause_later: ClassVar[bool]
     """True if the decision that explains a failure is the first after the run went wrong; else the last before it."""
 
@@ -105,16 +121,8 @@ class TrialMeasure(ABC):
 
     def start(self, trials: Sequence[Trial]) -> BehaviorRun:
         """Start the behavior in new worlds that differ only in places and amounts, before the first tick."""
-        task, scenario, seeds = self.task, trials[0].scenario, [trial.seed for trial in trials]
-        run: BehaviorRun
-        if task.roots and not isinstance(task.libraries, Library):
-            team = make_team(scenario, seeds, task.libraries, task.roots)
-            run = TeamRun(team, task.libraries, task.roots)
-        else:
-            world = World(scenario, seeds)
-            run = ProgramRun(world, task.program, task.library, task.binding, worlds=len(seeds))
-        if isinstance(run.body, World):
-            lay_out_each(run.body, trials)
+        run = self.task.make_run(trials[0].scenario, [trial.seed for trial in trials])
+        lay_out_each(run.get_world(), trials)
         return run
 
     @abstractmethod
@@ -122,8 +130,8 @@ class TrialMeasure(ABC):
         """Run the behavior in worlds that differ only in places and amounts."""
 
     @abstractmethod
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick, until a time (s), at which the run of a failing world went wrong."""
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment, until a time (s), at which the run of a failing world went wrong, by running it again."""
 
     def choose_robot(self, trial: Trial, wrong: int) -> int:
         """Choose the robot to explain in a failing world that went wrong at a tick.
@@ -141,14 +149,6 @@ class TrialMeasure(ABC):
         apart = np.hypot(view.robots.x[:, None] - x, view.robots.y[:, None] - y).min(axis=1)
         return int(apart.argmax())
 
-    def find_wrong_label(self, trial: Trial) -> str:
-        """Find the name of the moment at which a failing world went wrong, for its picture."""
-        return self.wrong_label
-
-    @abstractmethod
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe in a sentence what happened in a failing world at the time (s) at which it went wrong."""
-
 
 @dataclass(frozen=True)
 class GoalMeasure(TrialMeasure):
@@ -162,80 +162,48 @@ class GoalMeasure(TrialMeasure):
     -d / (1 + d) for the distance d from what was shown, in the unit of that reading.
     """
 
-    is_cause_later, wrong_label = True, "last progress"
+    is_cause_later = True
 
-    def find_wrong_tick(self, trial: Trial, *, until_s: float) -> int:
-        """Find the tick at which progress ended, or the one before the flag was raised elsewhere than shown."""
+    def find_wrong_moment(self, trial: Trial, *, until_s: float) -> WrongMoment:
+        """Find the moment at which progress ended, or the tick before the flag was raised elsewhere than shown."""
         if (elsewhere := self._find_elsewhere(trial)) is not None:
-            return round(elsewhere[0] / trial.scenario.tick_s) - 1
+            raised_s, where = elsewhere
+            tick = round(raised_s / trial.scenario.tick_s) - 1
+            return WrongMoment(
+                tick, f"{self.task.criteria.flag} elsewhere", f"At {raised_s:.1f} s it was {where}."
+            )
         run = self.start([trial])
-        world = run.body
-        if not isinstance(world, World):
-            raise TypeError("a body that is not simulated")
-        progress, running = ProgressRecord(world), np.ones(1, np.bool_)
-        for tick in range(1, round(until_s / world.tick_s) + 1):
-            run.tick()
-            progress.update(tick * world.tick_s, running=running)
-        return round(float(progress.last_s[0]) / world.tick_s)
-
-    def find_wrong_label(self, trial: Trial) -> str:
-        """Find the name of the moment at which a failing world went wrong, for its picture."""
-        return (
-            self.wrong_label
-            if self._find_elsewhere(trial) is None
-            else f"{self.task.criteria.flag} elsewhere"
-        )
-
-    def describe_wrong_time(self, trial: Trial, wrong_s: float) -> str:
-        """Describe the end of progress, or where the flag was raised."""
-        if (elsewhere := self._find_elsewhere(trial)) is not None:
-            return f"At {elsewhere[0]:.1f} s it was {elsewhere[1]}."
-        return (
-            f"From {wrong_s:.1f} s on there was no more progress."
-            if wrong_s
+        progress = ProgressMonitor(run, stride=1)
+        roll_out(run, [progress], until_s)
+        last_s = float(progress.last_s[0])
+        said = (
+            f"From {last_s:.1f} s on there was no more progress."
+            if last_s
             else "There was never any progress."
         )
+        return WrongMoment(round(last_s / run.body.tick_s), "last progress", said)
 
     def run_together(self, trials: Sequence[Trial]) -> TrialResults:
         """Run the behavior in worlds that differ only in places and amounts, many ticks at once."""
         run, scenario = self.start(trials), trials[0].scenario
-        world, flag = run.body, self.task.criteria.flag
-        if not isinstance(world, World):
-            raise TypeError("a body that is not simulated")
+        flag, tick_s = self.task.criteria.flag, scenario.tick_s
         limit_s = self.get_limit(scenario)
-        last = int(limit_s / world.tick_s + 1e-9)
-        progress = ProgressRecord(world)
-        reached_s = np.full(world.worlds, np.nan)
-        tick, seen = 0, dict[int, set[str]]()
-        while tick < last and np.isnan(reached_s).any():
-            ticks = min(TICKS_AT_ONCE, last - tick)
-            if flag is None:
-                run.advance(ticks)
-                reached_s = world.finished_s
-            elif isinstance(run, ProgramRun) and (plan := run.engine.plan()) is not None:
-                world.advance(plan, ticks, ended=~np.isnan(reached_s))
-                reached_s = find_raised_times(run.engine, flag, worlds=world.worlds).max(axis=1)
-            else:
-                for step in range(1, ticks + 1):
-                    run.tick()
-                    now = np.isnan(reached_s) & run.find_raised(flag)
-                    reached_s[now] = (tick + step) * world.tick_s
-            tick += ticks
-            progress.update(tick * world.tick_s, running=np.isnan(reached_s))
-            if last - tick < LOOKS * TICKS_AT_ONCE:
-                _note_states(run, np.isnan(reached_s), seen)
-        reached = reached_s <= limit_s + 1e-9
+        success = monitor_goal(run) if flag is None else monitor_flag(run, flag, stride=TICKS_AT_ONCE)
+        progress, states = ProgressMonitor(run), _LastStates(run, limit_s)
+        roll_out(run, [success, progress, states], limit_s, to_goal=flag is None)
+        reached_s = success.seconds
+        reached = ~np.isnan(reached_s)
         missing = np.maximum(1.0 - progress.best, LEAST_BADNESS)
         gap = np.where(reached, self._measure_gap(run), 0.0)
         agrees, elsewhere = reached & (gap == 0), reached & (gap > 0)
         missing[elsewhere] = np.maximum(1.0 - 1.0 / (1.0 + gap[elsewhere]), LEAST_BADNESS)
         ended_s = np.where(elsewhere, reached_s, limit_s)
-        wrong_s = np.where(elsewhere, reached_s - world.tick_s, progress.last_s)
+        wrong_s = np.where(elsewhere, reached_s - tick_s, progress.last_s)
         return TrialResults(
             robustness=np.where(agrees, (limit_s - np.nan_to_num(reached_s)) / limit_s, -missing),
             failed_s=np.where(agrees, np.nan, ended_s),
             progress_s=np.where(agrees, reached_s, wrong_s),
-            last_states=_make_sets(seen, np.asarray(~reached)),
+            last_states=states.list_sets(np.asarray(~reached)),
         )
 
     def _measure_gap(self, run: BehaviorRun) -> Column:
@@ -254,39 +222,44 @@ class GoalMeasure(TrialMeasure):
         if flag is None or shown is None:
             return None
         run = self.start([trial])
-        for tick in range(1, int(self.get_limit(trial.scenario) / run.body.tick_s + 1e-9) + 1):
-            run.tick()
-            if not run.find_raised(flag)[0]:
-                continue
-            values = run.find_reading(str(shown.feature)).read()[0]
-            away = values[~shown.contains(values)]
-            if not len(away):
-                return None
-            at = format_value(shown.feature, float(away[0]))
-            where = f"{flag} where {shown.feature} was {at}, shown at {shown.describe()}"
-            return tick * run.body.tick_s, where
-        return None
+        success = monitor_flag(run, flag, stride=1)
+        roll_out(run, [success], self.get_limit(trial.scenario))
+        values = run.find_reading(str(shown.feature)).read()[0]
+        away = values[~shown.contains(values)]
+        if np.isnan(success.seconds[0]) or not len(away):
+            return None
+        at = format_value(shown.feature, float(away[0]))
+        return float(success.seconds[0]), (
+            f"{flag} where {shown.feature} was {at}, shown at {shown.describe()}"
+        )
 
 
-def _note_states(run: BehaviorRun, running: NDArray[np.bool_], seen: dict[int, set[str]]) -> None:
-    """Add the innermost states of the robots of all running worlds to what was seen of each world."""
-    worlds = np.flatnonzero(running).tolist()
-    if not worlds or not isinstance(run.body, World):
-        return
-    robots = run.body.robots
-    paths = None if run.team is None else run.team.paths
-    for world in worlds:
-        for row in range(world * robots, (world + 1) * robots):
-            path = (
-                run.engine.path(row)
-                if paths is None and isinstance(run, ProgramRun)
-                else (paths or [()])[row]
-            )
-            seen.setdefault(world, set()).update(path[-1:])
+class _LastStates(Monitor):
+    """The innermost states of the robots of all running worlds, at the last LOOKS looks before the limit."""
 
+    def __init__(self, run: BehaviorRun, limit_s: float) -> None:
+        super().__init__(run.worlds, stride=TICKS_AT_ONCE)
+        self._run, self._last = run, int(run.count_ticks_left(np.array([limit_s]))[0])
+        self._seen: dict[int, set[str]] = {}
 
-def _make_sets(seen: dict[int, set[str]], failed: NDArray[np.bool_]) -> NDArray[np.object_]:
-    made = np.empty(len(failed), np.object_)
-    for world, each in enumerate(failed.tolist()):
-        made[world] = frozenset(seen.get(world, ()) if each else ())
-    return made
+    def look(self, now: Instant) -> None:
+        """Add the present states to what was seen of each world."""
+        run = self._run
+        if not now.tick or self._last - now.tick >= LOOKS * TICKS_AT_ONCE:
+            return
+        robots, paths = run.get_world().robots, None if run.team is None else run.team.paths
+        for world in np.flatnonzero(now.running).tolist():
+            for row in range(world * robots, (world + 1) * robots):
+                path = (
+                    run.engine.path(row)
+                    if paths is None and isinstance(run, ProgramRun)
+                    else (paths or [()])[row]
+                )
+                self._seen.setdefault(world, set()).update(path[-1:])
+
+    def list_sets(self, failed: NDArray[np.bool_]) -> NDArray[np.object_]:
+        """Return what was seen of each world that failed, a set; empty for others."""
+        sets = np.empty(len(failed), np.object_)
+        for world, each in enumerate(failed.tolist()):
+            sets[world] = frozenset(self._seen.get(world, ()) if each else ())
+        return sets

@@ -69,7 +69,7 @@ def _list_decisions(
     looks = _list_looks(mistakes, world.tick_s)
     passed = 0
     for tick in sorted(looks):
-        run.advance_all(tick - passed)
+        run.advance(tick - passed)
         passed = tick
         columns, now = sensing.columns(world.sense(engine.keys)), float(world.time_s)
         known = dict(zip(engine.compiled.features, columns, strict=True))

@@ -65,7 +65,7 @@ class ShownRange:
     extent: float = 0.0
 
     def contains(self, values: Column) -> NDArray[np.bool_]:
-        """Return which values agree with what was shown: those nearer to it than anything else that was right.
+        """Return which values agree with what was shown: those between which and it nothing else was right.
 
         Parameters
         ----------
@@ -81,6 +81,14 @@ class ShownRange:
         inside: NDArray[np.bool_] = (placed > self.below) & (placed < self.above)
         if isinstance(self.feature.kind, Toroidal):
             inside |= placed - self.feature.kind.period > self.below
+        return inside
+
+    def is_near(self, values: Column) -> NDArray[np.bool_]:
+        """Return which values are at most SURELY_AGREES of the extent beyond those shown; on circles, which agree."""
+        if self.extent == 0.0:
+            return self.contains(values)
+        near = SURELY_AGREES * self.extent
+        inside: NDArray[np.bool_] = (values >= self.low - near) & (values <= self.high + near)
         return inside
 
     def restrict_limits(self) -> ShownRange:

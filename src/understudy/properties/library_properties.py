@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.errors import UnderstudyError
 from understudy.model.property import Property
 from understudy.properties.property_file import find_condition_key, load_properties, locate_errors

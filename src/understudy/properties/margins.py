@@ -30,7 +30,6 @@ from understudy.properties.thing_positions import (
     name_things,
 )
 from understudy.properties.units import convert_threshold
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.scenario.schema import Goal
 from understudy.sim.world import World
 
@@ -82,14 +81,8 @@ def bind_condition(condition: Condition, run: BehaviorRun, flags: Collection[str
     return read
 
 
-def get_world(run: BehaviorRun) -> World | None:
-    """Return the simulated worlds of a run; None if its robots are not simulated."""
-    ground = run.body.ground if isinstance(run.body, CoordinatorBody) else run.body
-    return ground if isinstance(ground, World) else None
-
-
 def _bind_clause(clause: Clause, run: BehaviorRun, flags: Collection[str]) -> Margin:
-    world = get_world(run)
+    world = run.world
     if clause.comparison is ClauseTest.RAISED:
         return _bind_flag(clause, run, flags)
     if clause.comparison is ClauseTest.REACHED:
@@ -177,7 +170,7 @@ def _bind_reading(clause: Clause, run: BehaviorRun) -> Margin:
     try:
         found = run.find_reading(clause.subject)
     except UnknownName as error:
-        world = get_world(run)
+        world = run.world
         if error.what == "target" or world is None:
             raise
         known = [*error.known, *COUNTS, *UNITS, "distance(…, …)"]

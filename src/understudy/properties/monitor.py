@@ -5,20 +5,30 @@ Many worlds are watched side by side. What only concerns the scenario's goal or 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
-from understudy.analysis.measurement import TICKS_AT_ONCE, Progress, skip_progress
+from understudy.analysis.behavior_run import BehaviorRun
+from understudy.analysis.rollout import (
+    TICKS_AT_ONCE,
+    Instant,
+    Monitor,
+    Progress,
+    SuccessMonitor,
+    roll_out,
+    skip_progress,
+)
+from understudy.analysis.world_run import SuccessRule
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.properties.condition import ClauseTest, Condition, parse_condition
 from understudy.properties.goal_progress import GoalProgress
-from understudy.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal, get_world
+from understudy.properties.margins import NEXT_TO_NOTHING, Margin, bind_condition, check_goal
+from understudy.sim.scenario.schema import Scenario
 
 LOOK_S = 1.0
 """How often progress toward a goal is looked at, s."""
@@ -53,6 +63,7 @@ def monitor_property(
     flags: Collection[str],
     *,
     limit_s: float | None = None,
+    also: Sequence[Monitor] = (),
     progress: Progress = skip_progress,
 ) -> PropertyOutcomes:
     """Run a behavior from the present moment on, until it is known in every world whether a property holds.
@@ -69,6 +80,8 @@ def monitor_property(
     limit_s
         The longest run, s. None: that of the property, or the scenario's. An "always" property needs none: its time
         is the limit.
+    also
+        What else observes the worlds, before the property does.
     progress
         Function called repeatedly with the number of completed worlds and their total.
 
@@ -88,18 +101,24 @@ def monitor_property(
         If a unit does not fit, or the property needs a goal and the scenario has none.
     """
     watch = make_watch(subject, run, flags)
-    world = get_world(run)
-    if subject.kind is PropertyKind.ALWAYS:
-        limit_s = subject.seconds
-    elif limit_s is None:
-        limit_s = None if isinstance(subject.start, StoredMoment) else subject.start.limit_s
+    world = run.world
+    if limit_s is None or subject.kind is PropertyKind.ALWAYS:
+        limit_s = find_longest_run(subject)
     if limit_s is None and world is not None:
         limit_s = world.scenario.limit_s
     if limit_s is None:
         raise SettingError(
             where="property", setting="limit_s", problem="is missing", remedy="give the longest run in s"
         )
-    return _watch(watch, run, limit_s, progress)
+    roll_out(run, [*also, watch], limit_s, to_goal=watch.ends, progress=progress)
+    return watch.make_outcomes(run.ticks)
+
+
+def find_longest_run(subject: Property) -> float | None:
+    """Find the longest run of a property, s; None if it leaves that to the scenario."""
+    if subject.kind is PropertyKind.ALWAYS:
+        return subject.seconds
+    return None if isinstance(subject.start, StoredMoment) else subject.start.limit_s
 
 
 def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> Watch:
@@ -113,7 +132,7 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     margin = bind_condition(condition, run, flags)
     if subject.kind is PropertyKind.NEVER_LONGER:
         return DurationWatch(run, margin, seconds, ends=ends)
-    if isinstance(run, ProgramRun) and run.is_fused and (flag := _get_flag(condition)) is not None:
+    if run.knows_times and run.is_fused and (flag := find_flag(condition)) is not None:
         return FlagWatch(run, flag, seconds, ends=ends, wanted=subject.kind is PropertyKind.ALWAYS)
     if subject.kind is PropertyKind.ALWAYS and is_goal(condition):
         return GoalWatch(run, seconds)
@@ -122,7 +141,8 @@ def make_watch(subject: Property, run: BehaviorRun, flags: Collection[str]) -> W
     return NeverWatch(run, margin, ends=ends)
 
 
-def _get_flag(condition: Condition) -> str | None:
+def find_flag(condition: Condition) -> str | None:
+    """Return the flag if a condition is only that it is raised, else None."""
     clause = condition.single
     raised = clause is not None and clause.comparison is ClauseTest.RAISED and not clause.negated
     return clause.subject if clause is not None and raised else None
@@ -134,60 +154,76 @@ def is_goal(condition: Condition) -> bool:
     return clause is not None and clause.comparison is ClauseTest.REACHED and not clause.negated
 
 
-class Watch:
-    """What observes a property in B worlds, between steps of `stride` ticks.
+class Watch(Monitor):
+    """What observes a property in B worlds.
 
     `failed` and `reached` are the ticks [B] at which the property failed, or what it demands was reached; -1 before.
     `over` are the worlds [B] about which nothing more can be learned. With `ends`, runs end at the scenario's goal.
     """
 
-    stride = 1
-
-    def __init__(self, run: BehaviorRun, *, ends: bool) -> None:
-        self.run, self.ends, self.world = run, ends, get_world(run)
-        self.tick_s = run.body.tick_s
-        self.worlds = self.world.worlds if self.world is not None else 1
+    def __init__(self, run: BehaviorRun, *, ends: bool, stride: int = 1) -> None:
+        super().__init__(run.worlds, stride=stride)
+        self.run, self.ends, self.worlds, self.tick_s = run, ends, run.worlds, run.body.tick_s
         self.failed, self.reached = np.full(self.worlds, -1), np.full(self.worlds, -1)
-        self.over = np.zeros(self.worlds, np.bool_)
-
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks, and update `failed`, `reached` and `over`."""
-        raise NotImplementedError
 
     def finish(self, last: int) -> NDArray[np.float64]:
         """Decide what is open after the last tick; return the robustness [B]."""
         raise NotImplementedError
 
-    def find_ended(self) -> NDArray[np.bool_]:
-        """Return which worlds [B] have reached the scenario's goal, if that ends a run."""
-        if not self.ends or self.world is None:
-            return np.zeros(self.worlds, np.bool_)
-        ended: NDArray[np.bool_] = self.world.state.finished >= 0
-        return ended
+    def make_outcomes(self, last: int) -> PropertyOutcomes:
+        """Make the outcomes of the property after the last tick."""
+        robustness = self.finish(last)
+        failed, reached = (
+            np.where(each >= 0, each * self.tick_s, np.nan) for each in (self.failed, self.reached)
+        )
+        size = np.maximum(np.abs(robustness), NEXT_TO_NOTHING)
+        return PropertyOutcomes(failed, reached, np.where(self.failed >= 0, -size, size))
 
 
-def _watch(watch: Watch, run: BehaviorRun, limit_s: float, progress: Progress) -> PropertyOutcomes:
-    last, tick = int(np.floor(limit_s / watch.tick_s + 1e-9)), 0
-    while True:
-        watch.look(tick)
-        ended = watch.find_ended()
-        through = int((watch.over | ended).sum())
-        progress(watch.worlds if tick >= last else through, watch.worlds)
-        if tick >= last or through == watch.worlds:
-            break
-        ticks = min(watch.stride, last - tick)
-        if watch.ends:
-            run.advance(ticks)
-        else:
-            run.advance_all(ticks)
-        tick += ticks
-        watch.over |= ended
-    robustness = watch.finish(tick)
-    failed, reached = (
-        np.where(each >= 0, each * watch.tick_s, np.nan) for each in (watch.failed, watch.reached)
-    )
-    size = np.maximum(np.abs(robustness), NEXT_TO_NOTHING)
-    return PropertyOutcomes(failed, reached, np.where(watch.failed >= 0, -size, size))
+@dataclass(frozen=True)
+class PropertyRule(SuccessRule):
+    """Success of a behavior as a property that holds.
+
+    Parameters
+    ----------
+    subject
+        The property. Where its runs start is not used, but for the longest run.
+    """
+
+    subject: Property
+
+    @property
+    def name(self) -> str:
+        """The name of the property, or its claim."""
+        return self.subject.name or self.subject.claim
+
+    def find_limit(self, scenario: Scenario) -> float:
+        """Return the longest run in a scenario, s."""
+        given = find_longest_run(self.subject)
+        return scenario.limit_s if given is None else given
+
+    def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:
+        """Make what decides whether the property holds in the worlds of a run."""
+        return _PropertyMonitor(run, make_watch(self.subject, run, flags))
+
+
+class _PropertyMonitor(SuccessMonitor):
+    """What decides whether a property holds: a success takes until what it demands is reached, or else the limit."""
+
+    def __init__(self, run: BehaviorRun, watch: Watch) -> None:
+        super().__init__(run, stride=watch.stride, to_goal=watch.ends)
+        self._run, self._watch = run, watch
+
+    def look(self, now: Instant) -> None:
+        """Let the watch observe the worlds."""
+        self._watch.look(now)
+        self.over = self._watch.over
+
+    def find_success_s(self, limits: Column) -> Column:
+        """Return how long each world took to succeed [B], s; NaN where the property failed."""
+        found = self._watch.make_outcomes(self._run.ticks)
+        took = np.where(np.isnan(found.reached_s), limits, found.reached_s)
+        return np.where(found.held, took, np.nan)
 
 
 class NeverWatch(Watch):
@@ -197,12 +233,12 @@ class NeverWatch(Watch):
         super().__init__(run, ends=ends)
         self._margin, self._worst = margin, np.full(self.worlds, -1.0)
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
         largest = self._margin().max(axis=1, initial=-1.0)
-        running = ~self.over
+        running = now.running
         self._worst[running] = np.maximum(self._worst, largest)[running]
-        self.failed[running & (largest > 0)] = tick
+        self.failed[running & (largest > 0)] = now.tick
         self.over |= largest > 0
 
     def finish(self, last: int) -> NDArray[np.float64]:
@@ -213,8 +249,8 @@ class NeverWatch(Watch):
 class TimedWatch(Watch):
     """What observes that something is reached within a time."""
 
-    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, ends=ends)
+    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
+        super().__init__(run, ends=ends, stride=stride)
         self._seconds = seconds
 
     def fail_late(self, last: int, missed: Column) -> NDArray[np.float64]:
@@ -231,11 +267,11 @@ class EventWatch(TimedWatch):
         super().__init__(run, seconds, ends=False)
         self._margin, self._best = margin, np.full(self.worlds, -1.0)
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
         least = self._margin().min(axis=1, initial=1.0)
         self._best = np.maximum(self._best, least)
-        self.reached[~self.over & (least > 0)] = tick
+        self.reached[now.running & (least > 0)] = now.tick
         self.over |= least > 0
 
     def finish(self, last: int) -> NDArray[np.float64]:
@@ -247,17 +283,16 @@ class GoalWatch(TimedWatch):
     """Watch that the goal of the scenario is reached within a time, many ticks at once."""
 
     def __init__(self, run: BehaviorRun, seconds: float) -> None:
-        super().__init__(run, seconds, ends=True)
-        self._worlds, _ = check_goal(self.world)
-        self._left, self._first = GoalProgress(self.world), self._worlds.state.tick.copy()
-        self.stride = TICKS_AT_ONCE if run.is_fused else 1
+        super().__init__(run, seconds, ends=True, stride=TICKS_AT_ONCE if run.is_fused else 1)
+        self._world, _ = check_goal(run.world)
+        self._left, self._first = GoalProgress(run.world), self._world.state.tick.copy()
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
-        finished = self._worlds.state.finished
-        now = ~self.over & (finished >= 0)
-        self.reached[now] = np.maximum(finished - self._first, 0)[now]
-        self.over |= now
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
+        finished = self._world.state.finished
+        new = now.running & (finished >= 0)
+        self.reached[new] = np.maximum(finished - self._first, 0)[new]
+        self.over |= new
 
     def finish(self, last: int) -> NDArray[np.float64]:
         """Let worlds fail that have not reached the goal; return the robustness [B]."""
@@ -267,19 +302,18 @@ class GoalWatch(TimedWatch):
 class FlagWatch(TimedWatch):
     """Watch whether a flag is raised, many ticks at once: by all agents within a time if `wanted`, or never by any."""
 
-    def __init__(self, run: ProgramRun, flag: str, seconds: float, *, ends: bool, wanted: bool) -> None:
-        super().__init__(run, seconds, ends=ends)
-        self._run, self._flag, self._wanted = run, flag, wanted
-        self.stride = TICKS_AT_ONCE
+    def __init__(self, run: BehaviorRun, flag: str, seconds: float, *, ends: bool, wanted: bool) -> None:
+        super().__init__(run, seconds, ends=ends, stride=TICKS_AT_ONCE)
+        self._flag, self._wanted = flag, wanted
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
-        times = self._run.find_raised_s(self._flag)
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
+        times = self.run.find_raised_s(self._flag)
         when = times.max(axis=1) if self._wanted else np.fmin.reduce(times, axis=1)
-        now = ~self.over & ~np.isnan(when)
+        new = now.running & ~np.isnan(when)
         found = self.reached if self._wanted else self.failed
-        found[now] = np.rint(when[now] / self.tick_s)
-        self.over |= now
+        found[new] = np.rint(when[new] / self.tick_s)
+        self.over |= new
 
     def finish(self, last: int) -> NDArray[np.float64]:
         """Let worlds fail without a wanted flag; return the robustness [B]."""
@@ -297,14 +331,14 @@ class DurationWatch(Watch):
         self._since: NDArray[np.float64] | None = None
         self._longest = np.zeros(self.worlds)
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
         holds = self._margin() > 0
         if self._since is None:
             self._since = np.full(holds.shape, np.nan)
-        self._since = np.where(holds, np.where(np.isnan(self._since), tick, self._since), np.nan)
-        lasted: Column = np.nan_to_num(tick - self._since).max(axis=1, initial=0.0) * self.tick_s
-        update_longest(self, lasted, self._longest, self._seconds, tick)
+        self._since = np.where(holds, np.where(np.isnan(self._since), now.tick, self._since), np.nan)
+        lasted: Column = np.nan_to_num(now.tick - self._since).max(axis=1, initial=0.0) * self.tick_s
+        update_longest(self, lasted, self._longest, self._seconds, now)
 
     def finish(self, last: int) -> NDArray[np.float64]:
         """Return the robustness [B]."""
@@ -315,29 +349,28 @@ class ProgressWatch(Watch):
     """Watch the time in which the scenario's goal comes no nearer, once a second."""
 
     def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, ends=ends)
-        self._seconds, self._goal = seconds, GoalProgress(self.world)
-        self.stride = max(1, round(LOOK_S / self.tick_s))
+        super().__init__(run, ends=ends, stride=max(1, round(LOOK_S / run.body.tick_s)))
+        self._seconds, self._goal = seconds, GoalProgress(run.world)
         self._least, self._since = self._goal.measure_remainder(), np.zeros(self.worlds, np.int64)
         self._longest = np.zeros(self.worlds)
 
-    def look(self, tick: int) -> None:
-        """Observe the worlds after so many ticks."""
+    def look(self, now: Instant) -> None:
+        """Observe the worlds."""
         left = self._goal.measure_remainder()
         nearer = left <= self._least - self._goal.step
-        self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], tick
-        lasted = (tick - self._since).astype(np.float64) * self.tick_s
-        update_longest(self, lasted, self._longest, self._seconds, tick)
+        self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], now.tick
+        lasted = (now.tick - self._since).astype(np.float64) * self.tick_s
+        update_longest(self, lasted, self._longest, self._seconds, now)
 
     def finish(self, last: int) -> NDArray[np.float64]:
         """Return the robustness [B]."""
         return (self._seconds - self._longest) / self._seconds
 
 
-def update_longest(watch: Watch, lasted: Column, longest: Column, seconds: float, tick: int) -> None:
+def update_longest(watch: Watch, lasted: Column, longest: Column, seconds: float, now: Instant) -> None:
     """Note how long something has lasted in each world [B], s, and let worlds fail in which it was too long."""
-    running = ~watch.over
+    running = now.running
     longest[running] = np.maximum(longest, lasted)[running]
     late = running & (lasted > seconds + 1e-9)
-    watch.failed[late] = tick
+    watch.failed[late] = now.tick
     watch.over |= late

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Self
 
 import numpy as np
 
+from understudy.analysis.criteria import Criteria, make_raised_reader
 from understudy.analysis.evaluate import find_flags, find_runners
-from understudy.analysis.evaluation_task import WORLDS_AT_ONCE, EvaluationTask
-from understudy.analysis.goal_runs import Criteria
+from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.intervals import LEVEL, exact_interval_of_share
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.raised_range import RaisedRange, describe_raised, find_shown_goal
+from understudy.analysis.rollout import WORLDS_AT_ONCE, Progress, skip_progress
 from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.model.library import Library
-from understudy.model.property import Property, SeededWorlds
-from understudy.properties.monitor import PropertyOutcomes, make_watch, monitor_property
+from understudy.model.property import Property, PropertyKind, SeededWorlds
+from understudy.properties.condition import parse_condition
+from understudy.properties.monitor import PropertyOutcomes, find_flag, make_watch, monitor_property
 from understudy.runtime.program import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
@@ -48,12 +50,16 @@ class PropertyResult:
         The results of those worlds; of the single run from a stored moment.
     problem
         Why it could not be tested; empty if it could.
+    raised
+        Where the flag was raised that the property demands in time, beside where it was shown. None: it demands
+        something else, or nothing shown says where that is right.
     """
 
     tested: Property
     seeds: tuple[int, ...]
     outcomes: PropertyOutcomes
     problem: str = ""
+    raised: RaisedRange | None = None
 
     @classmethod
     def from_problem(cls, tested: Property, problem: str) -> Self:
@@ -208,7 +214,9 @@ def run_property(
     if not isinstance(subject.start, SeededWorlds):
         raise TypeError("a property from a stored moment has no seeds")
     task = make_property_task(subject, library, scenario)
-    seeds, done = subject.start.seeds, list[PropertyOutcomes]()
+    flag = _find_demanded_flag(subject)
+    shown = find_shown_goal(task.library, task.behavior, flag)
+    seeds, done, raised = subject.start.seeds, list[PropertyOutcomes](), list[RaisedRange]()
     last = 0
     for first, last in _divide(subject, len(seeds)):
 
@@ -216,13 +224,23 @@ def run_property(
             progress(first + through, len(seeds))
 
         run = task.make_run(scenario, seeds[first:last])
-        done.append(monitor_property(subject, run, task.criteria.flags, progress=report))
+        reader = make_raised_reader(run, Criteria(flag, task.criteria.flags, {}, {}, shown))
+        also = [] if reader is None else [reader]
+        done.append(monitor_property(subject, run, task.criteria.flags, also=also, progress=report))
+        if reader is not None:
+            raised.append(reader.finish(~np.isnan(done[-1].reached_s)))
         if (
             subject.at_least is not None
             and _join(subject, seeds[:last], done).verdict is not Verdict.UNDECIDED
         ):
             break
-    return _join(subject, seeds[:last], done)
+    joined = _join(subject, seeds[:last], done)
+    return replace(joined, raised=RaisedRange.concatenate(raised)) if raised else joined
+
+
+def _find_demanded_flag(subject: Property) -> str | None:
+    """Return the flag that a property demands in time, and nothing else; None if it demands something else."""
+    return find_flag(parse_condition(subject.what)) if subject.kind is PropertyKind.ALWAYS else None
 
 
 def _join(subject: Property, seeds: tuple[int, ...], parts: list[PropertyOutcomes]) -> PropertyResult:
@@ -267,6 +285,9 @@ def describe_result(result: PropertyResult) -> Iterator[str]:
         yield _describe_decision(result, at_least)
     if failures:
         yield _describe_failures(result)
+    flag = _find_demanded_flag(result.tested)
+    if flag is not None:
+        yield describe_raised(flag, result.raised)
 
 
 def _describe_decision(result: PropertyResult, at_least: float) -> str:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.behavior_run import RunReading
+from understudy.analysis.behavior_run import BehaviorRun, RunReading
 from understudy.analysis.named_reading import find_reading
 from understudy.errors import SessionError, UnderstudyError
 from understudy.model.binding import Binding
@@ -21,7 +21,6 @@ from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.coordinator_body import CoordinatorBody
-from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, make_coordinator_body
@@ -85,7 +84,7 @@ def run_moment_property(
     return PropertyResult(subject, (), outcomes)
 
 
-class MomentRun:
+class MomentRun(BehaviorRun):
     """A behavior that one agent runs from a stored moment, while all other agents idle.
 
     Parameters
@@ -102,15 +101,12 @@ class MomentRun:
         For a coordinator, the library of each sort of agents.
     """
 
-    team: Team | None = None
-    is_fused = False
-    own_robots: NDArray[np.bool_] | None = None
-
     def __init__(
         self, subject: Property, start: StoredMoment, name: str, library: Library, libraries: Libraries
     ) -> None:
-        body = self.body = _make_body(start, {**libraries, start.sort: library})
+        body = _make_body(start, {**libraries, start.sort: library})
         body.restore(start.snapshot)
+        super().__init__(body, 1)
         if not 0 <= start.agent < body.agents:
             raise SessionError(f"there is no agent {start.agent} in its world: they are counted from 0")
         self._doer = Interpreter(link(library, name, subject.targets), now=body.time_s)
@@ -120,26 +116,12 @@ class MomentRun:
         self._chosen = np.arange(body.agents) == start.agent
         self.flags = frozenset(library.automaton(name).flags)
 
-    def tick(self) -> None:
-        """Let all agents sense, decide and act once."""
+    def _tick(self) -> None:
         self._run.tick()
-
-    def advance(self, ticks: int) -> None:
-        """Run ticks one by one."""
-        for _ in range(ticks):
-            self._run.tick()
-
-    def advance_all(self, ticks: int) -> None:
-        """Run ticks one by one."""
-        self.advance(ticks)
-
-    def find_raised(self, flag: str) -> NDArray[np.bool_]:
-        """Return whether the agent has raised a flag [1]."""
-        return np.array([self._doer.root.flag == flag])
 
     def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
         """Return whether the agent has raised a flag [1, 1]."""
-        return self.find_raised(flag)[:, np.newaxis]
+        return np.array([[self._doer.root.flag == flag]])
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of the agent by its name."""

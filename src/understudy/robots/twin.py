@@ -20,12 +20,10 @@ from understudy.robots.recording.recorder import RunRecorder, list_recorded_name
 from understudy.robots.robot_file import POSE, TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.robots.skills.stand_ins import add_robot_skills
-from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
-from understudy.sim.body_world import BodyWorld
-from understudy.sim.params import ScenarioNames
+from understudy.runtime.body import Commands, list_reading_keys
+from understudy.sim.body_world import BodyWorld, DrawnBody
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import RobotGroup, Scenario
-from understudy.sim.state import WorldParams, WorldState
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
@@ -33,15 +31,13 @@ Paths: TypeAlias = Callable[[], Sequence[Sequence[str]]]
 """A function that returns the states of all levels of each robot, as decided last."""
 
 
-class DigitalTwin:
+class DigitalTwin(DrawnBody[Fleet]):
     """A body with the robots of a fleet in the scenario that their robot files name.
 
     It has the scenario's readings, targets and channels; readings that a robot does not have are absent (NaN). Robots
     are drawn at their readings `x`, `y` and `heading`: relative to the corner of the first robot's geofence, or,
     without one, to the middle of the arena. A twin can neither be reset nor rewound.
     """
-
-    worlds = 1
 
     def __init__(self, fleet: Fleet, *, recorder: RunRecorder | None = None) -> None:
         if fleet.scenario is None:
@@ -51,18 +47,16 @@ class DigitalTwin:
                 problem="is missing: it defines the features and behaviors",
                 remedy='name the scenario whose features and behaviors it has: world = "soccer"',
             )
+        self.scenario = _cast(fleet, fleet.scenario)
+        super().__init__(fleet, World(self.scenario, [0]))
         self.fleet = fleet
         self._fence = fence = fleet.robots[0].file.limits.geofence
-        self.scenario = _cast(fleet, fleet.scenario)
-        self._drawn = World(self.scenario, [0])
         width, height = self.scenario.size
         self._is_drawn = False
         self._origin = (-fence[0], -fence[1]) if fence else (width / 2, height / 2)
         self._empty()
-        self.readings: Sequence[Reading] = self._drawn.readings
-        self.channels: Sequence[Channel] = self._drawn.channels
-        self.targets: Sequence[str] = self._drawn.targets
-        self.agents = self.robots = fleet.agents
+        self.readings, self.channels = self._drawn.readings, self._drawn.channels
+        self.targets = self._drawn.targets
         self._offered: dict[tuple[tuple[ReadingKey, ...], ...], Sequence[ReadingKey]] = {}
         self._can = {(each.name, each.of_targets) for each in fleet.readings}
         self._acted_s = -inf
@@ -74,46 +68,9 @@ class DigitalTwin:
         self._moving = {channel.name for channel in fleet.channels}
 
     @property
-    def display_world(self) -> World:
-        """A world with the robots and the known targets in their places, for drawing only."""
-        self._draw()
-        return self._drawn
-
-    @property
     def kit(self) -> Kit:
         """The features, behaviors and targets of the scenario."""
         return self._drawn.kit
-
-    @property
-    def names(self) -> ScenarioNames:
-        """The names of the scenario's types of robots and classes of objects."""
-        return self._drawn.names
-
-    @property
-    def rules(self) -> WorldParams:
-        """The scenario's parameters as numbers."""
-        return self._drawn.rules
-
-    @property
-    def state(self) -> WorldState:
-        """The state of the drawn world."""
-        self._draw()
-        return self._drawn.state
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """The seed of the drawn world, always 0."""
-        return self._drawn.seeds
-
-    @property
-    def tick_s(self) -> float:
-        """The nominal length of a tick, in s."""
-        return self.fleet.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The fleet's time, in s."""
-        return self.fleet.time_s
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -122,8 +79,7 @@ class DigitalTwin:
 
     def view(self, world: int = 0) -> WorldView:
         """Return the drawn world, as large as the geofence if there is one."""
-        self._draw()
-        found = self._drawn.view(world)
+        found = super().view(world)
         if self._fence is None:
             return found
         x0, y0, x1, y1 = self._fence

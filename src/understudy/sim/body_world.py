@@ -1,4 +1,7 @@
-"""A body of the user's own as a world to teach in: it has readings and channels, and pictures if it can draw itself."""
+"""Bodies that are not simulated as worlds to teach in, which a simulated world draws.
+
+`BodyWorld` is a body of the user's own: it has readings and channels, and pictures if it can draw itself.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
-from understudy.model.features import Percept, ReadingKey
-from understudy.runtime.body import Body, Channel, Commands, Reading, Resettable, close_body
-from understudy.sim.params import ScenarioNames
+from understudy.runtime.body import Body, Commands, Resettable, close_body
+from understudy.runtime.body_wrapper import BodyWrapper, GroundT
 from understudy.sim.scenario.schema import RobotGroup, RobotType, Scenario
-from understudy.sim.state import WorldParams, WorldState
+from understudy.sim.state import WorldState
 from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
@@ -26,7 +28,51 @@ EMPTY_SIZE = (6.0, 4.0)
 AGENT = "agent"
 
 
-class BodyWorld:
+class DrawnBody(BodyWrapper[GroundT]):
+    """A body in one world, which has what user interfaces draw: names, parameters, state and view of a world behind it.
+
+    Parameters
+    ----------
+    ground
+        The body below.
+    drawn
+        The world that is drawn in its place.
+    """
+
+    worlds = 1
+    scenario: Scenario
+
+    def __init__(self, ground: GroundT, drawn: World) -> None:
+        super().__init__(ground)
+        self._drawn = drawn
+        self.names, self.rules = drawn.names, drawn.rules
+        self.robots = self.agents
+
+    def _draw(self) -> None:
+        """Bring the drawn world up to date; a subclass whose world changes does it here."""
+
+    @property
+    def display_world(self) -> World:
+        """The world that is drawn, as it is now; of its state, only the tick goes on by itself."""
+        self._draw()
+        return self._drawn
+
+    @property
+    def state(self) -> WorldState:
+        """The state of the drawn world."""
+        return self.display_world.state
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seed of the drawn world."""
+        return self._drawn.seeds
+
+    def view(self, world: int = 0) -> WorldView:
+        """Return a view of the drawn world."""
+        return self.display_world.view(world)
+
+
+class BodyWorld(DrawnBody[Body]):
     """A body of the user's own, in one world.
 
     Where its agents are is unknown: it is shown by its readings, and by the pictures that its method `render` returns,
@@ -48,99 +94,41 @@ class BodyWorld:
         If its `render` fails or returns no picture.
     """
 
-    worlds = 1
-
     def __init__(self, make: Callable[[int], Body], seed: int = 0, *, name: str) -> None:
         self._make = make
         self.name = name
-        self.body = make(seed)
-        self._seed = seed
-        self.agents = self.robots = self.body.agents
-        picture = self.render()
+        body = make(seed)
+        picture = draw_body(body, name)
         self.has_picture = picture is not None
         height, width = (1, 1) if picture is None else picture.shape[:2]
         size = EMPTY_SIZE if picture is None else (width / PIXELS_PER_M, height / PIXELS_PER_M)
-        empty = _make_empty_scenario(size, self.body.tick_s, self.agents)
-        self._drawn = World(empty, [seed])
+        empty = _make_empty_scenario(size, body.tick_s, body.agents)
+        super().__init__(body, World(empty, [seed]))
         self.scenario = msgspec.structs.replace(empty, name=name)  # which may be no name of a scenario
-
-    @property
-    def readings(self) -> Sequence[Reading]:
-        """The readings of the body."""
-        return self.body.readings
-
-    @property
-    def targets(self) -> Sequence[str]:
-        """The targets of the body."""
-        return self.body.targets
-
-    @property
-    def channels(self) -> Sequence[Channel]:
-        """The channels of the body."""
-        return self.body.channels
-
-    @property
-    def tick_s(self) -> float:
-        """The length of a tick, s."""
-        return self.body.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The body's time, s."""
-        return self.body.time_s
 
     @property
     def is_over(self) -> bool:
         """Whether the body says, by `is_over`, that the episodes of all agents have ended."""
-        return bool(np.all(getattr(self.body, "is_over", False)))
-
-    @property
-    def display_world(self) -> World:
-        """The empty arena behind the pictures."""
-        return self._drawn
-
-    @property
-    def names(self) -> ScenarioNames:
-        """The names of the empty arena."""
-        return self._drawn.names
-
-    @property
-    def rules(self) -> WorldParams:
-        """The parameters of the empty arena."""
-        return self._drawn.rules
-
-    @property
-    def state(self) -> WorldState:
-        """The state of the empty arena, of which only the tick goes on."""
-        return self._drawn.state
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """The seed of the world."""
-        return (self._seed,)
+        return bool(np.all(getattr(self.ground, "is_over", False)))
 
     def view(self, world: int = 0) -> WorldView:
         """Return the empty arena at the body's time."""
-        return replace(self._drawn.view(world), time_s=self.time_s)
-
-    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """Return a column [N] for each key."""
-        return self.body.sense(keys)
+        return replace(super().view(world), time_s=self.time_s)
 
     def act(self, commands: Commands) -> None:
         """Let the body act for one tick."""
-        self.body.act(commands)
+        super().act(commands)
         self.state.tick[0] += 1
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Begin the world of another seed."""
         (seed,) = seeds
-        if isinstance(self.body, Resettable):
-            self.body.reset([seed])
+        if isinstance(self.ground, Resettable):
+            self.ground.reset([seed])
+            self._stand_on(self.ground)
         else:
             self.close()
-            self.body = self._make(seed)
-        self._seed = seed
+            self._stand_on(self._make(seed))
         self._drawn.reset([seed])
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -151,29 +139,35 @@ class BodyWorld:
         NDArray[np.uint8] or None
             The picture [height, width, 3] that the body's `render` returned. None: it has none.
         """
-        draw: Any = getattr(self.body, "render", None)
-        if draw is None:
-            return None
-        try:
-            picture = draw()
-        except DefinitionError:
-            raise
-        except Exception as error:  # whatever a body of the user's own does
-            raise self._wrong_picture(f"failed: {type(error).__name__}: {error}") from error
-        if picture is None:
-            return None
-        picture = np.asarray(picture)
-        if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8 or not picture.size:
-            raise self._wrong_picture(f"returned an array of {picture.dtype} of shape {picture.shape}")
-        return picture
-
-    def _wrong_picture(self, problem: str) -> DefinitionError:
-        remedy = "return an array of uint8 of shape (height, width, 3), or None if there is no picture"
-        return DefinitionError(what=f"render of {self.name}", problem=f"it {problem}", remedy=remedy)
+        return draw_body(self.ground, self.name)
 
     def close(self) -> None:
         """Close the body if it has a method `close`."""
-        close_body(self.body)
+        close_body(self.ground)
+
+
+def draw_body(body: Body, name: str) -> NDArray[np.uint8] | None:
+    """Return the picture that the `render` of a body returns; None if it has none, DefinitionError if it fails."""
+    draw: Any = getattr(body, "render", None)
+    if draw is None:
+        return None
+    try:
+        picture = draw()
+    except DefinitionError:
+        raise
+    except Exception as error:  # whatever a body of the user's own does
+        raise _wrong_picture(name, f"failed: {type(error).__name__}: {error}") from error
+    if picture is None:
+        return None
+    picture = np.asarray(picture)
+    if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8 or not picture.size:
+        raise _wrong_picture(name, f"returned an array of {picture.dtype} of shape {picture.shape}")
+    return picture
+
+
+def _wrong_picture(name: str, problem: str) -> DefinitionError:
+    remedy = "return an array of uint8 of shape (height, width, 3), or None if there is no picture"
+    return DefinitionError(what=f"render of {name}", problem=f"it {problem}", remedy=remedy)
 
 
 def _make_empty_scenario(size: tuple[float, float], tick_s: float, agents: int) -> Scenario:

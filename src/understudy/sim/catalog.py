@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from understudy.entry_points import WORLDS, list_entry_points, load_object
 from understudy.errors import SettingError, UnderstudyError, UnknownName
@@ -73,17 +75,25 @@ def locate_scenario(name: str) -> str:
 def _make_scenario(name: str) -> Scenario:
     made = load_object(name, WORLDS, where="world", remedy=REMEDY)
     if callable(made):
-        try:
-            made = made()
-        except UnderstudyError:
-            raise
-        except Exception as error:  # whatever a function of the user's own does
-            problem = f"raised {type(error).__name__}: {error}"
-            raise SettingError(where="world", setting=repr(name), problem=problem, remedy=REMEDY) from error
+        made = call_world_function(made, name, remedy=REMEDY)
     if not isinstance(made, Scenario):
-        problem = f"is a {type(made).__name__}"
-        raise SettingError(where="world", setting=repr(name), problem=problem, remedy=REMEDY)
+        raise refuse_world(name, f"is a {type(made).__name__}", REMEDY)
     return made
+
+
+def call_world_function(function: Callable[..., Any], name: str, *given: int, remedy: str) -> Any:
+    """Call a function of the user's own that makes a world; whatever it raises becomes a SettingError."""
+    try:
+        return function(*given)
+    except UnderstudyError:
+        raise
+    except Exception as error:  # whatever a function of the user's own does
+        raise refuse_world(name, f"raised {type(error).__name__}: {error}", remedy) from error
+
+
+def refuse_world(name: str, problem: str, remedy: str) -> SettingError:
+    """Make the error about a world that is named by a function."""
+    return SettingError(where="world", setting=repr(name), problem=problem, remedy=remedy)
 
 
 def compile_world_kernels(scenario: Scenario) -> None:

@@ -45,6 +45,7 @@ UNCOMPILED_ROBOT_TICKS = 100
 
 
 def advance_worlds(
+    context: KernelContext,
     kernel_worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
@@ -55,24 +56,25 @@ def advance_worlds(
 ) -> None:
     """Advance all worlds by a number of ticks; with `until_finished` a world stops when it reaches its goal.
 
-    The commands of the plan are a table with columns `COLUMNS`. `threads` None chooses their number.
+    The commands of the plan are a table with columns `COLUMNS`. `threads` None chooses their number; the first uses the
+    `context` that is given.
     """
     rows, worlds = len(kernel_worlds.state.robots), len(kernel_worlds.state.seeds)
-    ticks -= _advance_uncompiled(kernel_worlds, sensing, fused, ticks, until_finished=until_finished)
+    ticks -= _advance_uncompiled(context, kernel_worlds, fused, ticks, until_finished=until_finished)
     if threads is None:
         threads = 1 if rows < ALONE else os.cpu_count() or 1
     threads = min(threads, max(worlds, rows // 64), MOST_THREADS)
     if fused.lead is not None and kernel_worlds.rules.robots < ALONE:
         threads = min(threads, worlds)  # to wait for each other twice more a tick pays in large worlds only
     if worlds >= threads:
-        _side_by_side(kernel_worlds, sensing, fused, ticks, threads, until_finished=until_finished)
+        _side_by_side(context, kernel_worlds, sensing, fused, ticks, threads, until_finished=until_finished)
     else:
         for world in range(worlds):
             _together(kernel_worlds, sensing, fused, ticks, threads, world, until_finished=until_finished)
 
 
 def _advance_uncompiled(
-    worlds: KernelWorlds, sensing: SensePlan, fused: FusedPlan, ticks: int, *, until_finished: bool
+    context: KernelContext, worlds: KernelWorlds, fused: FusedPlan, ticks: int, *, until_finished: bool
 ) -> int:
     """Advance all worlds in one thread until the kernel is compiled; return by how many ticks.
 
@@ -80,7 +82,6 @@ def _advance_uncompiled(
     """
     if read_kernel_mode() in (COMPILED, CHECKED):
         return 0
-    context = KernelContext(worlds, sensing, make_thread_scratch(worlds, make_robot_grid(worlds.rules)))
     count, done = len(worlds.state.seeds), 0
     portion = max(1, UNCOMPILED_ROBOT_TICKS // max(1, len(worlds.state.robots)))
     while done < ticks and not _is_compiled(context, fused):
@@ -116,6 +117,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def _side_by_side(
+    context: KernelContext,
     kernel_worlds: KernelWorlds,
     sensing: SensePlan,
     fused: FusedPlan,
@@ -130,9 +132,9 @@ def _side_by_side(
     if worlds == 1 and rules.robots >= SORTED and fused.lead is None:
         _together(kernel_worlds, sensing, fused, ticks, 1, 0, until_finished=until_finished)
         return
-    contexts = [
+    contexts = [context] + [
         KernelContext(kernel_worlds, sensing, make_thread_scratch(kernel_worlds, make_robot_grid(rules)))
-        for _ in range(threads)
+        for _ in range(1, threads)
     ]
     with _pool(threads) as pool:
         for chunk in _chunks(ticks, len(state.robots)):

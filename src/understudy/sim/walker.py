@@ -13,21 +13,18 @@ from math import isfinite, pi, radians, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, SettingError
+from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
-from understudy.sim import state
 from understudy.sim.kernels.angles import compute_cosine_and_sine
 from understudy.sim.kernels.rng import draw_uniform_column, make_normal
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.view import WorldView
 from understudy.sim.world import World
+from understudy.sim.world_wrapper import WorldWrapper
 
 SLIP, VEER = 2**20, 2**20 + 1
 """Stream numbers of random draws, different from those of worlds; VEER uses two."""
-HEAD = 8
-"""The number of bytes that give the length of the walker's part of a snapshot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,38 +63,17 @@ WALKING = Gait()
 """The gait with default values."""
 
 
-class Walker:
+class Walker(WorldWrapper):
     """A body of the walking robots of B worlds of a scenario, one world per seed; see `World`."""
 
+    snapshot_name = "walker"
+
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,), gait: Gait = WALKING) -> None:
-        self.world, self.gait = World(scenario, seeds), gait
-        world = self.world
-        self.scenario, self.kit = scenario, world.kit
-        self.agents, self.worlds, self.robots = world.agents, world.worlds, world.robots
-        self.readings, self.channels, self.targets = world.readings, world.channels, world.targets
-        self.tick_s = world.tick_s
+        super().__init__(World(scenario, seeds))
+        self.gait = gait
         self._ticks = max(1, round(gait.step_s / self.tick_s))
         self._still = min(self._ticks - 1, round(gait.both_feet * self._ticks))
         self._rest()
-
-    @property
-    def time_s(self) -> float:
-        """The simulated time since the last reset, s."""
-        return self.world.time_s
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """The seeds of the worlds, in order."""
-        return self.world.seeds
-
-    @property
-    def finished_s(self) -> Column:
-        """The time at which each world first reached the scenario's goal [B], s; NaN if it has not."""
-        return self.world.finished_s
-
-    def view(self, world: int = 0) -> WorldView:
-        """Copy one world's current state into a plain value, for drawing."""
-        return self.world.view(world)
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Restart all worlds at time 0, laid out by new seeds, one per world."""
@@ -181,18 +157,12 @@ class Walker:
         swayed: Column = np.where(walks, radians(self.gait.sway_deg) * phase, 0.0)
         return swayed
 
-    def snapshot(self) -> bytes:
-        """Return the complete state of all worlds, for `restore`."""
-        own = state.encode_snapshot("walker", asdict(self.gait), {"step": self._step})
-        return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
+    def _settings(self) -> dict[str, float]:
+        return asdict(self.gait)
+
+    def _arrays(self) -> dict[str, NDArray[np.float64]]:
+        return {"step": self._step}
 
     def restore(self, snapshot: bytes) -> None:
         """Set the state to that of a snapshot, bit for bit; FileError if it was taken of other walkers."""
-        if len(snapshot) < HEAD:
-            raise FileError(
-                path="snapshot", place="", problem="is not one of walkers", remedy="take it again"
-            )
-        end = HEAD + int.from_bytes(snapshot[:HEAD], "little")
-        own = state.decode_snapshot(snapshot[HEAD:end], "walker", asdict(self.gait), {"step": self._step})
-        self.world.restore(snapshot[end:])
-        self._step = own["step"]
+        self._step = self._restore_worlds(snapshot)["step"]

@@ -359,12 +359,24 @@ class World(EditableWorld):
         ended
             The worlds that stay as they are [B]. None: none.
         """
-        sensing = self._plan(self.check_keys(plan.keys))
+        keys = self.check_keys(plan.keys)
         commands = np.zeros((len(plan.commands), len(COLUMNS)))
         commands[:, self.columns] = plan.commands
         plan = replace(plan, commands=commands)
-        worlds = self._kernel_worlds if ended is None else self._kernel_worlds._replace(ended=ended)
-        advance_worlds(worlds, sensing, plan, ticks, threads, until_finished=until_finished)
+        worlds = self._kernel_worlds
+        worlds.ended[:] = False if ended is None else ended
+        try:
+            advance_worlds(
+                self._context(keys),
+                worlds,
+                self._plan(keys),
+                plan,
+                ticks,
+                threads,
+                until_finished=until_finished,
+            )
+        finally:
+            worlds.ended[:] = False
 
     def snapshot(self) -> bytes:
         """Save the complete state of all worlds.

@@ -16,18 +16,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, SettingError
+from understudy.errors import SettingError
 from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.model.library import Kit
 from understudy.robots.camera.blobs import Image
-from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading
-from understudy.sim import state as snapshots
+from understudy.runtime.body import ISSUED, SKILL, Commands
 from understudy.sim.kit import COLUMNS
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.view import WorldView
 from understudy.sim.world import World
+from understudy.sim.world_wrapper import WorldWrapper
 from understudy.sim_mujoco.model import check_physics
 from understudy.sim_mujoco.robot_model import scale_to_commands
 from understudy.sim_mujoco.sensors import MujocoSensors
@@ -35,26 +33,20 @@ from understudy.sim_mujoco.world import BodyPose, MujocoWorld
 
 STUCK = 0.1
 """The share of the commanded way below which a robot counts as blocked, as in the 2-D world."""
-HEAD = 8
-"""The number of bytes that give the length of the physics part of a snapshot."""
 
 
-class MujocoBody:
+class MujocoBody(WorldWrapper):
     """A body of the robots of B worlds of a scenario in MuJoCo, one world per seed.
 
     Row w*N + i is robot i of world w. Cameras have no pixel noise, and sensors measure in every tick. ExtraMissing if
     MuJoCo is not installed; SettingError for a scenario with boxes to push or pull.
     """
 
+    snapshot_name = "physics"
+
     def __init__(self, scenario: Scenario, seeds: Sequence[int] = (0,)) -> None:
         check_physics(scenario)
-        self.world = World(scenario, seeds)
-        self.scenario = scenario
-        self.readings: Sequence[Reading] = self.world.readings
-        self.channels: Sequence[Channel] = self.world.channels
-        self.targets: Sequence[str] = self.world.targets
-        self.agents, self.worlds, self.robots = self.world.agents, self.world.worlds, self.world.robots
-        self.tick_s = self.world.tick_s
+        super().__init__(World(scenario, seeds))
         self._senses = MujocoSensors(self.world)
         self._begin()
 
@@ -64,26 +56,6 @@ class MujocoBody:
 
     def _repr_svg_(self) -> str:
         return call_markup("run_plot:draw_world_svg", self.view())
-
-    @property
-    def kit(self) -> Kit:
-        """The features, behaviors and targets that automata for this scenario can use."""
-        return self.world.kit
-
-    @property
-    def time_s(self) -> float:
-        """The simulated time since the last reset, s."""
-        return self.world.time_s
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """The seeds of the worlds, in order."""
-        return self.world.seeds
-
-    @property
-    def finished_s(self) -> Column:
-        """The time at which each world first reached the scenario's goal [B], s; NaN if it has not."""
-        return self.world.finished_s
 
     @property
     def delivered(self) -> NDArray[np.int64]:
@@ -99,10 +71,6 @@ class MujocoBody:
     def failed(self) -> NDArray[np.bool_]:
         """A flag per robot [B*N]: true if it has failed, as its scenario says or by `freeze`."""
         return self.world.failed
-
-    def view(self, world: int = 0) -> WorldView:
-        """Copy one world's current state into a plain value, for drawing."""
-        return self.world.view(world)
 
     def freeze(self, agent: int) -> None:
         """Make a robot fail: from now on all its readings are absent (NaN), and it does not move."""
@@ -239,29 +207,16 @@ class MujocoBody:
         )
         return shares
 
-    def snapshot(self) -> bytes:
-        """Return the complete state of all worlds, for `restore`."""
-        own = snapshots.encode_snapshot(self._called, self._settings(), self._arrays())
-        return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
-
     def restore(self, snapshot: bytes) -> None:
         """Set the state to that of a snapshot, bit for bit; FileError if it was taken of other worlds."""
-        end = HEAD + int.from_bytes(snapshot[:HEAD], "little")
-        if not HEAD < end < len(snapshot):
-            raise FileError(
-                path="snapshot", place="", problem="is not one of physics", remedy="take it again"
-            )
-        own = snapshots.decode_snapshot(snapshot[HEAD:end], self._called, self._settings(), self._arrays())
         seeds = self.seeds
-        self.world.restore(snapshot[end:])
+        own = self._restore_worlds(snapshot)
         if self.seeds != seeds:
             self._begin()
         self._asked, self._senses.last = own["asked"], own["last"]
         for index, arena in enumerate(self.arenas):
             arena.restore(own[f"arena{index}"])
         self._senses.clear()
-
-    _called = "physics"
 
     def _settings(self) -> dict[str, object]:
         settings: dict[str, object] = msgspec.to_builtins(self.scenario)

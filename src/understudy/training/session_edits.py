@@ -220,6 +220,7 @@ class EditableSession(SessionDisplay, ABC):
             raise
         here = self._trainee_state()
         if targets:
+            self._log.begin_episode()  # what was sensed and decided before has no reading of new targets
             self._turned()
         self._last_step = LessonStep(self._log.lesson, lesson)
         self._log.step(what, lesson, before=here, after=here)

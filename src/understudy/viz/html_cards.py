@@ -153,6 +153,7 @@ def write_evaluation_html(evaluation: Any, interval: Interval) -> str:
     facts = [
         f"success {100 * evaluation.success:.0f} % (95 % interval {100 * low:.0f} to {100 * high:.0f} %)",
         f"judged by {flag or evaluation.goal or 'the goal of the scenario'}",
+        *([] if evaluation.raised is None else [evaluation.raised.describe()]),
         *(f"{name} {evaluation.medians[name].median:.3g} in the median" for name in evaluation.metrics),
     ]
     heads = ("", "finished", "median of those", "longest")

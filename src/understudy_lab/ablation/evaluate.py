@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 
 from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.measurement import measure_program_outcomes
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.behavior_run import ProgramRun
+from understudy.analysis.rollout import Outcomes, measure_success
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature
@@ -184,7 +184,8 @@ def evaluate_variant(library: Library, variant: Variant, seed: int) -> Mapping[s
         scenario = add_chance_readings(scenario, list(library.taught))
         library = randomize_leaves(library, corrected=variant.drawn == "corrected votes")
     limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
-    taught = measure_program_outcomes(World(scenario, seeds), link(library, "forage"), limit_s=limits)
+    run = ProgramRun(World(scenario, seeds), link(library, "forage"), library, {})
+    taught = measure_success(run, limits)
     ratio = taught.food_per_s / expert.food_per_s
     return {"success": taught.success, "relative_to_expert": round(float(np.nanmedian(ratio)), 4)}
 

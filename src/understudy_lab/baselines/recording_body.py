@@ -13,9 +13,9 @@ from typing import Protocol, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
-from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
+from understudy.runtime.body import Commands, list_reading_keys
+from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.sim.walker import Walker
 from understudy.sim.world import World
 
@@ -69,7 +69,7 @@ class RecordedTicks:
         return np.where(self.episode[later] == self.episode, self.wanted[later], self.wanted)
 
 
-class RecordingWorld:
+class RecordingWorld(BodyWrapper[Robots]):
     """A world of one robot whose ticks are recorded from the first press on.
 
     `make` makes a world from a seed; `basics` are the commands of the basic behaviors; `count` returns the number of
@@ -85,54 +85,20 @@ class RecordingWorld:
         count: Callable[[], int],
         spent: Callable[[], float],
     ) -> None:
+        super().__init__(make(seeds))
         self._make, self._count, self._spent = make, count, spent
-        self._world = make(seeds)
         self._basics = {_spelled(commands): index for index, commands in enumerate(basics)}
         self._commands = [dict(commands) for commands in basics]
-        self._keys = list_reading_keys(self._world)
+        self._keys = list_reading_keys(self)
         self._rows: list[tuple[list[float], int, int, int, int, float]] = []
         self._episode = 0
         self.aboard: OnboardPolicy | None = None
         self.on = True
         self._begin()
 
-    @property
-    def agents(self) -> int:
-        """The number of robots, 1."""
-        return self._world.agents
-
-    @property
-    def readings(self) -> Sequence[Reading]:
-        """The sensor values of the robot."""
-        return self._world.readings
-
-    @property
-    def targets(self) -> Sequence[str]:
-        """The targets of its sensors."""
-        return self._world.targets
-
-    @property
-    def channels(self) -> Sequence[Channel]:
-        """The command channels of the robot."""
-        return self._world.channels
-
-    @property
-    def tick_s(self) -> float:
-        """The length of a tick, s."""
-        return self._world.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The simulated time, s."""
-        return self._world.time_s
-
-    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
-        """Return the sensor values of the world."""
-        return self._world.sense(keys)
-
     def reset(self, seeds: Sequence[int]) -> None:
         """Start another world and another episode."""
-        self._world = self._make(seeds)
+        self._stand_on(self._make(seeds))
         self._episode += 1
         self._begin()
 
@@ -143,7 +109,7 @@ class RecordingWorld:
 
     def act(self, commands: Commands) -> None:
         """Record the tick, and execute the pressed command or that of the policy aboard."""
-        percept = self._world.sense(self._keys)
+        percept = self.sense(self._keys)
         raw = [float(percept[key][0]) for key in self._keys]
         wanted = self._basics.get(
             _spelled({name: float(column[0]) for name, column in commands.items()}), RESTING
@@ -153,11 +119,11 @@ class RecordingWorld:
             self._rows.append((raw, wanted, self._did, self._count(), self._episode, spent))
         if self.aboard is None:
             self._did = wanted
-            self._world.act(commands)
+            super().act(commands)
             return
         self._did = int(self.aboard.decide(np.array([raw]))[0])
         doing = self._commands[self._did] if self._did != RESTING else {}
-        self._world.act({name: np.array([value]) for name, value in doing.items()})
+        super().act({name: np.array([value]) for name, value in doing.items()})
 
     def ticks(self) -> RecordedTicks:
         """Return the recorded ticks."""

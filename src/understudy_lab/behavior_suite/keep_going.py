@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.falsification.failure_moment import FailureMoment
 from understudy.falsification.holding_test import HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorldsResult

@@ -8,7 +8,9 @@ from typing import Any
 
 from rich.console import Console
 
+from understudy.analysis.evaluate import find_success_flag
 from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.raised_range import describe_raised, find_shown_goal
 from understudy.model.library import Library
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.ui.cli.output import show_progress
@@ -69,12 +71,15 @@ def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") ->
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in pictures],
     }
-    _print_forage(result, talk, out)
+    _print_forage(result, library, talk, out)
     return result
 
 
-def _tell(holds: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return in words whether each behavior holds, and how many presses that took."""
+INDENT = " " * 19
+
+
+def _tell(holds: Mapping[str, Mapping[str, Any]], library: Library) -> dict[str, str]:
+    """Return in words whether each behavior holds, after how many presses, and what success is where none was shown."""
     told = {}
     for name, each in holds.items():
         said = {
@@ -82,7 +87,10 @@ def _tell(holds: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
             "fails": "does not hold: in less than 95 % of worlds",
         }.get(each["verdict"], "does not hold yet")
         more = f"{each['presses']} more press{'es' * (each['presses'] != 1)}"
+        flag = find_success_flag(library, name)
+        word = "" if find_shown_goal(library, name, flag) else describe_raised(flag, None)
         told[name] = f"{said} ({each['works']} of {each['worlds']}), after {more}"
+        told[name] += f"\n{INDENT}".join(["", *word.split(": ")]) if word else ""
     return told
 
 
@@ -99,10 +107,10 @@ def _evaluate_forage(library: Library, seed: int, *, quiet: bool) -> tuple[Evalu
         return judge(library, seed, progress=report), judge_corners(library, seed)
 
 
-def _print_forage(result: dict[str, Any], talk: Console, out: Path) -> None:
+def _print_forage(result: dict[str, Any], library: Library, talk: Console, out: Path) -> None:
     if result["holds"]:
         print_numbers(
-            "Taught where it went wrong in new worlds, until it holds", _tell(result["holds"]), talk
+            "Taught where it went wrong in new worlds, until it holds", _tell(result["holds"], library), talk
         )
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
@@ -114,10 +122,10 @@ def _print_forage(result: dict[str, Any], talk: Console, out: Path) -> None:
     talk.print("  [dim]and in the paper's corner cases[/]")
     for name, success in result["corner_cases"].items():
         talk.print(f"    {name:<42} [bold]{success:.0%}[/]")
-    library = out / "library"
+    folder = out / "library"
     commands = {
-        f"understudy run --library {library} --seed 3": "watch it forage, here in the terminal",
-        f"understudy show goto --library {library}": "its examples, and what was learned from them",
+        f"understudy run --library {folder} --seed 3": "watch it forage, here in the terminal",
+        f"understudy show goto --library {folder}": "its examples, and what was learned from them",
         "understudy teach goto --library mine": "teach it yourself, with the arrow keys",
         "understudy demo --seed 1": "another teacher, another robot",
     }

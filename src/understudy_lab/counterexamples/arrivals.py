@@ -56,12 +56,12 @@ class ArrivalMeasure:
     def _run_together(self, seeds: Sequence[int]) -> TrialResults:
         world = World(SCENARIO, seeds)
         program = link(self.library, BEHAVIOR, TARGETS)
-        run = ProgramRun(world, program, self.library, TARGETS, worlds=len(seeds))
+        run = ProgramRun(world, program, self.library, TARGETS)
         least_m, progress_s = np.full(len(seeds), np.inf), np.zeros(len(seeds))
         distance_m = world.sense([RANGE])[RANGE]
         ticks = round(LIMIT_S / world.tick_s)
         for tick in range(0, ticks, TICKS_AT_ONCE):
-            run.advance_all(min(TICKS_AT_ONCE, ticks - tick))
+            run.advance(min(TICKS_AT_ONCE, ticks - tick))
             distance_m = world.sense([RANGE])[RANGE]
             nearer = distance_m < least_m - NEARER_M
             least_m[nearer], progress_s[nearer] = distance_m[nearer], world.time_s

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.measurement import measure_outcomes
+from understudy.analysis.baseline import ControllerRun
+from understudy.analysis.rollout import measure_success
 from understudy.sim.forage import Forage, make_corner_cases
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units, goals_among
 from understudy_lab.figures import Dots, Panels, by_group
@@ -38,7 +39,7 @@ def measure_expert_ratio(seed: int) -> float:
     body = Forage(worlds_of(seed))
     bound = lower_bound(body)
     hand = ExpertForager(body.agents, body.settings)
-    seconds = measure_outcomes(body, hand.decide, hand.keys, limit_s=10.0 * bound + 60.0).seconds
+    seconds = measure_success(ControllerRun(body, hand.decide, hand.keys), 10.0 * bound + 60.0).seconds
     return round(float(np.median(seconds / bound)), 4)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.measurement import Progress
+from understudy.analysis.rollout import Progress
 from understudy.falsification.holding_test import HoldingResult, HoldingTest
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup

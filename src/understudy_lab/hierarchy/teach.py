@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.measurement import measure_program_outcomes
+from understudy.analysis.behavior_run import ProgramRun
+from understudy.analysis.rollout import measure_success
 from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
@@ -166,7 +167,8 @@ def foraging_success(library: Library, seeds: range) -> float:
     """Return the share of worlds in which all food is brought home in time."""
     first = seeds.start % BESIDE
     limits = _limits(seeds.start - first)[first : first + len(seeds)]
-    return measure_program_outcomes(Forage(seeds), link(library, "forage"), limit_s=limits).success
+    run = ProgramRun(Forage(seeds), link(library, "forage"), library, {})
+    return measure_success(run, limits).success
 
 
 @lru_cache(maxsize=4)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.analysis.baseline import Baseline, measure_baseline
-from understudy.analysis.outcomes import Outcomes
+from understudy.analysis.rollout import Outcomes
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands

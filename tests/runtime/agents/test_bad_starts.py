@@ -16,7 +16,7 @@ class OtherClock(BodyRow):
     """A robot whose computer's clock is off."""
 
     def __init__(self, row: BodyRow, off_s: float) -> None:
-        super().__init__(row._body, row._row)
+        super().__init__(row.ground, row._row)
         self._off_s = off_s
 
     @property

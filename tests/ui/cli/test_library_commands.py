@@ -259,3 +259,9 @@ def test_learn_says_what_it_decides_otherwise_than_the_version_that_it_replaces(
     (change,) = said(*learning)["changed"]
     assert change["said"] == "in forward, done now looks at distance, no longer at ready"
     assert (change["was"], change["now"]) == (["ready is no"], ["distance is at most 0.4"])
+
+
+def test_learn_says_that_watched_examples_alone_teach_nothing(tmp_path: Path) -> None:
+    table = tmp_path / "watched.csv"
+    table.write_text("state,next,kind,distance:continuous\nforward,forward,watched,1\n", encoding="utf-8")
+    assert run("learn", table).stdout == "Nothing was learned: no example was made by a press.\n"

@@ -22,7 +22,7 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.sim.world import World
 from understudy.training.trainee import Mode
-from understudy.ui.controller import keep_going
+from understudy.ui.controller import coach, keep_going
 from understudy.ui.controller.open_session import OpenSession, begin_session
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
@@ -143,7 +143,7 @@ def test_among_others_the_situation_is_that_of_the_test(
     assert setup is not None
     library = session.library.with_automaton(session.make_trained_automaton())
     run = setup.start([77], library, "new", {})
-    run.advance_all(round(6.0 / SCENARIO.tick_s))
+    run.advance(round(6.0 / SCENARIO.tick_s))
     assert isinstance(run.body, World)
     for what in ("x", "y", "heading"):
         there = run.body.state.robots[what]
@@ -339,6 +339,39 @@ def test_no_world_is_used_twice(opened: OpenSession, monkeypatch: pytest.MonkeyP
     trainer.continuation = keep_going.LessonContinuation(trainer)
     third = list_seeds(trainer, monkeypatch)
     assert len({*first, *second, *third}) == len(first) + len(second) + len(third)
+    opened.close()
+
+
+def go_on_to_the_next_world(trainer: Trainer) -> None:
+    trainer.new_world()
+
+
+def choose_a_situation(trainer: Trainer) -> None:
+    coach.go_to_next_situation(trainer)
+
+
+@pytest.mark.parametrize("go_on", [go_on_to_the_next_world, choose_a_situation])
+def test_no_world_that_was_seen_after_a_mistake_is_evidence(
+    opened: OpenSession, monkeypatch: pytest.MonkeyPatch, go_on: Callable[[Trainer], None]
+) -> None:
+    """It goes wrong in the last world of its test, so the next worlds are those that are tested next."""
+    trainer = opened.trainer
+    begin_with_press(trainer)
+
+    def fail(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
+        count = len(worlds.seeds)
+        mistake = Mistake(worlds.seeds[-1], {"A": "station"}, 4.0, "so")
+        return NewWorldsResult(np.zeros(count, np.bool_), np.full(count, np.nan), (mistake,))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(NewWorlds, "run", fail)
+        trainer.keep_going()
+    assert trainer.seed is not None
+    following = trainer.seed + 1
+    go_on(trainer)
+    assert following in trainer.seen_seeds
+    press(trainer, "rotate_left")
+    assert trainer.seen_seeds.isdisjoint(list_seeds(trainer, monkeypatch))
     opened.close()
 
 

@@ -19,7 +19,8 @@ from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.team_plan import TeamPlan
-from understudy.runtime.body import Body, Channel, Commands, Reading
+from understudy.runtime.body import Body, Commands
+from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
@@ -36,7 +37,7 @@ def _format_duty(behavior: str, *binding: tuple[str, str]) -> str:
     return str(Assignment(behavior, Binding(dict(binding))))
 
 
-class SnapshotBody:
+class SnapshotBody(BodyWrapper[Body]):
     """The body of all robots of a process, which is sensed once in a tick for all agents.
 
     Parameters
@@ -46,34 +47,20 @@ class SnapshotBody:
     """
 
     def __init__(self, body: Body) -> None:
-        self._body = body
+        super().__init__(body)
         self._failing: HasFailures | None = body if isinstance(body, HasFailures) else None  # slow to ask
         self._percept: dict[ReadingKey, NDArray[np.float64]] = {}
         self._failed: NDArray[np.bool_] | None = None
-        self.agents = body.agents
-        self.readings: Sequence[Reading] = body.readings
-        self.channels: Sequence[Channel] = body.channels
-        self.targets: Sequence[str] = body.targets
-
-    @property
-    def tick_s(self) -> float:
-        """The nominal length of a tick, s."""
-        return self._body.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The body's time, s."""
-        return self._body.time_s
 
     def renew(self, keys: Sequence[ReadingKey]) -> Percept:
         """Take this tick's snapshot, with these readings."""
-        self._percept, self._failed = dict(self._body.sense(keys)), None
+        self._percept, self._failed = dict(super().sense(keys)), None
         return self._percept
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return readings of this tick's snapshot, a column [N] for each key; others are sensed now."""
         if lacking := [key for key in keys if key not in self._percept]:
-            self._percept = {**self._percept, **self._body.sense(lacking)}
+            self._percept = {**self._percept, **super().sense(lacking)}
         return {key: self._percept[key] for key in keys}
 
     @property
@@ -84,37 +71,19 @@ class SnapshotBody:
             self._failed = np.zeros(self.agents, np.bool_) if failing is None else failing.failed
         return self._failed
 
-    def act(self, commands: Commands) -> None:
-        """Let the robots move for one tick."""
-        self._body.act(commands)
 
-
-class BodyRow:
+class BodyRow(BodyWrapper[SnapshotBody]):
     """One agent of a body as a body of its own; its commands are kept until `LocalTeam` executes those of all."""
 
-    agents = 1
-
     def __init__(self, body: SnapshotBody, row: int) -> None:
-        self._body, self._row = body, row
-        self.readings: Sequence[Reading] = body.readings
-        self.channels: Sequence[Channel] = body.channels
-        self.targets: Sequence[str] = body.targets
+        super().__init__(body)
+        self.agents, self._row = 1, row
         self.commands: Commands = {}
-
-    @property
-    def tick_s(self) -> float:
-        """The nominal length of a tick, s."""
-        return self._body.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The body's time, s."""
-        return self._body.time_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return the readings of this agent, a column [1] for each key."""
         row = slice(self._row, self._row + 1)
-        return {key: np.asarray(column)[row] for key, column in self._body.sense(keys).items()}
+        return {key: np.asarray(column)[row] for key, column in super().sense(keys).items()}
 
     def act(self, commands: Commands) -> None:
         """Keep the commands of this tick."""
@@ -122,7 +91,7 @@ class BodyRow:
 
     def find_unfitness(self) -> str:
         """Return why this agent must not be counted; empty if it is fit."""
-        return "has failed" if self._body.failed[self._row] else ""
+        return "has failed" if self.ground.failed[self._row] else ""
 
 
 class LocalTeam:

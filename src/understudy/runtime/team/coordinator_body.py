@@ -13,15 +13,8 @@ from understudy.errors import FileError, SessionError
 from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.squad import Order
-from understudy.runtime.body import (
-    Body,
-    Channel,
-    Commands,
-    Reading,
-    Resettable,
-    Rewindable,
-    list_reading_keys,
-)
+from understudy.runtime.body import Body, Commands, Resettable, Rewindable, list_reading_keys
+from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.runtime.interpreter import StackFrame
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.members import AgentLayer
@@ -47,7 +40,7 @@ class CoordinatorSnapshot(msgspec.Struct):
     runs: list[list[AgentRunState]]
 
 
-class CoordinatorBody:
+class CoordinatorBody(BodyWrapper[Body]):
     """A body whose agents are the coordinators of one sort of squads, which have no coordinator above them.
 
     Parameters
@@ -62,30 +55,18 @@ class CoordinatorBody:
         layer = team.layer(name)
         if not isinstance(layer.body, SquadBody):
             raise SessionError(f"{name} is not a sort of squads")
+        super().__init__(team.ground)
         self.squads: SquadBody = layer.body
         self.team = team
-        self.ground: Body = team.ground
         self._own, self._below = layer, team.layers[: team.layers.index(layer)]
-        self.agents = self.squads.agents
-        self.readings: Sequence[Reading] = self.squads.readings
-        self.channels: Sequence[Channel] = self.squads.channels
-        self.targets: Sequence[str] = self.squads.targets
+        self.agents, self.readings = self.squads.agents, self.squads.readings
+        self.channels = self.squads.channels
 
     def __repr__(self) -> str:
         coordinators = format_number_of(self.agents, "coordinator")
         return format_repr(
             self, f"of {self.squads.squad.name!r}", coordinators, f"on a {type(self.ground).__name__}"
         )
-
-    @property
-    def tick_s(self) -> float:
-        """The length of a tick, s."""
-        return self.ground.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The clock of the robots, s."""
-        return self.ground.time_s
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Compute statistics over the present readings of all members.

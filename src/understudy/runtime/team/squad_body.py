@@ -20,6 +20,7 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import TELLING, Assignment, Order, Squad, Statistic
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading, check_reading_keys
+from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.runtime.team.comms import CommsChannel, MemberReports, Traffic, make_traffic
 from understudy.runtime.team.members import MemberGroup, Membership
 from understudy.runtime.team.order_dispatch import OrderDispatcher
@@ -45,7 +46,7 @@ CHANNELS = (
 )
 
 
-class SquadBody:
+class SquadBody(BodyWrapper[Body]):
     """S squads of one sort over the bodies of their members: a body whose agents are coordinators.
 
     Without a delay or loss, orders and reports arrive at once.
@@ -59,15 +60,13 @@ class SquadBody:
         ground: Body,
         radio: CommsChannel | None = None,
     ) -> None:
+        super().__init__(ground)
         self.squad, self.roster, self.bands = squad, roster, tuple(bands)
-        self._ground = ground
         self.agents = roster.squads
         mine = [bands[band] for band in np.unique(roster.band).tolist()]
         below = [reading for band in mine for reading in band.layer.body.readings]
         self._kinds = {reading.name: reading.kind for reading in reversed(below)}
-        self.readings: Sequence[Reading] = list_squad_readings(squad, below)
-        self.channels: Sequence[Channel] = CHANNELS
-        self.targets: Sequence[str] = ground.targets
+        self.readings, self.channels = list_squad_readings(squad, below), CHANNELS
         self._statistics = {each.name: each for each in squad.statistics}
         self._memories: dict[ReadingKey, StatisticMemory] = {}
         self._checked: set[ReadingKey] = set()
@@ -87,16 +86,6 @@ class SquadBody:
         self.reports.clear()
         self.ordering.clear()
         self._counted = np.ones(len(self.roster), np.bool_)
-
-    @property
-    def tick_s(self) -> float:
-        """The length of a tick, s."""
-        return self._ground.tick_s
-
-    @property
-    def time_s(self) -> float:
-        """The clock of the robots, s."""
-        return self._ground.time_s
 
     @property
     def failed(self) -> NDArray[np.bool_]:

@@ -65,6 +65,7 @@ class RaisedResult:
     shown: tuple[float, float]
     raised: tuple[float, float] | None
     elsewhere: int
+    beyond: int
     text: str
 
 
@@ -118,6 +119,7 @@ def _make_raised_result(raised: RaisedRange) -> RaisedResult:
         shown=(shown.low, shown.high),
         raised=raised.find_ends(),
         elsewhere=raised.elsewhere,
+        beyond=raised.beyond,
         text=raised.describe(),
     )
 
@@ -183,7 +185,7 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
         )
         out.print(f"  {escape(name):<19} {escape(value)}", soft_wrap=True)
     if found.raised is not UNSET:
-        color = "yellow" if found.raised.elsewhere else "dim"
+        color = "yellow" if found.raised.elsewhere or found.raised.beyond else "dim"
         out.print(f"  [{color}]{escape(found.raised.text)}[/]", soft_wrap=True)
     elif found.goal is None and wanted is not None:
         out.print(f"  [dim]{escape(describe_raised(wanted, None))}[/]", soft_wrap=True)
@@ -203,6 +205,7 @@ def show_comparison(found: Comparison, names: tuple[str, str]) -> None:
     """Print a paired comparison, one line for each result."""
     from rich.markup import escape
 
+    from understudy.analysis.raised_range import describe_raised
     from understudy.analysis.result_table import format_cell
     from understudy.ui.cli.output import make_console
 
@@ -210,6 +213,10 @@ def show_comparison(found: Comparison, names: tuple[str, str]) -> None:
     out.print(
         f"[bold]{escape(names[0])}[/] and [bold]{escape(names[1])}[/] in the same worlds", soft_wrap=True
     )
+    for name, ran in zip(names, (found.first, found.second), strict=True):
+        if raised := describe_raised(ran.flag, ran.raised):
+            color = "yellow" if ran.raised is not None and ran.raised.leaves_shown else "dim"
+            out.print(f"  [{color}]{escape(f'{name}: {raised}')}[/]", soft_wrap=True)
     for row in found.list_rows()[1]:
         measure, one, other, difference, interval, p, effect, pairs = (format_cell(cell) for cell in row)
         size = f", rank-biserial correlation {effect}" if measure != "success" else ""

@@ -138,6 +138,8 @@ class PropertyRow:
     least_robustness: float | None
     failed: Sequence[FailedWorldRow]
     """The worlds in which it failed."""
+    leaves_shown: bool
+    """Whether it demands a flag, and this was raised where it was not shown, in any world."""
     sentences: Sequence[str]
 
 
@@ -326,6 +328,7 @@ def _make_property_row(result: PropertyResult) -> PropertyRow:
             for row, seed in enumerate(result.seeds)
             if not outcomes.held[row]
         ],
+        leaves_shown=result.raised is not None and result.raised.leaves_shown,
         sentences=list(describe_result(result)),
     )
 

@@ -214,9 +214,7 @@ def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = No
     chosen = trainer.coach.next_place() if wanted is None else wanted
     if trainer.driving:
         trainer.drive()
-    staged = set_up_situation(
-        trainer.session, chosen, seeds=range(trainer.seed_after, trainer.seed_after + OTHER_WORLDS)
-    )
+    staged = set_up_situation(trainer.session, chosen, seeds=trainer.take_next_seeds(OTHER_WORLDS))
     trainer.seed = trainer.seed if staged.seed is None else staged.seed
     said = chosen.sentence if staged.there else f"{chosen.sentence} {staged.sentence}"
     trainer.note_moved(said.removesuffix("."))
@@ -265,7 +263,7 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
     if trainer.driving:
         trainer.drive()
-    seeds = range(trainer.seed_after, trainer.seed_after + SEARCHED_WORLDS)
+    seeds = trainer.take_next_seeds(SEARCHED_WORLDS)
     queries = trainer.coach.skipping
     session, found = trainer.session, None
     if session.mode is not Mode.TRAINING:

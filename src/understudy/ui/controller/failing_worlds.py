@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from understudy.analysis.measurement import Progress, skip_progress
+from understudy.analysis.rollout import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.failure_moment import FailureMoment

@@ -144,7 +144,8 @@ class LessonContinuation:
             raise SessionError("there is nothing to test yet: press a state to direct the robot first")
         if self._test is None:
             numbers = max(example.number for example in session.examples)
-            self._test = HoldingTest(partial(NewWorlds, setup), FIRST_SEED + SEEDS_PER_EXAMPLE * numbers)
+            first = FIRST_SEED + SEEDS_PER_EXAMPLE * numbers
+            self._test = HoldingTest(partial(NewWorlds, setup), first, avoided=self._trainer.seen_seeds)
         if self._began_with is None:
             self._began_with = count_presses(session.lesson)
         self._test.make_worlds, self._others = partial(NewWorlds, setup), setup.describe_others(name)

@@ -38,7 +38,11 @@ from understudy.ui.controller.training_plan import LessonChoices, check_new_name
 
 
 class Trainer:
-    """A session in a world, in real time. `saved` is the lesson as the library has it."""
+    """A session in a world, in real time. `saved` is the lesson as the library has it.
+
+    `seen_seeds` are those of the worlds that were on the screen, or among which a situation was chosen: a robot that
+    works there proves nothing.
+    """
 
     def __init__(
         self,
@@ -52,6 +56,7 @@ class Trainer:
     ) -> None:
         self.session, self.body, self.pace = session, body, pace
         self.note = body.record_action if isinstance(body, DigitalTwin) else skip_note
+        self.seen_seeds = set[int]()
         self.folder, self.seed = folder, seed
         self.memory, self.explainer = RecentHistory(), DecisionExplainer(session)
         self.score, self.continuation = LessonScoreKeeper(session), LessonContinuation(self)
@@ -78,6 +83,17 @@ class Trainer:
     def name(self) -> str:
         """The name of the automaton in training."""
         return self.session.automaton.name
+
+    @property
+    def seed(self) -> int | None:
+        """The seed of the world; None if it is not known."""
+        return self._seed
+
+    @seed.setter
+    def seed(self, seed: int | None) -> None:
+        self._seed = seed
+        if seed is not None:
+            self.seen_seeds.add(seed)
 
     @property
     def features(self) -> Sequence[BoundFeature]:
@@ -302,6 +318,12 @@ class Trainer:
     def seed_after(self) -> int:
         """The seed of the next world."""
         return 0 if self.seed is None else self.seed + 1
+
+    def take_next_seeds(self, count: int) -> range:
+        """Return the seeds of the next worlds, to choose a situation among them: no test counts them from now on."""
+        seeds = range(self.seed_after, self.seed_after + count)
+        self.seen_seeds.update(seeds)
+        return seeds
 
     @keep_status
     def load_world(self, seed: int) -> StatusMessage:

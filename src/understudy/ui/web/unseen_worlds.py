@@ -10,7 +10,7 @@ from time import sleep
 from msgspec import structs
 
 from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.measurement import Progress
+from understudy.analysis.rollout import Progress
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.views.session import EvaluationData, describe_evaluation
 
@@ -51,7 +51,11 @@ class UnseenWorldsEvaluation:
         if data.result is None:
             return StatusMessage(data.problem, "error")
         worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
-        return StatusMessage(f"{data.called} succeeded in {data.result.succeeded} of {worlds}")
+        raised = f" ({data.result.raised})" if data.result.raised else ""
+        return StatusMessage(
+            f"{data.called} succeeded in {data.result.succeeded} of {worlds}{raised}",
+            "error" if data.result.leaves_shown else "",
+        )
 
     def _run(self, evaluate: Callable[[Progress], Evaluation]) -> None:
         try:

@@ -126,7 +126,7 @@ def evaluate_behavior(
     from understudy.analysis.evaluate import evaluate
     from understudy.analysis.evaluation import Evaluation
     from understudy.model.property import Property
-    from understudy.properties.goal_evaluation import evaluate_goal
+    from understudy.properties.monitor import PropertyRule
     from understudy.properties.offered_goals import find_behavior_success
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli import evaluation_output as output
@@ -157,29 +157,15 @@ def evaluate_behavior(
             before = len(judged) * len(chosen)
             progress = partial(_report_after, before, len(assigned) * len(chosen), report)
             meant = find_behavior_success(ran.libraries[ran.sort], ran.behavior)
-            if (
-                isinstance(meant, Property)
-                and isinstance(where, Scenario)
-                and not (goal or metric or limit_s)
-            ):
-                judged.append(
-                    evaluate_goal(
-                        meant,
-                        *_choose_library(ran, where),
-                        where,
-                        chosen,
-                        binding=ran.binding,
-                        progress=progress,
-                    )
-                )
-                continue
+            is_chosen = isinstance(where, Scenario) and not (goal or metric or limit_s)
+            rule = PropertyRule(meant) if isinstance(meant, Property) and is_chosen else None
             judged.append(
                 evaluate(
                     *_choose_library(ran, where),
                     where,
                     chosen,
                     binding=ran.binding,
-                    goal=goal,
+                    goal=goal or rule,
                     metrics=metric or (),
                     limit_s=limit_s,
                     jobs=jobs,

@@ -345,6 +345,8 @@ def _show(result: Report, rows: tuple[QueryRow, ...] | None, following: list[str
     from understudy.ui.cli.output import format_count, make_console, make_table
 
     out = make_console()
+    if not result.states:
+        out.print("[yellow]Nothing was learned: no example was made by a press.[/]")
     for name, state in result.states.items():
         size = f"{format_count(state.nodes, 'node')}, depth {state.depth}, {state.fit_ms:.2g} ms"
         out.print(f"[cyan]{escape(name)}[/] [dim]{size}[/]")

@@ -114,8 +114,12 @@ def _show(result: LibraryTestResult, out: Console) -> None:
         mark = {"fails": "[red]✗[/]", "undecided": "[yellow]•[/]"}.get(row.verdict, "[green]✓[/]")
         about = f"{row.behavior} in {row.world}: {row.property}"
         out.print(f"{mark} [bold]{escape(row.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
-        for line in row.sentences:
-            out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
+        for number, line in enumerate(row.sentences, 1):
+            is_marked = row.leaves_shown and number == len(
+                row.sentences
+            )  # where the flag was raised comes last
+            text = f"[yellow]{escape(line)}[/]" if is_marked else escape(line)
+            out.print(Padding(text, (0, 0, 0, 4), expand=False))
     for failure in result.failures:
         mark = "[green]✓[/]" if failure.verdict == "passes" else "[red]✗[/]"
         about = "passes now" if failure.verdict == "passes" else failure.why

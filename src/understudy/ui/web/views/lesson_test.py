@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import count, islice
 
 from msgspec import field
@@ -11,19 +10,18 @@ from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
-from understudy.model.binding import Binding, format_bound_name
+from understudy.model.binding import format_bound_name
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.properties import lesson_tests
-from understudy.properties.goal_evaluation import evaluate_goal
 from understudy.properties.lesson_tests import (
     LessonTestResult,
     find_regressions_since_saved,
     list_dependencies,
     run_lesson_test,
 )
+from understudy.properties.monitor import PropertyRule
 from understudy.properties.offered_goals import find_behavior_success
-from understudy.properties.run_property import make_property_task
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.world import World
@@ -66,6 +64,8 @@ class TestedData(Data, frozen=True, kw_only=True):
     name: str
     works: bool
     examples: int
+    otherwise: int
+    """How many examples, shown or watched, are decided otherwise."""
     outcomes: list[PropertyTestedData]
     """In the order of the lesson."""
     worse: list[str]
@@ -118,6 +118,7 @@ def _tested(seen: LessonTestResult, former: str) -> TestedData:
         name=seen.name,
         works=seen.is_passing,
         examples=seen.replayed.examples,
+        otherwise=len(seen.replayed.mismatches) + seen.replayed.overruled,
         outcomes=[
             PropertyTestedData(
                 said=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
@@ -161,10 +162,8 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
             f"success is not defined: scenario {scenario.name} has no goal, and {name} has no flag "
             f"{SUCCESS_FLAG}, nor a single other one; choose what success means beside the score"
         )
-    if isinstance(success, Property):
-        make_property_task(replace(success, behavior=name, targets=Binding(targets)), library, scenario)
-    else:
-        make_evaluation_task(library, name, scenario, binding=targets)  # mistakes are told at once
+    goal = PropertyRule(success) if isinstance(success, Property) else None
+    make_evaluation_task(library, name, scenario, binding=targets, goal=goal)  # mistakes are told at once
     unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
     seeds = list(islice(unseen, message.count))
     shown = host.session_data()
@@ -172,10 +171,8 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         format_bound_name(name, targets),
         0 if shown is None else shown.edition,
         worlds=len(seeds),
-        evaluate=lambda progress: (
-            evaluate_goal(success, library, name, scenario, seeds, binding=targets, progress=progress)
-            if isinstance(success, Property)
-            else evaluate(library, name, scenario, seeds, binding=targets, progress=progress)
+        evaluate=lambda progress: evaluate(
+            library, name, scenario, seeds, binding=targets, goal=goal, progress=progress
         ),
     )
     plural = "s" * (len(seeds) != 1)

@@ -245,8 +245,8 @@ class EvaluationResultData(Data, frozen=True, kw_only=True):
     """Of the worlds in which it failed, the first hundred."""
     raised: str
     """Where the flag that counts was raised, beside where it was shown; empty without such a flag."""
-    elsewhere: int
-    """The number of worlds in which it was raised where it was not shown."""
+    leaves_shown: bool
+    """Whether it was raised where it was not shown, in any world."""
 
 
 class EvaluationData(Data, frozen=True, kw_only=True):
@@ -395,7 +395,7 @@ def describe_evaluation(found: Evaluation) -> EvaluationResultData:
         last=max(found.seeds),
         failed=failed[:MOST_LISTED],
         raised=describe_raised(found.flag, found.raised),
-        elsewhere=0 if found.raised is None else found.raised.elsewhere,
+        leaves_shown=found.raised is not None and found.raised.leaves_shown,
     )
 
 

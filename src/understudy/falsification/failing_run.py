@@ -1,4 +1,4 @@
-"""Runs of teams with coordinators in failing worlds, until shortly before they go wrong."""
+"""Runs in failing worlds until shortly before they go wrong."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from understudy.sim.team.libraries import Libraries, make_scenario_team
 from understudy.sim.world import World
 
 
-class TeamFailureRun:
-    """A team in a failing world, run tick by tick by interpreters.
+class FailingRun:
+    """A failing world, run again tick by tick by interpreters.
 
     Parameters
     ----------
@@ -38,6 +38,8 @@ class TeamFailureRun:
         The library of each sort of agents.
     roots
         What each sort of agents runs by itself.
+    is_led
+        Whether the robots follow coordinators. Otherwise all run the behavior, and no coordinator does anything.
     """
 
     def __init__(
@@ -46,15 +48,17 @@ class TeamFailureRun:
         scenario: Scenario,
         libraries: Libraries,
         roots: Mapping[str, tuple[str, Mapping[str, str]]],
+        *,
+        is_led: bool,
     ) -> None:
         seed = failing.trial.seed
         self._world = World(scenario, [seed])
         self._team = make_scenario_team(self._world, scenario, libraries, roots, seeds=[seed])
-        self._facts, self._libraries = failing.facts, libraries
+        self._facts, self._libraries, self._is_led = failing.facts, libraries, is_led
         chain = list_chain_of_command(self._team, failing.facts.robot)
-        self._between = chain[1:-1]
+        self._between = chain[1:-1] if is_led else ()
         self._posts = [_Post(self._world, chain[-1])]
-        if isinstance(chain[0].layer.body, SquadBody):
+        if is_led and isinstance(chain[0].layer.body, SquadBody):
             self._posts.append(_Post(CoordinatorBody(self._team, chain[0].sort), chain[0]))
 
     def find_moment(self, ticks: int, until: int, *, name: str | None) -> FailureMoment:
@@ -109,8 +113,8 @@ class TeamFailureRun:
             () if is_start else instant.states[level:],
             self._facts.behavior.removeprefix(f"{post.agent.sort}/"),
             self._facts.binding,
-            instant.members,
-            instant.others,
+            instant.members if self._is_led else (),
+            instant.others if self._is_led else None,
         )
 
     def _choose_post(self, seen: list[list[RunInstant]], name: str | None) -> int:
