@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from understudy_lab.rows import Groups, Rows, Value
+from understudy_lab.study import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,6 +55,59 @@ def dots(axes: Axes, groups: Mapping[str, Sequence[float]], said: str) -> None:
     axes.set_xticks(range(len(groups)), list(groups))
     axes.set_xlim(-0.6, len(groups) - 0.4)
     axes.set_ylabel(said)
+
+
+@dataclass(frozen=True)
+class Dots:
+    """A panel with a column of dots per group, its title, and what the dots show."""
+
+    title: str
+    said: str
+    groups: Callable[[Any], Mapping[str, Sequence[float]]]
+    limits: tuple[float | None, float | None] | None = None
+    """The limits of the vertical axis; None: those of the dots."""
+    dotted: float | None = None
+    """The height of a dotted line."""
+
+    def __call__(self, axes: Axes, found: Any) -> None:
+        """Draw the panel."""
+        dots(axes, self.groups(found), self.said)
+        if self.dotted is not None:
+            axes.axhline(self.dotted, color="#6b7280", linewidth=0.8, linestyle=":")
+        axes.set_title(self.title)
+        if self.limits is not None:
+            axes.set_ylim(*self.limits)
+
+
+def by_group(groups: Groups, of: Value, scale: float = 1.0) -> Callable[[Any], dict[str, list[float]]]:
+    """Return a function that returns one value of all rows of each group."""
+    return lambda found: {
+        name: [scale * value for value in rows.values(of)] for name, rows in groups(found).items()
+    }
+
+
+def by_value(labels: Mapping[Any, str], scale: float = 1.0) -> Callable[[Any], dict[str, list[float]]]:
+    """Return a function that returns several values of the same rows, by their labels."""
+    return lambda rows: {label: [scale * value for value in rows.values(of)] for of, label in labels.items()}
+
+
+@dataclass(frozen=True)
+class Panels:
+    """A figure of panels, each drawn by a function of what `prepare` makes of all rows; sizes are in inches."""
+
+    panels: Sequence[Callable[[Axes, Any], None]]
+    rows: int = 1
+    wide: float = 3.4
+    tall: float = 2.8
+    prepare: Callable[[Rows], Any] = Rows
+
+    def __call__(self, rows: Sequence[Row]) -> Figure:
+        """Draw the figure."""
+        figure, axes = panels(len(self.panels), rows=self.rows, wide=self.wide, tall=self.tall)
+        found = self.prepare(Rows(rows))
+        for each, draw in zip(axes, self.panels, strict=True):
+            draw(each, found)
+        return figure
 
 
 def _fanned(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree
 from understudy_lab.statistics import format_median
-from understudy_lab.study import Row
+from understudy_lab.study import ResultTable, Row
 from understudy_lab.teachers.teacher import TeachingResult
 
 
@@ -43,19 +44,40 @@ def lessons_of(teaching: TeachingResult) -> list[dict[str, Any]]:
 
 
 def examples_in(rows: Sequence[Row]) -> list[int]:
-    """Return the number of press-made examples of each row, whose `lessons` are grouped by learner."""
-    return [sum(each["examples"] for lessons in row["lessons"].values() for each in lessons) for row in rows]
+    """Return the number of press-made examples of each row, in all its lessons."""
+    return [
+        sum(lesson["examples"] for lessons in _by_learner(row).values() for lesson in lessons) for row in rows
+    ]
 
 
-def lessons_in(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """Return the cells of a table of lessons over all rows, with a last row for their total.
+@dataclass(frozen=True)
+class LessonTable:
+    """A table of the lessons of rows, with a last line for all of them.
 
-    The cells are: agent, automaton, examples, seconds, states, features.
+    `lessons` of a row are a list, or lists by learner.
     """
-    made = []
-    for who, lessons in rows[0]["lessons"].items():
-        for index, lesson in enumerate(lessons):
-            of = [row["lessons"][who][index] for row in rows]
-            cells = (format_median([each[key] for each in of]) for key in ("examples", "seconds"))
-            made.append((who, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])))
-    return [*made, ("all", "", format_median(examples_in(rows)), "", "", "")]
+
+    learner: str | None = None
+    """The head of the column that names the learners; None without such a column."""
+
+    def __call__(self, rows: Sequence[Row]) -> ResultTable:
+        """Make the table."""
+        heads = ["automaton", "#examples", "#seconds", "#states", "#features"]
+        lines, total = [], format_median(examples_in(rows))
+        for learner, lessons in _by_learner(rows[0]).items():
+            for index, lesson in enumerate(lessons):
+                of = [_by_learner(row)[learner][index] for row in rows]
+                cells = (format_median([each[key] for each in of]) for key in ("examples", "seconds"))
+                lines.append(
+                    [learner, lesson["name"], *cells, str(lesson["states"]), str(lesson["features"])]
+                )
+        if self.learner is None:
+            seconds = format_median([sum(lesson["seconds"] for lesson in row["lessons"]) for row in rows])
+            lines = [*(line[1:] for line in lines), ["all", total, seconds, "", ""]]
+        else:
+            heads, lines = [self.learner, *heads], [*lines, ["all", "", total, "", "", ""]]
+        return ResultTable("Teaching effort per automaton: median (smallest–largest)", heads, lines)
+
+
+def _by_learner(row: Row) -> Mapping[str, Sequence[Mapping[str, Any]]]:
+    return row["lessons"] if isinstance(row["lessons"], Mapping) else {"": row["lessons"]}

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.analysis.intervals import interval_of_share
 from understudy.analysis.paired_tests import compute_mcnemar_p
 
 Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
@@ -26,6 +27,12 @@ def format_median(values: Numbers, digits: int = 0, *, percent: bool = False) ->
         return "none"
     low, middle, high = np.percentile(np.asarray(values, np.float64) * (100 if percent else 1), [0, 50, 100])
     return f"{middle:.{digits}f}{' %' if percent else ''} ({low:.{digits}f}–{high:.{digits}f})"
+
+
+def format_share(count: int, of: int) -> str:
+    """Format a count with the 95 % interval of its share: "12 of 20 (39–78 %)"."""
+    low, high = interval_of_share(count, of)
+    return f"{count} of {of} ({100 * low:.0f}–{100 * high:.0f} %)"
 
 
 def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, float]:

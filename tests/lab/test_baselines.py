@@ -163,7 +163,7 @@ def test_a_piece_is_as_published() -> None:
 def test_findings_without_what_is_not_installed() -> None:
     known = load_published("learners")
     assert known is not None
-    alone = study.conclude([row for row in known.rows if row["task"]["with"] == "understudy"])
+    alone = study.EXPERIMENT.conclude([row for row in known.rows if row["task"]["with"] == "understudy"])
     assert alone.goals == ()
     assert "nothing to compare" in alone.headline
 

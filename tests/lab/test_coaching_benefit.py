@@ -37,7 +37,7 @@ def test_enough_is_where_trials_succeed_from_then_on() -> None:
 
 
 def test_all_ways_are_the_same_novices() -> None:
-    made = study.tasks(StudyPlan(study.SEEDS[:2]))
+    made = study.EXPERIMENT.tasks(StudyPlan(study.SEEDS[:2]))
     assert {(task["way"], task["seed"]) for task in made} == {
         (way, seed) for way in (ALONE, COACHED, LIVE) for seed in study.SEEDS[:2]
     }

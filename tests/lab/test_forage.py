@@ -96,4 +96,4 @@ MISSES = [
 @pytest.mark.parametrize(("what", "value", "said"), MISSES)
 def test_a_miss_is_said(what: str, value: Any, said: str) -> None:
     short = {**EXPECTED["methods"]["watched"], what: value}
-    assert [goal.measured for goal in study.goals(short) if not goal.held] == [said]
+    assert [goal.measured for goal in (judge(short) for judge in study.GOALS) if not goal.held] == [said]

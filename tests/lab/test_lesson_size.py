@@ -137,5 +137,5 @@ def test_a_folder_without_good_lessons(tmp_path: Path, text: str | None) -> None
 def test_without_data_the_team_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(study.FOLDER, "elsewhere")
     plan = StudyPlan(range(1))
-    assert {"source": study.ROBOCUP} not in study.tasks(plan)
-    assert {"source": study.ROBOCUP} in study.tasks(StudyPlan(range(1), data=tmp_path))
+    assert {"source": study.ROBOCUP} not in study.EXPERIMENT.tasks(plan)
+    assert {"source": study.ROBOCUP} in study.EXPERIMENT.tasks(StudyPlan(range(1), data=tmp_path))

@@ -56,13 +56,13 @@ SHARES = [  # rows, shares of the cycles of one program, whether the goals are r
 def test_cycles_are_compared_with_those_of_one_program(
     rows: list[dict[str, Any]], shares: tuple[float, float], held: tuple[bool, bool]
 ) -> None:
-    found = study.conclude(rows)
+    found = study.EXPERIMENT.conclude(rows)
     assert [goal.measured for goal in found.goals] == [f"{share:.0%}" for share in shares]
     assert tuple(goal.held for goal in found.goals) == held
     assert found.numbers[study.ONE]["per_hour"] == 10 * sum(
         each[study.ONE]["complete"] for each in rows
     ) / len(rows)
-    study.draw(rows)
+    study.EXPERIMENT.draw(rows)
 
 
 def test_who_is_not_root_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:

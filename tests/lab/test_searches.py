@@ -232,7 +232,7 @@ def test_a_tenth_of_the_runs(at_random: int | None, searched: int | None, is_ten
 
 def test_no_two_uses_share_a_world() -> None:
     uses: list[range] = []
-    for task in study.tasks(StudyPlan(study.SEEDS)):
+    for task in study.EXPERIMENT.tasks(StudyPlan(study.SEEDS)):
         first = study.first_world_of(task)
         uses.append(range(first, first + CALIBRATION_WORLDS[task["rule"]]))
         uses.append(range(first + study.MEASURED_FROM, first + study.MEASURED_FROM + study.MEASURED))

@@ -63,13 +63,13 @@ LEFT = [  # trials in 2-D and in physics, what is left of the success, whether t
 
 @pytest.mark.parametrize(("flat", "physics", "left", "held"), LEFT)
 def test_what_is_left(flat: list[float | None], physics: list[float | None], left: float, held: bool) -> None:
-    (goal,) = study.conclude([trial(GOTO, flat, physics)]).goals
+    (goal,) = study.EXPERIMENT.conclude([trial(GOTO, flat, physics)]).goals
     assert (goal.measured, goal.held) == (f"{left:.2f}", held)
 
 
 @pytest.mark.parametrize(("complete", "cycles", "held"), [(8, 10, True), (7, 10, False)])
 def test_cycles_are_counted_over_all(complete: int, cycles: int, held: bool) -> None:
-    found = study.conclude([make_patrol_row(complete, cycles), make_patrol_row(complete, cycles)])
+    found = study.EXPERIMENT.conclude([make_patrol_row(complete, cycles), make_patrol_row(complete, cycles)])
     assert found.goals[0].held is held
     assert found.numbers[PATROL][PHYSICS]["of"] == 2 * cycles
 

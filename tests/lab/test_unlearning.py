@@ -177,7 +177,7 @@ def test_every_setting_has_its_own_lesson_and_learner(monkeypatch: pytest.Monkey
 def conclude_from(*rows: list[float]) -> StudyFindings:
     """What is concluded where the first settings come out so, and all others like the first."""
     outcomes = [*rows, *[rows[0]] * (len(SETTINGS) - len(rows))]
-    return study.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
+    return study.EXPERIMENT.conclude([{"task": {"seed": 61_000}, "outcomes": outcomes}])
 
 
 BETTER, SAME, WORSE = ([0.5, after, 20, 12, 10, 7, 50, 4] for after in (0.6, 0.5, 0.48))

@@ -15,10 +15,8 @@ import numpy as np
 
 from understudy.model.features import ReadingsView, feature
 from understudy.model.kinds import NO, YES, Column, Continuous
-from understudy.model.lesson import Lesson
-from understudy.model.library import Kit, Library
+from understudy.model.library import Kit
 from understudy.sim.forage import FORAGE_KIT as usual_kit
-from understudy.training.lesson_design import parse_feature
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS
 from understudy_lab.teachers.person import Seen, Wish
@@ -115,13 +113,7 @@ def without_flags() -> tuple[LessonPlan, ...]:
 
 def _choosing(topic: LessonPlan, features: Sequence[str]) -> LessonPlan:
     """Return the plan with other features for its lesson."""
-
-    def choose(library: Library) -> Lesson:
-        lesson = topic.choose(library)
-        bound = tuple(parse_feature(library, name) for name in features)
-        return replace(lesson, automaton=replace(lesson.automaton, features=bound))
-
-    return replace(topic, choose=choose)
+    return replace(topic, design=replace(topic.design, features=features))
 
 
 def _seen_as(topic: LessonPlan, translate: Translate) -> LessonPlan:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import isnan, pi, tau
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, choose_wall_action
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home
@@ -19,7 +18,7 @@ from understudy_lab.tasks.servo_teacher import (
     there,
 )
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan
 
 FOLLOWING = ("forward", "rotate_right", "veer_left")
 """The basic behaviors of a robot that follows a wall on its left."""
@@ -52,9 +51,7 @@ def head_for(bearing: float, state: str) -> str | None:
 
 FLAT_FORAGE = LessonPlan(
     "forage_flat",
-    lambda library: new_lesson(
-        library,
-        "forage_flat",
+    LessonDesign(
         states=["forward", "rotate_left", "rotate_right", "load_food", "unload_food"],
         features=[
             "angle_to(nearest_food)",
@@ -64,7 +61,6 @@ FLAT_FORAGE = LessonPlan(
             "food_left",
             "at_station",
         ],
-        live=False,
     ),
     show_foraging,
     show_foraging,
@@ -115,9 +111,7 @@ class FlatWallFollower:
 
 FLAT_WALLS = LessonPlan(
     "walls_flat",
-    lambda library: new_lesson(
-        library, "walls_flat", states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"], live=False
-    ),
+    LessonDesign(states=FOLLOWING, features=[AHEAD, f"sonar_{LEFT}"]),
     FlatWallFollower(LEFT),
     FlatWallFollower(LEFT),
     after(40.0),
@@ -128,7 +122,7 @@ FLAT_WALLS = LessonPlan(
 
 FLAT_SERVOING = LessonPlan(
     "servoing_flat",
-    lambda library: new_lesson(library, "servoing_flat", states=BASIC_STATES, features=FEATURES, live=False),
+    LessonDesign(states=BASIC_STATES, features=FEATURES),
     FlatServo(),
     FlatServo(),
     there,

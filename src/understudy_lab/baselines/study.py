@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -22,12 +24,17 @@ from understudy_lab.baselines.compare import (
     compare_learners,
 )
 from understudy_lab.baselines.tasks import EXERCISES
+from understudy_lab.declaration import Cell, Conclusion, LinePerGroup
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.statistics import format_median, interval_of_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.rows import Median, Rows
+from understudy_lab.statistics import interval_of_median
+from understudy_lab.study import ResultTable, Row, Study, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Results: TypeAlias = Mapping[str, Mapping[str, Rows]]
+"""The results by exercise and learner."""
 
 TEACHINGS = range(55_000, 55_020)
 INSTALL = format_install_command("baselines")
@@ -38,6 +45,7 @@ FIRST_S = 10
 """The start of the time axis in s; shorter times are drawn there."""
 TIMES_S = (30, 60, 120, 240, 480)
 """The times in s of the demonstrator at which success is reported."""
+NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "Wall following"}
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
@@ -53,15 +61,15 @@ def work(task: Task) -> Row:
     return {"learners": compare_learners(task["task"], task["seed"], by=task["with"])}
 
 
-def get_success_at_decisions(found: Mapping[str, Any], decisions: int) -> float:
+def get_success_at_decisions(found: Row, decisions: int) -> float:
     """Return the share of successful trials of a learner that was given this number of labeled decisions.
 
-    `found` is a row of this study, with the `success` for each number in `BUDGETS`.
+    `found` is a learner's result, with the `success` for each number in `BUDGETS`.
     """
     return float(found["success"][BUDGETS.index(decisions)])
 
 
-def get_success_at_seconds(found: Mapping[str, Any], seconds: float) -> float:
+def get_success_at_seconds(found: Row, seconds: float) -> float:
     """Return the success at the last tested number of decisions that took at most `seconds`."""
     spent = [
         share for share, until in zip(found["success"], found["seconds"], strict=True) if until <= seconds
@@ -69,176 +77,68 @@ def get_success_at_seconds(found: Mapping[str, Any], seconds: float) -> float:
     return float(spent[-1]) if spent else 0.0
 
 
-def collect_results(rows: Sequence[Row], task: str) -> dict[str, list[Mapping[str, Any]]]:
-    """Return the results of each learner in one exercise, by seed."""
-    found: dict[str, list[Mapping[str, Any]]] = {}
-    for learner in LEARNERS:
-        each = [
-            row["learners"][learner]
-            for row in rows
-            if row["task"]["task"] == task and learner in row["learners"]
-        ]
-        if each:
-            found[learner] = each
-    return found
+AT_DECISIONS = {n: partial(get_success_at_decisions, decisions=n) for n in BUDGETS}
+AT_SECONDS = {s: partial(get_success_at_seconds, seconds=s) for s in TIMES_S}
 
 
-def best_net(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> str | None:
-    """Return the net with the highest mean success after a number of decisions, or None without nets."""
-    nets = [name for name in NEURAL if name in found]
-    return max(
-        nets,
-        key=lambda name: float(np.mean([get_success_at_decisions(each, decisions) for each in found[name]])),
-        default=None,
-    )
-
-
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize success by number of decisions and by seconds."""
-    found = {task: collect_results(rows, task) for task in EXERCISES}
-    seeds = sorted({row["task"]["seed"] for row in rows})
-    return StudyFindings(
-        headline=write_headline(found),
-        tables=(
-            *(_by_decisions(task, each, seeds) for task, each in found.items()),
-            *(_by_seconds(task, each) for task, each in found.items()),
-            *_behind(found),
-            *_gained(found),
-        ),
-        goals=goals(found),
-        notes=notes(found),
-        numbers={
-            task: {
-                learner: {
-                    "decisions": {
-                        str(n): _middle([get_success_at_decisions(one, n) for one in each]) for n in BUDGETS
-                    },
-                    "seconds": {
-                        str(s): _middle([get_success_at_seconds(one, s) for one in each]) for s in TIMES_S
-                    },
-                    "ticks": {
-                        str(n): _middle([one["ticks"][k] for one in each]) for k, n in enumerate(BUDGETS)
-                    },
-                }
-                for learner, each in all_.items()
-            }
-            for task, all_ in found.items()
-        },
-    )
-
-
-def _middle(values: Sequence[float]) -> float:
-    return round(float(np.median(values)), 4)
-
-
-def _by_decisions(
-    task: str, found: Mapping[str, Sequence[Mapping[str, Any]]], seeds: Sequence[int]
-) -> ResultTable:
-    return ResultTable(
-        f"{NAMES[task]}: success by number of decisions of the demonstrator, seeds {seeds[0]} to {seeds[-1]}, "
-        f"{WORLDS} unseen worlds each",
-        ("learner", *(f"#{n}" for n in BUDGETS)),
-        [
-            (
-                learner,
-                *(
-                    format_median([get_success_at_decisions(each, n) for each in of], percent=True)
-                    for n in BUDGETS
-                ),
+def collect_results(rows: Rows) -> Results:
+    """Return the results of each learner in each exercise, by seed."""
+    exercises = {task: rows.where(task=task) for task in EXERCISES}
+    found = {
+        task: {
+            learner: Rows(
+                {**row["learners"][learner], "task": row["task"]} for row in of if learner in row["learners"]
             )
-            for learner, of in found.items()
-        ],
-    )
+            for learner in LEARNERS
+        }
+        for task, of in exercises.items()
+    }
+    return {task: {learner: of for learner, of in each.items() if of} for task, each in found.items()}
 
 
-def _by_seconds(task: str, found: Mapping[str, Sequence[Mapping[str, Any]]]) -> ResultTable:
-    return ResultTable(
-        f"{NAMES[task]}: success by demonstration time",
-        ("learner", *(f"#{s} s" for s in TIMES_S)),
-        [
-            (
-                learner,
-                *(
-                    format_median([get_success_at_seconds(each, s) for each in of], percent=True)
-                    for s in TIMES_S
-                ),
-            )
-            for learner, of in found.items()
-        ],
-    )
-
-
-def _behind(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
-    """Return a table of where another learner has a higher mean success than Understudy."""
-    limits = (
-        ("by number of decisions", "", BUDGETS, get_success_at_decisions),
-        ("by demonstration time", " s", TIMES_S, get_success_at_seconds),
-    )
-    return tuple(
-        ResultTable(
-            f"Cases in which another learner has a higher mean success, {said} (best other learner : Understudy)",
-            ("task", *(f"#{limit}{unit}" for limit in of)),
-            [
-                (
-                    NAMES[task],
-                    *(
-                        _best({name: _mean(by(one, n) for one in each) for name, each in all_.items()})
-                        for n in of
-                    ),
-                )
-                for task, all_ in found.items()
-            ],
-        )
-        for said, unit, of, by in limits
-    )
-
-
-def _gained(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[ResultTable, ...]:
-    """Return a table of what flat learners gain with only the chosen features, by seed."""
-    rows = []
-    for task, each in found.items():
-        for name in (name for name in each if name + CHOSEN in each):
-            pairs = list(zip(each[name + CHOSEN], each[name], strict=True))
-            apart = {
-                n: [
-                    100 * (get_success_at_decisions(one, n) - get_success_at_decisions(other, n))
-                    for one, other in pairs
-                ]
-                for n in BUDGETS
-            }
-            rows.append((NAMES[task], name, *(_signed(apart[n]) for n in BUDGETS)))
-    title = (
-        "Gain in success from using only the chosen features instead of all readings, by number of decisions, "
-        "percentage points: median over seeds (95 % interval)"
-    )
-    return (ResultTable(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), rows),) if rows else ()
-
-
-def _signed(values: Sequence[float]) -> str:
-    middle, low, high = (round(value) for value in (float(np.median(values)), *interval_of_median(values)))
-    return f"{middle:+d} ({low:+d} to {high:+d})".replace("+0", "0")
-
-
-def _best(means: Mapping[str, float]) -> str:
+def _find_ahead(of: Callable[[Row], float], learners: Mapping[str, Rows]) -> str:
     """Format the learner ahead of Understudy with both values, "tree 95.2 : 30.0 %", or "–" without one."""
+    means = {name: float(np.mean(rows.values(of))) for name, rows in learners.items()}
     best, ours = max(means, key=lambda name: means[name], default=UNDERSTUDY), means.get(UNDERSTUDY, 0.0)
     return f"{best} {100 * means[best]:.1f} : {100 * ours:.1f} %" if means.get(best, 0.0) > ours else "–"
 
 
-def _mean(values: Iterable[float]) -> float:
-    return float(np.mean(list(values)))
+def _table_ahead(how: str, cells: Mapping[str, Cell]) -> LinePerGroup:
+    title = (
+        f"Cases in which another learner has a higher mean success, {how} (best other learner : Understudy)"
+    )
+    return LinePerGroup(title, ["task"], lambda found: found, cells, lambda task: [NAMES[task]])
 
 
-NAMES = {"goto": "GoTo", "forage": "Forage", "servoing": "Servoing", "walls": "Wall following"}
+def _table_gains(found: Results) -> ResultTable | None:
+    """Return a table of what flat learners gain with only the chosen features, by seed."""
+    lines = [
+        (NAMES[task], name, *(_format_gain(of[name + CHOSEN], rows, at) for at in AT_DECISIONS.values()))
+        for task, of in found.items()
+        for name, rows in of.items()
+        if name + CHOSEN in of
+    ]
+    title = (
+        "Gain in success from using only the chosen features instead of all readings, by number of decisions, "
+        "percentage points: median over seeds (95 % interval)"
+    )
+    return ResultTable(title, ("task", "learner", *(f"#{n}" for n in BUDGETS)), lines) if lines else None
 
 
-def measure_lead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: int) -> dict[str, Any] | None:
-    """Return Understudy's lead over the best net in percentage points, with a 95 % interval and p."""
-    net = best_net(found, decisions)
-    if net is None or UNDERSTUDY not in found:
+def _format_gain(chosen: Rows, every: Rows, of: Callable[[Row], float]) -> str:
+    gains = [100 * (of(one) - of(other)) for one, other in zip(chosen, every, strict=True)]
+    middle, low, high = (round(value) for value in (float(np.median(gains)), *interval_of_median(gains)))
+    return f"{middle:+d} ({low:+d} to {high:+d})".replace("+0", "0")
+
+
+def measure_lead(found: Mapping[str, Rows], decisions: int) -> dict[str, Any] | None:
+    """Return Understudy's lead over the best net in percentage points, with a 95 % interval."""
+    of = AT_DECISIONS[decisions]
+    nets = {name: float(np.mean(found[name].values(of))) for name in NEURAL if name in found}
+    if not nets or UNDERSTUDY not in found:
         return None
-    ours = np.array([get_success_at_decisions(each, decisions) for each in found[UNDERSTUDY]])
-    theirs = np.array([get_success_at_decisions(each, decisions) for each in found[net]])
+    net = max(nets, key=lambda name: nets[name])
+    ours, theirs = (np.array(found[name].values(of)) for name in (UNDERSTUDY, net))
     low, high = interval_of_median(100 * (ours - theirs))
     return {
         "net": net,
@@ -250,64 +150,55 @@ def measure_lead(found: Mapping[str, Sequence[Mapping[str, Any]]], decisions: in
     }
 
 
-def write_headline(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> str:
-    """Return the headline of the experiment."""
-    parts = []
-    for task, each in found.items():
-        lead = measure_lead(each, AT)
-        if lead is not None:
-            parts.append(f"{NAMES[task]} {lead['ours']:.0%} against {lead['theirs']:.0%}")
-    if not parts:
+def _headline(found: Results) -> str:
+    leads = {task: lead for task, each in found.items() if (lead := measure_lead(each, AT)) is not None}
+    if not leads:
         return "Without PyTorch and scikit-learn there is nothing to compare with."
+    parts = (f"{NAMES[task]} {lead['ours']:.0%} against {lead['theirs']:.0%}" for task, lead in leads.items())
     return (
         f"Median success after {AT} decisions of the demonstrator, Understudy against the best neural network: "
         f"{', '.join(parts)}."
     )
 
 
-def goals(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[StudyGoal, ...]:
-    """Return the goals: 30 points above the best net at 100 decisions."""
-    made = []
-    for task in WORST:
-        lead = measure_lead(found[task], AT)
-        if lead is not None:
-            said = (
-                f"{lead['points']:.0f} points above {lead['net']} ({lead['low']:.0f} to {lead['high']:.0f})"
-            )
-            made.append(
-                StudyGoal(
-                    f"{NAMES[task]}: success at {AT} decisions above the best net's",
-                    f"{AHEAD:.0f} points",
-                    said,
-                    lead["points"] >= AHEAD,
-                )
-            )
-    return tuple(made)
+def _goals(found: Results) -> list[StudyGoal]:
+    leads = {task: lead for task in WORST if (lead := measure_lead(found[task], AT)) is not None}
+    return [
+        StudyGoal(
+            f"{NAMES[task]}: success at {AT} decisions above the best net's",
+            f"{AHEAD:.0f} points",
+            f"{lead['points']:.0f} points above {lead['net']} ({lead['low']:.0f} to {lead['high']:.0f})",
+            lead["points"] >= AHEAD,
+        )
+        for task, lead in leads.items()
+    ]
 
 
-def notes(found: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]]) -> tuple[str, ...]:
-    """Return notes on the features of each learner and on the number of labels."""
-    same = [NAMES[task] for task, each in found.items() if TREE in each and TREE + CHOSEN not in each]
+def _notes(found: Results) -> list[str]:
+    same = " and ".join(NAMES[task] for task, of in found.items() if TREE in of and TREE + CHOSEN not in of)
     labeled = ", ".join(
-        f"{NAMES[task]} {np.median([one['ticks'][BUDGETS.index(AT)] for one in each[DAGGER]]):.0f}"
-        for task, each in found.items()
-        if DAGGER in each
+        f"{NAMES[task]} {of[DAGGER].median(lambda one: one['ticks'][BUDGETS.index(AT)]):.0f}"
+        for task, of in found.items()
+        if DAGGER in of
     )
-    return (
-        *(
-            (
-                f"The lessons of {' and '.join(same)} together use every reading. So there are no features to choose "
-                "for flat learners, and Understudy's teacher chose only which lesson uses which feature.",
-            )
-            if same
-            else ()
-        ),
-        *(
-            (f"Ticks that the teacher of DAgger labeled in {AT} decisions (median): {labeled}.",)
-            if labeled
-            else ()
-        ),
-    )
+    return [
+        f"The lessons of {same} together use every reading. So there are no features to choose for flat learners, and "
+        "Understudy's teacher chose only which lesson uses which feature."
+        if same
+        else "",
+        f"Ticks that the teacher of DAgger labeled in {AT} decisions (median): {labeled}." if labeled else "",
+    ]
+
+
+def _list_numbers(rows: Rows) -> dict[str, dict[str, float]]:
+    values: dict[str, dict[int, Callable[..., float]]] = {
+        "decisions": {**AT_DECISIONS},
+        "seconds": {**AT_SECONDS},
+        "ticks": {n: lambda one, at=at: one["ticks"][at] for at, n in enumerate(BUDGETS)},
+    }
+    return {
+        what: {str(n): round(rows.median(of), 4) for n, of in each.items()} for what, each in values.items()
+    }
 
 
 def draw(rows: Sequence[Row]) -> Figure:
@@ -315,16 +206,15 @@ def draw(rows: Sequence[Row]) -> Figure:
 
     Dashed lines are learners with only the features that Understudy's teacher chose.
     """
-    names = list(EXERCISES)
+    names, results = list(EXERCISES), collect_results(Rows(rows))
     figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)
     for k, task in enumerate(names):
-        found = collect_results(rows, task)
-        for learner, each in found.items():
+        for learner, each in results[task].items():
             kind = learner.removesuffix(CHOSEN)
             color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
-            success = 100 * np.array([one["success"] for one in each])
+            success = 100 * np.array(each.values("success"))
             low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
-            seconds = np.maximum(np.median([one["seconds"] for one in each], axis=0), FIRST_S)
+            seconds = np.maximum(np.median(each.values("seconds"), axis=0), FIRST_S)
             width, over = (2.4, 3) if learner == UNDERSTUDY else (1.3, 2)
             for axis, x in ((axes[k], BUDGETS), (axes[len(names) + k], seconds)):
                 axis.plot(
@@ -353,7 +243,43 @@ EXPERIMENT = Study(
     quick=1,
     tasks=tasks,
     work=work,
-    conclude=conclude,
+    conclude=Conclusion(
+        prepare=collect_results,
+        headline=_headline,
+        tables=(
+            *(
+                LinePerGroup(
+                    f"{NAMES[task]}: success by number of decisions of the demonstrator, seeds {{seeds}}, {WORLDS} "
+                    "unseen worlds each",
+                    ["learner"],
+                    itemgetter(task),
+                    {str(n): Median(of, percent=True) for n, of in AT_DECISIONS.items()},
+                )
+                for task in EXERCISES
+            ),
+            *(
+                LinePerGroup(
+                    f"{NAMES[task]}: success by demonstration time",
+                    ["learner"],
+                    itemgetter(task),
+                    {f"{s} s": Median(of, percent=True) for s, of in AT_SECONDS.items()},
+                )
+                for task in EXERCISES
+            ),
+            _table_ahead(
+                "by number of decisions", {str(n): partial(_find_ahead, of) for n, of in AT_DECISIONS.items()}
+            ),
+            _table_ahead(
+                "by demonstration time", {f"{s} s": partial(_find_ahead, of) for s, of in AT_SECONDS.items()}
+            ),
+            _table_gains,
+        ),
+        goals=_goals,
+        notes=_notes,
+        numbers=lambda found: {
+            task: {learner: _list_numbers(rows) for learner, rows in of.items()} for task, of in found.items()
+        },
+    ),
     draw=draw,
     worlds=("forage",),
     varies=NEURAL,  # the last digits of other machines' arithmetic grow while a net is trained

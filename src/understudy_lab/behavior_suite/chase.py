@@ -22,7 +22,6 @@ from understudy.sim.scenario.schema import (
     TargetSpec,
 )
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -30,12 +29,11 @@ from understudy_lab.behavior_suite.task import (
     TaskResult,
     TaskTrial,
     TurnController,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
-from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import after, find_bearing
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 ACQUIRED_M, WITH_IT_M = 0.6, 1.5
 STAYS_S, LIMIT_S = 30.0, 60.0
@@ -68,7 +66,7 @@ def complain(screen: SessionView) -> str | None:
 
 
 def _wanted(screen: SessionView, *, astray: float, near: float, far: float) -> str | None:
-    distance, off = screen.features["distance_to(A)"], bearing(screen)
+    distance, off = screen.features["distance_to(A)"], find_bearing(screen)
     state, toward = screen.state, "rotate_left" if off > 0 else "rotate_right"
     if isnan(distance) or (state == "wait" and distance < far):
         return None
@@ -90,20 +88,17 @@ def accept(screen: SessionView, state: str) -> bool:
 
 TOPIC = LessonPlan(
     "chase",
-    lambda library: new_lesson(
-        library,
-        "chase",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right", "wait"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show,
     complain,
     after(25.0),
     cases=(
-        Situation("chase", {"A": "hare"}, lambda screen: 0.8 < bearing(screen) < 2.6),
-        Situation("chase", {"A": "hare"}, lambda screen: -2.6 < bearing(screen) < -0.8),
+        Situation("chase", {"A": "hare"}, lambda screen: 0.8 < find_bearing(screen) < 2.6),
+        Situation("chase", {"A": "hare"}, lambda screen: -2.6 < find_bearing(screen) < -0.8),
         Situation(
             "chase",
             {"A": "hare"},

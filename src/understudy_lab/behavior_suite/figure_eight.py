@@ -13,7 +13,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -21,12 +20,11 @@ from understudy_lab.behavior_suite.task import (
     TaskResult,
     TaskTrial,
     alternate_moves,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, Yes, count_reached_in_turn, wrap_signed
-from understudy_lab.teachers.person import Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import Seen, after, find_bearing, has_raised_flag
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 EIGHTS, BEHIND_M, LIMIT_S = 2, 2.0, 150.0
 LEFT, RIGHT = 1, -1
@@ -74,20 +72,15 @@ def circle(side: int) -> LessonPlan:
     name, across = f"circle_{SIDES[side]}", PushAway("forward", f"veer_{SIDES[side]}", 2.2)
 
     def show(screen: SessionView) -> str | None:
-        return choose_circling_action(screen.state, side * bearing(screen), side)
+        return choose_circling_action(screen.state, side * find_bearing(screen), side)
 
     def complain(screen: SessionView) -> str | None:
-        return choose_circling_action(screen.state, side * bearing(screen), side, slack=0.4)
+        return choose_circling_action(screen.state, side * find_bearing(screen), side, slack=0.4)
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
-            parameters=["A"],
-            states=["forward", "veer_left", "veer_right"],
-            features=["angle_to(A)"],
-            live=False,
+        LessonDesign(
+            parameters=["A"], states=["forward", "veer_left", "veer_right"], features=["angle_to(A)"]
         ),
         show,
         complain,
@@ -107,7 +100,7 @@ def _straight(screen: SessionView) -> bool:
 
 def _at(side: int, least: float, most: float) -> Seen:
     """Return a predicate: the pole is between `least` and `most` rad to the given side."""
-    return lambda screen: least < side * bearing(screen) < most
+    return lambda screen: least < side * find_bearing(screen) < most
 
 
 def lap(side: int) -> LessonPlan:
@@ -117,23 +110,17 @@ def lap(side: int) -> LessonPlan:
     def wanted(screen: SessionView, least: float) -> str | None:
         if screen.state == "start":
             return circling
-        return "done" if least < -side * bearing(screen, "B") < LEAVING[1] else None
+        return "done" if least < -side * find_bearing(screen, "B") < LEAVING[1] else None
 
     def complain(screen: SessionView) -> str | None:
         if screen.state == "done":
-            return None if 0.0 < -side * bearing(screen, "B") < 1.1 else circling
+            return None if 0.0 < -side * find_bearing(screen, "B") < 1.1 else circling
         return wanted(screen, LEAVING[0] + 0.15)
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
-            parameters=["A", "B"],
-            states=[f"{circling}(A)"],
-            flags=["done"],
-            features=["angle_to(B)"],
-            live=False,
+        LessonDesign(
+            parameters=["A", "B"], states=[f"{circling}(A)"], flags=["done"], features=["angle_to(B)"]
         ),
         lambda screen: wanted(screen, LEAVING[0]),
         complain,
@@ -149,7 +136,7 @@ def lap(side: int) -> LessonPlan:
 
 def _turned_from(screen: SessionView) -> bool:
     """Return whether B is behind the robot."""
-    return abs(bearing(screen, "B")) > 1.5
+    return abs(find_bearing(screen, "B")) > 1.5
 
 
 LAPS = alternate_moves("lap_left", "lap_right")
@@ -157,14 +144,7 @@ LAPS = alternate_moves("lap_left", "lap_right")
 
 EIGHT = LessonPlan(
     "eight",
-    lambda library: new_lesson(
-        library,
-        "eight",
-        parameters=["A", "B"],
-        states=["lap_left(A, B)", "lap_right(B, A)"],
-        features=["done"],
-        live=False,
-    ),
+    LessonDesign(parameters=["A", "B"], states=["lap_left(A, B)", "lap_right(B, A)"], features=["done"]),
     LAPS,
     LAPS,
     lambda screen: screen.time_s >= 40.0 and screen.examples >= 6,

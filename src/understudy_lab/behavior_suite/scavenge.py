@@ -15,7 +15,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     CAMERA,
@@ -28,7 +27,7 @@ from understudy_lab.behavior_suite.task import (
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth
 from understudy_lab.teachers.person import Seen, after
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 CANS, ENOUGH = 10, 9
 TOUCH_M, LIMIT_S = 0.35, 300.0
@@ -93,14 +92,7 @@ def _at(side: int) -> Situation:
 
 APPROACH = LessonPlan(
     "approach",
-    lambda library: new_lesson(
-        library,
-        "approach",
-        parameters=["A"],
-        states=["forward", "rotate_left", "rotate_right"],
-        features=["blob_x(A)"],
-        live=False,
-    ),
+    LessonDesign(parameters=["A"], states=["forward", "rotate_left", "rotate_right"], features=["blob_x(A)"]),
     show_approach,
     complain_approach,
     _gone,
@@ -143,12 +135,9 @@ def find_way_out(screen: SessionView) -> str | None:
 
 SCAVENGE = LessonPlan(
     "scavenge",
-    lambda library: new_lesson(
-        library,
-        "scavenge",
+    LessonDesign(
         states=["search=rotate_left", "wander=forward", "approach(can)"],
         features=["blob_x(can)", "time_in_state"],
-        live=False,
     ),
     show_scavenge,
     complain_scavenge,

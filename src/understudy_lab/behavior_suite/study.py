@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,13 +18,12 @@ from understudy_lab.behavior_suite import (
 )
 from understudy_lab.behavior_suite.task import BehaviorTask
 from understudy_lab.behavior_suite.teach import PAPER, WORLDS, row_of
-from understudy_lab.figures import dots, panels
-from understudy_lab.statistics import Numbers, format_median, interval_of_median, spread
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, goals_among
+from understudy_lab.figures import Dots, Panels, by_group
+from understudy_lab.rows import Count, Median, Rows, Value, group_by
+from understudy_lab.statistics import Numbers, interval_of_median, spread
+from understudy_lab.study import Row, Study, StudyGoal, StudyPlan, Task
 from understudy_lab.teachers.live_teacher import LIVE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TEACHINGS = range(51_000, 51_020)
 """The teaching seeds of the published result; none was used during development."""
@@ -60,113 +60,42 @@ def work(task: Task) -> Row:
     return row_of(FEATS[task["behavior"]], task["seed"], method=task.get("method", PAPER))
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize each behavior over its teachings."""
-    every, rows = rows, [row for row in rows if "method" not in row["task"]]
-    live = group_by_behavior([row for row in every if "method" in row["task"]])
-    groups = group_by_behavior(rows)
-    behaviors = {name: summarize_teachings(of) for name, of in groups.items()}
-    goals = tuple(goal for name, of in behaviors.items() for goal in goals_of(name, of))
-    held = [name for name in behaviors if all(goal.held for goal in goals_of(name, behaviors[name]))]
-    well, both = (
-        sum(of[f"teachings_reaching_{what}"] for of in behaviors.values()) for what in ("95", "both")
-    )
-    count = sum(of["of"] for of in behaviors.values())
-    middle = np.median([row["examples"] for row in rows])
-    return StudyFindings(
-        headline=f"{len(held)} of {len(behaviors)} behaviors of the paper reach their goals in the median. {well} of "
-        f"{count} teachings succeed in at least 95 % of {WORLDS} unseen worlds each; {both} of them also reach {RATIO} "
-        f"of the speed of a hand-written controller. All automata of a behavior together take {middle:.0f} examples "
-        "(median).",
-        tables=(
-            ResultTable(
-                "Results by behavior: median [95 % interval of the median] (smallest–largest)",
-                (
-                    "behavior",
-                    "#teachings with 95 % success",
-                    f"#and at {RATIO} of the speed",
-                    "#success",
-                    "#speed / hand-written",
-                    "#examples",
-                    "#presses",
-                    "#teaching time, s",
-                ),
-                [make_taught_row(name, of, behaviors[name]) for name, of in groups.items()],
-            ),
-            ResultTable(
-                f"Taught live, the first {LIVE_TEACHINGS} teachings: median (smallest–largest), and its share of the "
-                "median above",
-                (
-                    "behavior",
-                    "#teachings with 95 % success",
-                    "#success",
-                    "#speed / hand-written",
-                    "#presses",
-                    "#share",
-                    "#teaching time, s",
-                ),
-                [make_live_row(name, of, groups[name]) for name, of in live.items()],
-            ),
-            ResultTable(
-                "Success criteria and references: a hand-written controller, and a lower bound of the time",
-                ("behavior", "success", "lower bound", "#hand-written: success", "#its time / bound"),
-                [make_expert_row(name, of) for name, of in groups.items()],
-            ),
-            ResultTable(
-                "Size of the lessons (medians)",
-                ("lesson", "behavior", "#features", "#states", "#examples", "#nodes of all trees"),
-                [lesson for name, of in groups.items() for lesson in lessons(name, of)],
-            ),
-        ),
-        goals=(*goals, *make_live_goals(live, groups)),
-        notes=(
-            NOTE,
-            *list_failed_teachings(groups),
-            *list_uncertain_goals(behaviors),
-            describe_discarded_lessons(rows),
-        ),
-        numbers={
-            "behaviors": behaviors,
-            "live": {name: summarize_teachings(of) for name, of in live.items()},
-        },
-    )
+class Teachings(NamedTuple):
+    """The rows of the paper's training and of live teaching, by behavior."""
+
+    paper: Mapping[str, Rows]
+    live: Mapping[str, Rows]
 
 
-NOTE = (
-    "The lower bounds ignore turning and searching for things that are not visible yet. So they only limit how far the "
-    "hand-written controllers are from the optimum. These controllers run one basic behavior at a time, like the "
-    "taught automata."
-)
+def group_teachings(rows: Rows) -> Teachings:
+    """Group rows by method and behavior."""
+    group = group_by("behavior")
+    return Teachings(group(rows.where(method=None)), group(rows.where(method=LIVE)))
 
 
-def group_by_behavior(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Group rows by behavior."""
-    found: dict[str, list[Row]] = {}
-    for row in rows:
-        found.setdefault(row["task"]["behavior"], []).append(row)
-    return found
+def compare_speed(row: Row) -> float:
+    """Return the speed of a teaching relative to the hand-written controller."""
+    return row["ratio"] or 0.0
 
 
-def ratios(rows: Sequence[Row]) -> list[float]:
-    """Return the speed of each teaching relative to the hand-written controller."""
-    return [row["ratio"] or 0.0 for row in rows]
+SUCCEEDS = Count(lambda row: row["success"] >= SUCCESS)
+SUCCEEDS_FAST = Count(lambda row: SUCCEEDS.condition(row) and compare_speed(row) >= RATIO)
 
 
-def summarize_teachings(rows: Sequence[Row]) -> dict[str, Any]:
+def summarize_teachings(teachings: Sequence[Row]) -> dict[str, Any]:
     """Return medians and spread over teachings; the unit is the taught automaton, not the world."""
-    success = np.array([row["success"] for row in rows])
-    reaching = success >= SUCCESS
+    rows = Rows(teachings)
     return {
-        "teachings_reaching_95": int(reaching.sum()),
-        "teachings_reaching_both": int((reaching & (np.array(ratios(rows)) >= RATIO)).sum()),
+        "teachings_reaching_95": SUCCEEDS.number(rows),
+        "teachings_reaching_both": SUCCEEDS_FAST.number(rows),
         "of": len(rows),
-        "success": summarize_values(success),
-        "ratio": summarize_values(ratios(rows)),
-        "examples": summarize_values([row["examples"] for row in rows]),
-        "presses": spread([row["presses"] for row in rows]),
-        "seconds": spread([row["seconds"] for row in rows]),
-        "hand_success": spread([row["hand"]["success"] for row in rows]),
-        "hand_of_bound": spread([row["hand"]["of_bound"] for row in rows]),
+        "success": summarize_values(rows.values("success")),
+        "ratio": summarize_values(rows.values(compare_speed)),
+        "examples": summarize_values(rows.values("examples")),
+        "presses": spread(rows.values("presses")),
+        "seconds": spread(rows.values("seconds")),
+        "hand_success": spread(rows.values("hand.success")),
+        "hand_of_bound": spread(rows.values("hand.of_bound")),
     }
 
 
@@ -176,183 +105,144 @@ def summarize_values(values: Numbers) -> dict[str, float]:
     return {**spread(values), "low": round(low, 4), "high": round(high, 4)}
 
 
-def format_behavior_name(name: str) -> str:
-    """Format a behavior's name as words."""
-    return name.replace("_", ", ")
+def _format_interval(of: Value, rows: Rows, *, digits: int = 0, percent: bool = False) -> str:
+    """Format a value of rows, for example "98 % [97–99] (93–100)"."""
+    found, scale = summarize_values(rows.values(of)), 100 if percent else 1
+    middle, low, high, least, most = (
+        f"{scale * found[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max")
+    )
+    return f"{middle}{' %' if percent else ''} [{low}–{high}] ({least}–{most})"
 
 
-def make_taught_row(name: str, rows: Sequence[Row], of: Mapping[str, Any]) -> list[str]:
-    """Return a behavior's row of the first table."""
-    return [
-        format_behavior_name(name),
-        f"{of['teachings_reaching_95']} of {of['of']}",
-        f"{of['teachings_reaching_both']} of {of['of']}",
-        format_interval({what: 100 * value for what, value in of["success"].items()}, unit=" %"),
-        format_interval(of["ratio"], digits=2),
-        format_interval(of["examples"]),
-        format_median([row["presses"] for row in rows]),
-        format_median([row["seconds"] for row in rows]),
-    ]
+def _name(behavior: str) -> str:
+    return behavior.replace("_", ", ")
 
 
-def make_live_row(name: str, rows: Sequence[Row], before: Sequence[Row]) -> list[str]:
-    """Return a behavior's row of the table of live teaching."""
-    return [
-        format_behavior_name(name),
-        f"{sum(row['success'] >= SUCCESS for row in rows)} of {len(rows)}",
-        format_median([row["success"] for row in rows], percent=True),
-        format_median(ratios(rows), 2),
-        format_median([row["presses"] for row in rows]),
-        f"{share_presses(rows, before):.2f}",
-        format_median([row["seconds"] for row in rows]),
-    ]
-
-
-def share_presses(rows: Sequence[Row], before: Sequence[Row]) -> float:
+def _share_presses(rows: Rows, before: Rows) -> float:
     """Return the median presses of teachings as a share of those of others."""
-    now, then = (float(np.median([row["presses"] for row in of])) for of in (rows, before))
-    return now / then
+    return rows.median("presses") / before.median("presses")
 
 
-def make_live_goals(
-    live: Mapping[str, Sequence[Row]], groups: Mapping[str, Sequence[Row]]
-) -> tuple[StudyGoal, ...]:
-    """Return the goals of live teaching: as successful everywhere, with fewer presses for the median behavior."""
-    if not live:
-        return ()
-    shares = [share_presses(of, groups[name]) for name, of in live.items()]
+GOALS = (
+    Goal("success on unseen worlds", "success.median", least=SUCCESS, wanted="95 %"),
+    Goal("speed / hand-written", "ratio.median", ".2f", RATIO),
+    Goal("examples of all automata", "examples.median", ".0f", most=EXAMPLES),
+)
+"""The goals of each behavior, for a summary of its teachings."""
+
+
+def goals_of(name: str, summary: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
+    """Return each goal of a behavior with the measured median over teachings."""
+    return tuple(goal(summary) for goal in goals_among(lambda found: found, GOALS, f"{_name(name)}: "))
+
+
+def _goals(found: Teachings) -> list[StudyGoal]:
+    goals = [goal for name, rows in found.paper.items() for goal in goals_of(name, summarize_teachings(rows))]
+    if not found.live:
+        return goals
+    share = float(np.median([_share_presses(rows, found.paper[name]) for name, rows in found.live.items()]))
     medians = {
-        name: tuple(float(np.median([row["success"] for row in each])) for each in (of, groups[name]))
-        for name, of in live.items()
+        name: (rows.median("success"), found.paper[name].median("success"))
+        for name, rows in found.live.items()
     }
-    lower = [
-        f"{format_behavior_name(name)} {now:.1%} instead of {then:.1%}"
+    lower = "; ".join(
+        f"{_name(name)} {now:.1%} instead of {then:.1%}"
         for name, (now, then) in medians.items()
         if now < then
-    ]
-    return (
-        StudyGoal(
-            "taught live: presses as a share of those above, median behavior",
-            f"at most {FEWER}",
-            f"{np.median(shares):.2f}",
-            float(np.median(shares)) <= FEWER,
-        ),
-        StudyGoal(
-            "taught live: median success of each behavior",
-            "no lower than above",
-            "; ".join(lower) or "in none",
-            not lower,
-        ),
     )
-
-
-def format_interval(of: Mapping[str, float], *, digits: int = 0, unit: str = "") -> str:
-    """Format the result of `summarize_values`, for example "98 % [97–99] (93–100)"."""
-    middle, *rest = (f"{of[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max"))
-    low, high, smallest, largest = rest
-    return f"{middle}{unit} [{low}–{high}] ({smallest}–{largest})"
-
-
-def make_expert_row(name: str, rows: Sequence[Row]) -> list[str]:
-    """Return a behavior's row of the second table."""
-    feat = FEATS[name]
+    fewer = "taught live: presses as a share of those above, median behavior"
+    as_good = "taught live: median success of each behavior"
     return [
-        format_behavior_name(name),
-        feat.measured,
-        feat.bounded,
-        format_median([row["hand"]["success"] for row in rows], percent=True),
-        format_median([row["hand"]["of_bound"] for row in rows], 2),
+        *goals,
+        StudyGoal(fewer, f"at most {FEWER}", f"{share:.2f}", share <= FEWER),
+        StudyGoal(as_good, "no lower than above", lower or "in none", not lower),
     ]
 
 
-def lessons(name: str, rows: Sequence[Row]) -> list[list[str]]:
-    """Return a behavior's rows of the third table."""
-    found = []
-    for k, lesson in enumerate(rows[0]["lessons"]):
-        same = [row["lessons"][k] for row in rows]
-        middle = np.median([[each["examples"], sum(each["nodes"])] for each in same], axis=0)
-        numbers = (lesson["features"], lesson["states"], *middle)
-        found.append([lesson["name"], format_behavior_name(name), *(f"{number:.0f}" for number in numbers)])
-    return found
-
-
-def goals_of(name: str, of: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
-    """Return each goal of a behavior with the measured median over teachings."""
-    success, ratio, examples = (of[what]["median"] for what in ("success", "ratio", "examples"))
+def _headline(found: Teachings) -> str:
+    held = [
+        all(goal.held for goal in goals_of(name, summarize_teachings(of))) for name, of in found.paper.items()
+    ]
+    rows = Rows(row for of in found.paper.values() for row in of)
     return (
-        StudyGoal(
-            f"{format_behavior_name(name)}: success on unseen worlds",
-            "95 %",
-            f"{success:.0%}",
-            success >= SUCCESS,
-        ),
-        StudyGoal(
-            f"{format_behavior_name(name)}: speed / hand-written", f"{RATIO}", f"{ratio:.2f}", ratio >= RATIO
-        ),
-        StudyGoal(
-            f"{format_behavior_name(name)}: examples of all automata",
-            f"at most {EXAMPLES}",
-            f"{examples:.0f}",
-            examples <= EXAMPLES,
-        ),
+        f"{sum(held)} of {len(held)} behaviors of the paper reach their goals in the median. {SUCCEEDS.number(rows)} "
+        f"of {len(rows)} teachings succeed in at least 95 % of {WORLDS} unseen worlds each; "
+        f"{SUCCEEDS_FAST.number(rows)} of them also reach {RATIO} of the speed of a hand-written controller. All "
+        f"automata of a behavior together take {rows.median('examples'):.0f} examples (median)."
     )
 
 
-def list_failed_teachings(groups: Mapping[str, Sequence[Row]]) -> list[str]:
-    """Return a sentence on the teachings below 95 % success, or an empty list."""
-    found = {
-        format_behavior_name(name): [row["success"] for row in of if row["success"] < SUCCESS]
-        for name, of in groups.items()
-    }
-    told_ = [f"{name} {len(short)} (worst {min(short):.0%})" for name, short in found.items() if short]
-    return [f"Teachings below 95 % success: {'; '.join(told_)}."] if told_ else []
-
-
-def list_uncertain_goals(behaviors: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return the goals whose threshold lies within the interval of the measured value."""
-    asked = {"success": SUCCESS, "ratio": RATIO, "examples": EXAMPLES}
-    found = [
-        f"{format_behavior_name(name)}, {what}"
-        for name, of in behaviors.items()
-        for what, goal in asked.items()
+def _notes(found: Teachings) -> list[str]:
+    failed = {name: rows.filter(lambda row: row["success"] < SUCCESS) for name, rows in found.paper.items()}
+    failures = "; ".join(
+        f"{_name(name)} {len(rows)} (worst {min(rows.values('success')):.0%})"
+        for name, rows in failed.items()
+        if rows
+    )
+    summaries = {name: summarize_teachings(rows) for name, rows in found.paper.items()}
+    uncertain = "; ".join(
+        f"{_name(name)}, {what}"
+        for name, of in summaries.items()
+        for what, goal in (("success", SUCCESS), ("ratio", RATIO), ("examples", EXAMPLES))
         if of[what]["low"] < goal < of[what]["high"]
+    )
+    return [
+        "The lower bounds ignore turning and searching for things that are not visible yet. So they only limit how far "
+        "the hand-written controllers are from the optimum. These controllers run one basic behavior at a time, like "
+        "the taught automata.",
+        f"Teachings below 95 % success: {failures}." if failures else "",
+        f"The 95 % interval includes the goal: {uncertain}." if uncertain else "",
+        describe_discarded_lessons([row for rows in found.paper.values() for row in rows]),
     ]
-    return [f"The 95 % interval includes the goal: {'; '.join(found)}."] if found else []
 
 
 def describe_discarded_lessons(rows: Sequence[Row]) -> str:
     """Return a sentence on how lessons count that were discarded and started again."""
-    anew = [row for row in rows if any(lesson["attempts"] > 1 for lesson in row["lessons"])]
+    again = [row for row in rows if any(lesson["attempts"] > 1 for lesson in row["lessons"])]
     each = ", ".join(
-        f"{format_behavior_name(row['task']['behavior'])}, {row['examples']} examples kept, "
-        f"{row['presses']} presses in all"
-        for row in anew
+        f"{_name(row['task']['behavior'])}, {row['examples']} examples kept, {row['presses']} presses in all"
+        for row in again
     )
     return (
         "When a lesson fails and is discarded, it is taught again. Its presses and seconds count, its examples do not "
-        f"(a press makes at most two). This happened in {len(anew)} of {len(rows)} teachings"
+        f"(a press makes at most two). This happened in {len(again)} of {len(rows)} teachings"
         f"{f' ({each})' if each else ''}."
     )
 
 
-SHOWN: Mapping[str, tuple[str, float, Callable[[Row], float]]] = {
-    "success": ("unseen worlds, %", 100 * SUCCESS, lambda row: 100 * row["success"]),
-    "speed": ("% of hand-written", 100 * RATIO, lambda row: 100 * (row["ratio"] or 0.0)),
-    "examples of the whole hierarchy": ("from presses", EXAMPLES, lambda row: row["examples"]),
-}
+def _group_with_former(found: Teachings) -> dict[str, Rows]:
+    return {
+        name: Rows({**row, "former": found.paper[name]} for row in rows) for name, rows in found.live.items()
+    }
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw success, speed and examples of every teaching, by behavior."""
-    groups = group_by_behavior([row for row in rows if "method" not in row["task"]])
-    figure, found = panels(3, rows=3, wide=7.2, tall=2.1)
-    names = {name: format_behavior_name(name).replace(", ", "\n") for name in groups}
-    for axes, (title, (unit, goal, values)) in zip(found, SHOWN.items(), strict=True):
-        axes.axhline(goal, color="#9ca3af", linewidth=0.8, linestyle="--")
-        dots(axes, {names[name]: [values(row) for row in of] for name, of in groups.items()}, unit)
+def _group_lessons(found: Teachings) -> dict[tuple[str, str], Rows]:
+    return {
+        (lesson["name"], name): Rows(row["lessons"][number] for row in rows)
+        for name, rows in found.paper.items()
+        for number, lesson in enumerate(rows[0]["lessons"])
+    }
+
+
+def _count_in(of: Value) -> Callable[[Rows], str]:
+    return lambda rows: f"{rows.median(of):.0f}"
+
+
+def _draw_goal(title: str, unit: str, of: Value, goal: float, scale: float = 1) -> Callable[[Any, Any], None]:
+    """Return a function that draws a panel with a dashed line at a goal."""
+    by_behavior = by_group(group_by("behavior"), of, scale)
+    panel = Dots(
+        f"{title} (goal: dashed)",
+        unit,
+        lambda rows: {_name(name).replace(", ", "\n"): values for name, values in by_behavior(rows).items()},
+    )
+
+    def draw(axes: Any, rows: Rows) -> None:
+        axes.axhline(scale * goal, color="#9ca3af", linewidth=0.8, linestyle="--")
+        panel(axes, rows)
         axes.set_ylim(0, 1.06 * axes.get_ylim()[1])
-        axes.set_title(f"{title} (goal: dashed)")
-    return figure
+
+    return draw
 
 
 EXPERIMENT = Study(
@@ -361,6 +251,79 @@ EXPERIMENT = Study(
     quick=1,
     tasks=tasks,
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        prepare=group_teachings,
+        headline=_headline,
+        tables=(
+            LinePerGroup(
+                "Results by behavior: median [95 % interval of the median] (smallest–largest)",
+                ["behavior"],
+                lambda found: found.paper,
+                {
+                    "teachings with 95 % success": SUCCEEDS,
+                    f"and at {RATIO} of the speed": SUCCEEDS_FAST,
+                    "success": partial(_format_interval, "success", percent=True),
+                    "speed / hand-written": partial(_format_interval, compare_speed, digits=2),
+                    "examples": partial(_format_interval, "examples"),
+                    "presses": Median("presses"),
+                    "teaching time, s": Median("seconds"),
+                },
+                lambda name: [_name(name)],
+            ),
+            LinePerGroup(
+                f"Taught live, the first {LIVE_TEACHINGS} teachings: median (smallest–largest), and its share of the "
+                "median above",
+                ["behavior"],
+                _group_with_former,
+                {
+                    "teachings with 95 % success": SUCCEEDS,
+                    "success": Median("success", percent=True),
+                    "speed / hand-written": Median(compare_speed, 2),
+                    "presses": Median("presses"),
+                    "share": lambda rows: f"{_share_presses(rows, rows[0]['former']):.2f}",
+                    "teaching time, s": Median("seconds"),
+                },
+                lambda name: [_name(name)],
+            ),
+            LinePerGroup(
+                "Success criteria and references: a hand-written controller, and a lower bound of the time",
+                ["behavior", "success", "lower bound"],
+                lambda found: found.paper,
+                {
+                    "hand-written: success": Median("hand.success", percent=True),
+                    "its time / bound": Median("hand.of_bound", 2),
+                },
+                lambda name: [_name(name), FEATS[name].measured, FEATS[name].bounded],
+            ),
+            LinePerGroup(
+                "Size of the lessons (medians)",
+                ["lesson", "behavior"],
+                _group_lessons,
+                {
+                    "features": _count_in("features"),
+                    "states": _count_in("states"),
+                    "examples": _count_in("examples"),
+                    "nodes of all trees": _count_in(lambda lesson: sum(lesson["nodes"])),
+                },
+                lambda key: [key[0], _name(key[1])],
+            ),
+        ),
+        goals=_goals,
+        notes=_notes,
+        numbers=lambda found: {
+            "behaviors": {name: summarize_teachings(of) for name, of in found.paper.items()},
+            "live": {name: summarize_teachings(of) for name, of in found.live.items()},
+        },
+    ),
+    draw=Panels(
+        (
+            _draw_goal("success", "unseen worlds, %", "success", SUCCESS, 100),
+            _draw_goal("speed", "% of hand-written", compare_speed, RATIO, 100),
+            _draw_goal("examples of the whole hierarchy", "from presses", "examples", EXAMPLES),
+        ),
+        rows=3,
+        wide=7.2,
+        tall=2.1,
+        prepare=lambda rows: rows.where(method=None),
+    ),
 )

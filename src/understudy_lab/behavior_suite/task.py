@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import pi, radians, tau
+from math import radians
 from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
@@ -118,11 +118,6 @@ def rover(
         sensors=(sensor,),
         behaviors={name: MOVES[name] for name in moves},
     )
-
-
-def bearing(screen: SessionView, of: str = "A") -> float:
-    """Return the bearing of a target in rad, positive to the left, between -pi and pi."""
-    return (screen.features[f"angle_to({of})"] + pi) % tau - pi
 
 
 def alternate_moves(first: str, second: str) -> Wish:

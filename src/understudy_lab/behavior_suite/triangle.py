@@ -15,7 +15,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.task import (
     RADIUS,
@@ -25,12 +24,11 @@ from understudy_lab.behavior_suite.task import (
     TaskTrial,
     TurnController,
     alternate_moves,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
-from understudy_lab.teachers.person import has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.person import find_bearing, has_raised_flag
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 SIDE_M, WITHIN_M, WITHIN_DEG = 2.0, 0.4, 12.0
 HELD_S, LIMIT_S = 5.0, 90.0
@@ -62,7 +60,7 @@ BEE_AND_CAT = {"A": "bee", "B": "cat"}
 
 
 def _turned(screen: SessionView, facing: float) -> str | None:
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "done" or abs(off) < facing:
         return "done"
     if screen.state == "start":
@@ -72,7 +70,7 @@ def _turned(screen: SessionView, facing: float) -> str | None:
 
 def complain_face(screen: SessionView) -> str | None:
     """Return the state to correct facing to, or None: turning past the target, idling, or `done` too early."""
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "start":
         return _turned(screen, FACING)
     if screen.state == "done":
@@ -86,7 +84,7 @@ def complain_live_face(screen: SessionView) -> str | None:
 
     In live teaching the robot stops by itself from the second time on, so how well it stops is seen more often.
     """
-    off = bearing(screen)
+    off = find_bearing(screen)
     if screen.state == "done" and abs(off) > 1.5 * FACING:
         return "rotate_left" if off > 0 else "rotate_right"
     return complain_face(screen)
@@ -94,22 +92,16 @@ def complain_live_face(screen: SessionView) -> str | None:
 
 FACE = LessonPlan(
     "face",
-    lambda library: new_lesson(
-        library,
-        "face",
-        parameters=["A"],
-        states=["rotate_left", "rotate_right"],
-        flags=["done"],
-        features=["angle_to(A)"],
-        live=False,
+    LessonDesign(
+        parameters=["A"], states=["rotate_left", "rotate_right"], flags=["done"], features=["angle_to(A)"]
     ),
     lambda screen: _turned(screen, FACING),
     complain_face,
     has_raised_flag,
     cases=(
-        Situation("two wait", {"A": "bee"}, lambda screen: 0.5 < bearing(screen) < 2.8),
-        Situation("two wait", {"A": "cat"}, lambda screen: -2.8 < bearing(screen) < -0.5),
-        Situation("two wait", {"A": "bee"}, lambda screen: abs(bearing(screen)) < 0.5 * FACING),
+        Situation("two wait", {"A": "bee"}, lambda screen: 0.5 < find_bearing(screen) < 2.8),
+        Situation("two wait", {"A": "cat"}, lambda screen: -2.8 < find_bearing(screen) < -0.5),
+        Situation("two wait", {"A": "bee"}, lambda screen: abs(find_bearing(screen)) < 0.5 * FACING),
     ),
     tries=6,
     limit_s=20.0,
@@ -157,14 +149,11 @@ def _at(least: float, most: float) -> Situation:
 
 SETTLE = LessonPlan(
     "settle",
-    lambda library: new_lesson(
-        library,
-        "settle",
+    LessonDesign(
         parameters=["A"],
         states=["face(A)", "forward", "backward"],
         flags=["done"],
         features=["done", "distance_to(A)"],
-        live=False,
     ),
     lambda screen: choose_settling_action(screen, 0.0),
     lambda screen: choose_settling_action(screen, 0.08),
@@ -196,13 +185,8 @@ def has_lined_up(screen: SessionView) -> bool:
 
 LINE_UP = LessonPlan(
     "line_up",
-    lambda library: new_lesson(
-        library,
-        "line_up",
-        parameters=["A", "B"],
-        states=["settle_A=settle(A)", "settle_B=settle(B)"],
-        features=["done"],
-        live=False,
+    LessonDesign(
+        parameters=["A", "B"], states=["settle_A=settle(A)", "settle_B=settle(B)"], features=["done"]
     ),
     show_line_up,
     complain_line_up,

@@ -13,7 +13,6 @@ from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.random_rooms import (
     RoomLayout,
@@ -35,7 +34,7 @@ from understudy_lab.behavior_suite.tracks import (
     medians,
 )
 from understudy_lab.teachers.person import after
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 LEFT, RIGHT = "left", "right"
 OTHER = {LEFT: RIGHT, RIGHT: LEFT}
@@ -78,7 +77,7 @@ def make_wall_topic(name: str, hand: str, practice: str, *, cases: int, seconds:
     states = ["seek=forward", "along=forward", f"rotate_{OTHER[hand]}", f"veer_{hand}"]
     return LessonPlan(
         name,
-        lambda library: new_lesson(library, name, states=states, features=[AHEAD, beside], live=False),
+        LessonDesign(states=states, features=[AHEAD, beside]),
         pressing(0.0),
         pressing(0.1),
         after(3 * seconds),

@@ -14,7 +14,6 @@ from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, TargetSpec
 from understudy.sim.world import World
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.task import (
     SPEED,
@@ -22,13 +21,12 @@ from understudy_lab.behavior_suite.task import (
     TaskResult,
     TaskTrial,
     TurnController,
-    bearing,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
 from understudy_lab.tasks import forage_teacher
-from understudy_lab.teachers.person import Seen
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import find_bearing, is_beside
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 POSTS, LAPS = 4, 2
 THERE_M, LIMIT_S = 0.5, 180.0
@@ -46,35 +44,26 @@ SCENARIO = Scenario(
 )
 
 
-def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """Return a predicate: the post is to the left (1) or right (-1), between `nearest` and `farthest` m away."""
-
-    def suits(screen: SessionView) -> bool:
-        return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
-
-    return suits
-
-
 def _underway(screen: SessionView) -> bool:
-    return screen.state == "forward" and abs(bearing(screen)) < forage_teacher.ASTRAY
+    return screen.state == "forward" and abs(find_bearing(screen)) < forage_teacher.ASTRAY
 
 
 GOTO = replace(
     forage_teacher.GOTO,
     cases=(
-        Situation("posts", {"A": NAMES[0]}, _beside(1, 1.0, 2.5)),
-        Situation("posts", {"A": NAMES[1]}, _beside(-1, 1.0, 2.5)),
+        Situation("posts", {"A": NAMES[0]}, is_beside(1, 1.0, 2.5)),
+        Situation("posts", {"A": NAMES[1]}, is_beside(-1, 1.0, 2.5)),
         Situation(
             "posts",
             {"A": NAMES[2]},
-            _beside(-1, 3.0, 6.0),
+            is_beside(-1, 3.0, 6.0),
             _underway,
             push=PushAway("forward", "rotate_right", 0.8),
         ),
         Situation(
             "posts",
             {"A": NAMES[3]},
-            _beside(1, 3.0, 6.0),
+            is_beside(1, 3.0, 6.0),
             _underway,
             push=PushAway("forward", "rotate_left", 0.8),
         ),
@@ -101,12 +90,8 @@ def _rounds_shown(screen: SessionView) -> bool:
 
 PATROL = LessonPlan(
     "patrol",
-    lambda library: new_lesson(
-        library,
-        "patrol",
-        states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)],
-        features=["done"],
-        live=False,
+    LessonDesign(
+        states=[f"{state}={call}" for state, call in zip(STATES, ROUNDS, strict=True)], features=["done"]
     ),
     show,
     show,

@@ -4,25 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from rich.console import Console
 
-    from understudy.analysis.evaluation import Evaluation
-    from understudy.model.library import Library
+from understudy.analysis.evaluate import find_success_flag
+from understudy.analysis.evaluation import Evaluation
+from understudy.analysis.raised_range import describe_raised, find_shown_goal
+from understudy.model.library import Library
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.ui.cli.output import show_progress
+from understudy.viz.path_png import draw_path_png
+from understudy_lab.commands.demo import (
+    format_lasting,
+    print_lessons,
+    print_next_steps,
+    print_numbers,
+    save_with_graphs,
+    show_progress_table,
+    summarize_teaching,
+)
+from understudy_lab.forage.teach import (
+    Continued,
+    frames_of,
+    judge,
+    judge_corners,
+    teach,
+    teach_until_it_holds,
+    worlds_of,
+)
 
 
 def demo_forage(seed: int, out: Path, talk: Console, *, method: str = "live") -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy_lab.commands.demo import (
-        print_lessons,
-        save_with_graphs,
-        show_progress_table,
-        summarize_teaching,
-    )
-    from understudy_lab.forage.teach import Continued, teach, teach_until_it_holds
-
     talk.print("\n[bold]A robot learns to forage by being shown.[/]")
     continued: Mapping[str, Continued] = {}
     with show_progress_table(talk) as progress:
@@ -66,9 +80,6 @@ INDENT = " " * 19
 
 def _tell(holds: Mapping[str, Mapping[str, Any]], library: Library) -> dict[str, str]:
     """Return in words whether each behavior holds, after how many presses, and what success is where none was shown."""
-    from understudy.analysis.evaluate import find_success_flag
-    from understudy.analysis.raised_range import describe_raised, find_shown_goal
-
     told = {}
     for name, each in holds.items():
         said = {
@@ -85,10 +96,6 @@ def _tell(holds: Mapping[str, Mapping[str, Any]], library: Library) -> dict[str,
 
 def _path(library: Library, folder: Path, seed: int) -> Path:
     """Draw the path of one run and return the picture's file."""
-    from understudy.storage.atomic_write import convert_os_errors
-    from understudy.viz.path_png import draw_path_png
-    from understudy_lab.forage.teach import frames_of, worlds_of
-
     world, picture = worlds_of(seed)[0], folder / "path.png"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         draw_path_png(frames_of(library, world), picture, title=f"Taught to forage: world {world}")
@@ -96,16 +103,11 @@ def _path(library: Library, folder: Path, seed: int) -> Path:
 
 
 def _evaluate_forage(library: Library, seed: int, *, quiet: bool) -> tuple[Evaluation, dict[str, float]]:
-    from understudy.ui.cli.output import show_progress
-    from understudy_lab.forage.teach import judge, judge_corners
-
     with show_progress("Foraging in unseen worlds", quiet=quiet) as report:
         return judge(library, seed, progress=report), judge_corners(library, seed)
 
 
 def _print_forage(result: dict[str, Any], library: Library, talk: Console, out: Path) -> None:
-    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
-
     if result["holds"]:
         print_numbers(
             "Taught where it went wrong in new worlds, until it holds", _tell(result["holds"], library), talk

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from rich.console import Console
 
-    from understudy.sim.view import RunFrame
-    from understudy_lab.patrol.teach import PatrolTeaching
-    from understudy_lab.patrol.tracks import PatrolTracks
+from understudy.sim.view import RunFrame
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.ui.cli.output import make_table, show_progress
+from understudy.viz.run_gif import draw_run_gif
+from understudy_lab.commands.demo import (
+    format_lasting,
+    print_lessons,
+    print_next_steps,
+    print_numbers,
+    save_with_graphs,
+    show_progress_table,
+    summarize_teaching,
+)
+from understudy_lab.patrol import evaluate
+from understudy_lab.patrol.evaluate import DEFER
+from understudy_lab.patrol.metrics import cycles
+from understudy_lab.patrol.practice import SQUAD, make_coordinated_team, make_uncoordinated_team
+from understudy_lab.patrol.teach import PatrolTeaching, teach
+from understudy_lab.patrol.tracks import RUN_AWAY, PatrolTracks, watch
 
 PATROL_WORLDS = 40
 PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
@@ -19,15 +34,6 @@ PATROL_FILM_S, PATROL_SPEED = 150.0, 8.0
 
 def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy_lab.commands.demo import (
-        print_lessons,
-        save_with_graphs,
-        show_progress_table,
-        summarize_teaching,
-    )
-    from understudy_lab.patrol.practice import SQUAD
-    from understudy_lab.patrol.teach import teach
-
     talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
     with show_progress_table(talk) as progress:
         taught = teach(seed, progress=progress)
@@ -54,11 +60,6 @@ def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
 
 def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
     """Film one patrol and return the file."""
-    from understudy.storage.atomic_write import convert_os_errors
-    from understudy.viz.run_gif import draw_run_gif
-    from understudy_lab.patrol.evaluate import DEFER
-    from understudy_lab.patrol.practice import make_coordinated_team
-
     team = make_coordinated_team(taught.robots.library, taught.coordinators.library, [world], DEFER)
     film = folder / "patrol.gif"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
@@ -67,8 +68,6 @@ def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
 
 
 def _frames(team: Any) -> list[RunFrame]:
-    from understudy.sim.view import RunFrame
-
     frames = []
     while team.ground.time_s < PATROL_FILM_S:
         team.tick()
@@ -78,11 +77,6 @@ def _frames(team: Any) -> list[RunFrame]:
 
 def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
     """Return the results of the taught team, and the index of a world worth filming."""
-    from understudy.ui.cli.output import show_progress
-    from understudy_lab.patrol import evaluate
-    from understudy_lab.patrol.practice import make_coordinated_team, make_uncoordinated_team
-    from understudy_lab.patrol.tracks import watch
-
     robots, coordinators = taught.robots.library, taught.coordinators.library
     worlds, ticks = evaluate.worlds_of(seed)[:PATROL_WORLDS], evaluate.TICKS
     with show_progress("Patrolling in unseen worlds", quiet=quiet) as report:
@@ -100,9 +94,6 @@ def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple
 
 def _eventful(tracks: PatrolTracks) -> int:
     """Return the first world with a complete cycle and a boss within the film's length, or 0."""
-    from understudy_lab.patrol.metrics import cycles
-    from understudy_lab.patrol.tracks import RUN_AWAY
-
     end = round(PATROL_FILM_S / tracks.tick_s)
     met = (tracks.doing[:end] == RUN_AWAY).any(axis=(0, 2))
     whole = {
@@ -114,9 +105,6 @@ def _eventful(tracks: PatrolTracks) -> int:
 
 
 def _print_patrol(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy.ui.cli.output import make_table
-    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
-
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
         "in": f"{format_lasting(result['teaching_seconds'])} of watching the robots",

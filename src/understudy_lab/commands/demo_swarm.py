@@ -3,14 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from time import perf_counter
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from rich.console import Console
 
-    from understudy.runtime.team.team import Team
-    from understudy.sim.team.libraries import Libraries
-    from understudy.sim.view import RunFrame
+from understudy.runtime.team.team import Team
+from understudy.sim.team.libraries import Libraries
+from understudy.sim.view import RunFrame
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.ui.cli.output import make_table, show_progress
+from understudy.viz.appearance import format_thousands
+from understudy.viz.path_png import draw_path_png
+from understudy.viz.run_gif import draw_run_gif
+from understudy_lab.commands.demo import (
+    format_lasting,
+    print_lessons,
+    print_next_steps,
+    print_numbers,
+    save_with_graphs,
+    show_progress_table,
+    summarize_teaching,
+)
+from understudy_lab.swarm.evaluate import ALONE, ANSWERING, LOADS, THREE, WAYS, measure_gathered, worlds_of
+from understudy_lab.swarm.practice import make_swarm_team, teach
+from understudy_lab.tasks.swarm_world import EACH, make_expert_libraries, of_platoons
+from understudy_lab.team_runs import world_of
 
 SWARM_WORLDS, TICKS = 2, 6_000
 """The number of test worlds, and the ticks of 0.1 s that each runs."""
@@ -22,14 +40,6 @@ PLATOONS, LARGE_S, LARGE_EVERY = 400, 40.0, 20
 
 def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     """Teach, save, test and print the results, and return them as plain data."""
-    from understudy_lab.commands.demo import (
-        print_lessons,
-        save_with_graphs,
-        show_progress_table,
-        summarize_teaching,
-    )
-    from understudy_lab.swarm.practice import teach
-
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
     with show_progress_table(talk) as report:
         taught = teach(seed, progress=report)
@@ -60,11 +70,6 @@ def _evaluate_swarm(
     The swarms are the taught one, a hand-written one, and two without coordinators. Return what was measured, and the
     pictures that were drawn.
     """
-    from understudy.ui.cli.output import show_progress
-    from understudy_lab.swarm.evaluate import ALONE, ANSWERING, THREE, WAYS, measure_gathered, worlds_of
-    from understudy_lab.swarm.practice import make_swarm_team
-    from understudy_lab.tasks.swarm_world import make_expert_libraries
-
     worlds = worlds_of(seed)[:SWARM_WORLDS]
     teams = {
         "by hand": make_swarm_team(make_expert_libraries(), worlds),
@@ -87,9 +92,6 @@ def _evaluate_swarm(
 
 def _film_swarm(team: Team, folder: Path) -> Path:
     """Film the two hundred robots and return the file."""
-    from understudy.storage.atomic_write import convert_os_errors
-    from understudy.viz.run_gif import draw_run_gif
-
     film = folder / "swarm.gif"
     frames = [_frame(team)]
     while team.ground.time_s < SWARM_FILM_S:
@@ -102,13 +104,6 @@ def _film_swarm(team: Team, folder: Path) -> Path:
 
 def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]:
     """Return the speed of ten thousand robots relative to real time, and a picture of their paths."""
-    from time import perf_counter
-
-    from understudy.storage.atomic_write import convert_os_errors
-    from understudy.viz.path_png import draw_path_png
-    from understudy_lab.swarm.practice import make_swarm_team
-    from understudy_lab.tasks.swarm_world import of_platoons
-
     team = make_swarm_team(libraries, [world], of_platoons(PLATOONS))
     team.run(LARGE_EVERY)
     frames, taken, begun = [_frame(team)], 0.0, team.ground.time_s
@@ -124,19 +119,10 @@ def _large(libraries: Libraries, world: int, folder: Path) -> tuple[float, Path]
 
 
 def _frame(team: Team) -> RunFrame:
-    from understudy.sim.view import RunFrame
-    from understudy_lab.swarm.evaluate import world_of
-
     return RunFrame(world_of(team).view(), [(*path, "")[0] for path in team.paths])
 
 
 def _print_swarm(result: dict[str, Any], talk: Console, out: Path) -> None:
-    from understudy.ui.cli.output import make_table
-    from understudy.viz.appearance import format_thousands
-    from understudy_lab.commands.demo import format_lasting, print_next_steps, print_numbers
-    from understudy_lab.swarm.evaluate import LOADS
-    from understudy_lab.tasks.swarm_world import EACH
-
     numbers = {
         "taught with": f"{result['presses']} presses, {result['examples']['total']} examples",
         "in": f"{format_lasting(result['teaching_seconds'])} of watching the robots",

@@ -19,10 +19,11 @@ from understudy_lab.counterexamples.lessons import (
     teach_by_failures,
     teach_by_watching,
 )
+from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.novices.traits import draw_traits
 from understudy_lab.statistics import compute_paired_p, format_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,11 +43,6 @@ NAMES = {
 }
 TITLES = {FAILURES: "Counterexamples", RANDOM: "Random places", WATCHED: "Random, corrections only"}
 LESSONS_IN = (FAILURES, RANDOM, WATCHED)
-
-
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per novice."""
-    return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
@@ -197,7 +193,7 @@ EXPERIMENT = Study(
     name="counterexamples",
     seeds=SEEDS,
     quick=2,
-    tasks=tasks,
+    tasks=Units({}),
     work=work,
     conclude=conclude,
     draw=draw,

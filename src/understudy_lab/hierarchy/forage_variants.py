@@ -14,10 +14,9 @@ from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NEARLY_FACING = 0.35
 """rad: who knows that they react late presses that much before the robot faces where it has to go."""
@@ -107,12 +106,9 @@ LEAN_GOTO = _lean(GOTO, shown=2, tries=4)
 
 TWO_LAYERS = LessonPlan(
     "forage",
-    lambda library: new_lesson(
-        library,
-        "forage",
+    LessonDesign(
         states=["go_to_food=goto(nearest_food)", "load_food", "go_home=goto(station)", "unload_food"],
         features=["done", "food_left", "food_stored", "food_below_me", "at_station"],
-        live=False,
     ),
     show_two_layers,
     show_two_layers,
@@ -145,9 +141,7 @@ NEEDED = tuple(reading for reading in READINGS if not reading.startswith("distan
 def _one_layer(moves: Sequence[str], features: Sequence[str], *, shared: bool) -> LessonPlan:
     return LessonPlan(
         "forage",
-        lambda library: new_lesson(
-            library, "forage", states=[*moves, "load_food", "unload_food"], features=features, live=False
-        ),
+        LessonDesign(states=[*moves, "load_food", "unload_food"], features=features),
         OneLayer(shared=shared),
         OneLayer(1.5, shared=shared),
         all_home,

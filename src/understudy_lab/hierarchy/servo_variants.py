@@ -10,7 +10,6 @@ import numpy as np
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.servo_teacher import (
     FEATURES,
@@ -21,7 +20,7 @@ from understudy_lab.tasks.servo_teacher import (
     topic,
 )
 from understudy_lab.tasks.soccer import ANYWHERE, Soccer
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NAME = "approach_and_stop"
 TRIES, SHOWN = 6, 3
@@ -45,9 +44,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
     whole = LessonPlan(
         NAME,
-        lambda library: new_lesson(
-            library, NAME, states=FOUR_STATES, flags=["done"], features=FEATURES, live=False
-        ),
+        LessonDesign(states=FOUR_STATES, flags=["done"], features=FEATURES),
         ApproachAndStopTeacher(shown),
         ApproachAndStopTeacher(complained),
         says_it_arrived,
@@ -57,9 +54,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     )
     above = LessonPlan(
         NAME,
-        lambda library: new_lesson(
-            library, NAME, states=["approach"], flags=["done"], features=["blob_size(ball)"], live=False
-        ),
+        LessonDesign(states=["approach"], flags=["done"], features=["blob_size(ball)"]),
         show_approach_then_stop,
         show_approach_then_stop,
         says_it_arrived,

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy_lab.figures import COLORS, panels
+from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units
+from understudy_lab.figures import COLORS, Panels
 from understudy_lab.forage.teach import WORLDS as JUDGED
 from understudy_lab.hierarchy.learning_curves import WELL, find_first_success, success_at
 from understudy_lab.hierarchy.teach import FORAGING, SERVOING, WORLDS, measure_teaching
-from understudy_lab.statistics import compute_paired_p, format_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.rows import Count, Median, Rows, group_by
+from understudy_lab.statistics import compute_paired_p
+from understudy_lab.study import ResultTable, Row, Study, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SEEDS = range(54_200, 54_220)
 TASKS: Mapping[str, tuple[str, ...]] = {"approach and stop": SERVOING, "forage": FORAGING}
@@ -29,21 +32,12 @@ COMPARED = (
 )
 """The compared variants of each task, and the goal for the ratio of their examples."""
 EXAMPLES, SECONDS = 0, 1
-
-
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per variant and seed."""
-    return [{"way": way, "seed": seed} for way in (*SERVOING, *FORAGING) for seed in plan.seeds]
+AXES = {EXAMPLES: "press-made examples", SECONDS: "teaching time, s"}
 
 
 def work(task: Task) -> Row:
     """Run one teaching with measurements throughout."""
     return measure_teaching(task["way"], task["seed"])
-
-
-def select_rows(rows: Sequence[Row], way: str) -> list[Row]:
-    """Return the rows of one variant."""
-    return [row for row in rows if row["task"]["way"] == way]
 
 
 def has_reached_goal(row: Row) -> bool:
@@ -68,7 +62,7 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
     Teachings with the same seed form a pair: they begin with the same draws of worlds and reaction times.
     """
     both = np.array(
-        [[count_needed(row, what) for row in select_rows(rows, way)] for way in (less, more)]
+        [[count_needed(row, what) for row in Rows(rows).where(way=way)] for way in (less, more)]
     )  # [2, seeds]
     seeds = both.shape[1]
     drawn = np.median(both[:, np.random.default_rng(0).integers(seeds, size=(4_000, seeds))], axis=2)
@@ -82,36 +76,28 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
     }
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize what each variant needs, and compare them."""
-    compared = {
-        f"{less} / {more}": {
-            "examples": ratio(rows, less, more, EXAMPLES),
-            "seconds": ratio(rows, less, more, SECONDS),
-        }
-        for _, less, more, _ in COMPARED
-    }
-    return StudyFindings(
-        headline=_headline(rows, compared),
-        tables=(
-            *(_table(rows, task, ways) for task, ways in TASKS.items()),
-            ResultTable(
-                "Ratio of what the first needs to what the second needs (medians, 95 % interval; signed ranks by seed)",
-                ("", "#examples", "#teaching time"),
-                [
-                    (name, *(_told(found[what]) for what in ("examples", "seconds")))
-                    for name, found in compared.items()
-                ],
-            ),
-        ),
-        goals=tuple(_goal(rows, compared, *each) for each in COMPARED if each[3] is not None),
-        notes=NOTES,
-        numbers={
-            "compared": compared,
-            "reached": {
-                way: sum(map(has_reached_goal, select_rows(rows, way))) for way in (*SERVOING, *FORAGING)
-            },
-        },
+REACHED = Count(has_reached_goal)
+
+
+def _format(found: Mapping[str, float]) -> str:
+    return f"×{found['ratio']:.2f} ({found['low']:.2f}–{found['high']:.2f}), p = {found['p']:.2g}"
+
+
+def _headline(rows: Rows) -> str:
+    whole, untold, stop = (
+        ratio(rows, pair[0], pair[1], EXAMPLES)["ratio"]
+        for pair in (
+            ("three layers", "one layer"),
+            ("three layers", "one layer, told nothing"),
+            ("two automata", "one automaton"),
+        )
+    )
+    three, one = (REACHED(rows.where(way=way)) for way in ("three layers", "one layer"))
+    return (
+        f"Foraging in three layers needs ×{whole:.2f} of the examples that one layer needs: {three} teachings in three "
+        f"layers reach 90 % success in four tests in a row, and {one} in one layer. If the states of the one layer "
+        f"are not chosen for the task, three layers need only ×{untold:.2f} of its examples. Approaching and stopping "
+        f"needs ×{stop:.2f} as many examples in two automata as in one: layers do not help in a task this small."
     )
 
 
@@ -137,105 +123,92 @@ NOTES = (
 )
 
 
-def _headline(rows: Sequence[Row], compared: Mapping[str, Any]) -> str:
-    stop, whole = compared["two automata / one automaton"], compared["three layers / one layer"]
-    untold = compared["three layers / one layer, told nothing"]
-    return (
-        f"Foraging in three layers needs ×{whole['examples']['ratio']:.2f} of the examples that one layer needs: "
-        f"{_reached(rows, 'three layers')} teachings in three layers reach 90 % success in four tests in a row, and "
-        f"{_reached(rows, 'one layer')} in one layer. If the states of the one layer are not chosen for "
-        f"the task, three layers need only ×{untold['examples']['ratio']:.2f} of its examples. Approaching and "
-        f"stopping needs ×{stop['examples']['ratio']:.2f} as many examples in two automata as in one: layers do not "
-        "help in a task this small."
+def _needed(what: int) -> Callable[[Rows], str]:
+    needed = Median(lambda row: count_needed(row, what))
+    return lambda rows: needed(rows.filter(has_reached_goal))
+
+
+def _curves(axes: Axes, rows: Rows, task: str, what: int) -> None:
+    """Draw success over examples or teaching time, with medians and quartiles over teachings."""
+    groups = group_by("way", TASKS[task])(rows)
+    grid = np.linspace(
+        0, max(point[what] for of in groups.values() for row in of for point in row["points"]), 200
     )
-
-
-def _reached(rows: Sequence[Row], way: str) -> str:
-    return _count(select_rows(rows, way), has_reached_goal)
-
-
-def _count(rows: Sequence[Row], which: Callable[[Row], bool]) -> str:
-    return f"{sum(map(which, rows))} of {len(rows)}"
-
-
-def _table(rows: Sequence[Row], task: str, ways: Sequence[str]) -> ResultTable:
-    seeds = sorted({row["task"]["seed"] for row in rows})
-    return ResultTable(
-        f"{task}: {len(seeds)} teachings each (seeds {seeds[0]} to {seeds[-1]}), {WORLDS} unseen worlds in every test",
-        ("", *(f"#{way}" for way in ways)),
-        [(what, *(tell(select_rows(rows, way)) for way in ways)) for what, tell in TOLD.items()],
-    )
-
-
-TOLD: Mapping[str, Callable[[Sequence[Row]], str]] = {
-    "teachings that reach 90 % in four tests in a row": lambda rows: _count(rows, has_reached_goal),
-    f"of these, also 90 % at the end, in {JUDGED} other worlds": lambda rows: _count(
-        list(filter(has_reached_goal, rows)), has_kept_success
-    ),
-    "examples needed to reach it": lambda rows: format_median(
-        [count_needed(row, EXAMPLES) for row in rows if has_reached_goal(row)]
-    ),
-    "teaching time needed to reach it, s": lambda rows: format_median(
-        [count_needed(row, SECONDS) for row in rows if has_reached_goal(row)]
-    ),
-    "examples at the end": lambda rows: format_median([row["examples"] for row in rows]),
-    f"success at the end, in {JUDGED} other worlds": lambda rows: format_median(
-        [row["success"] for row in rows], percent=True
-    ),
-}
-
-
-def _told(found: Mapping[str, float]) -> str:
-    return f"×{found['ratio']:.2f} ({found['low']:.2f}–{found['high']:.2f}), p = {found['p']:.2g}"
-
-
-def _goal(
-    rows: Sequence[Row], compared: Mapping[str, Any], task: str, less: str, more: str, most: float | None
-) -> StudyGoal:
-    found = compared[f"{less} / {more}"]["examples"]
-    return StudyGoal(
-        f"examples for 90 % success, {task}: {less} / {more}",
-        f"at most ×{most or 0:.2f}",
-        _told(found),
-        found["ratio"] <= (most or 0),
-    )
-
-
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw success over examples and over teaching time, with medians and quartiles over teachings."""
-    figure, axes = panels(4, rows=2, wide=3.6)
-    for row, (task, ways) in enumerate(TASKS.items()):
-        for what, said in ((EXAMPLES, "press-made examples"), (SECONDS, "teaching time, s")):
-            panel = axes[2 * row + what]
-            _curves(panel, rows, ways, what)
-            panel.set_xlabel(said)
-            panel.set_title(task)
-        axes[2 * row].set_ylabel("success, %")
-        axes[2 * row].legend(fontsize=7.5, loc="lower right")
-    return figure
-
-
-def _curves(axes: Axes, rows: Sequence[Row], ways: Sequence[str], what: int) -> None:
-    most = max(point[what] for way in ways for row in select_rows(rows, way) for point in row["points"])
-    grid = np.linspace(0, most, 200)
-    for way, color in zip(ways, COLORS, strict=False):
-        found = np.array(
-            [[100 * success_at(row["points"], upto, what) for upto in grid] for row in select_rows(rows, way)]
-        )
+    for (way, of), color in zip(groups.items(), COLORS, strict=False):
+        found = np.array([[100 * success_at(row["points"], upto, what) for upto in grid] for row in of])
         low, middle, high = np.percentile(found, [25, 50, 75], axis=0)
         axes.fill_between(grid, low, high, color=color, alpha=0.18, linewidth=0)
         axes.plot(grid, middle, color=color, linewidth=1.6, label=way)
     axes.axhline(90, color="0.7", linewidth=0.8, linestyle=":")
     axes.set_ylim(0, 103)
+    axes.set_xlabel(AXES[what])
+    axes.set_title(task)
+    if what == EXAMPLES:
+        axes.set_ylabel("success, %")
+        axes.legend(fontsize=7.5, loc="lower right")
+
+
+def _table(task: str) -> ColumnPerGroup:
+    return ColumnPerGroup(
+        f"{task}: {{teachings}} teachings each (seeds {{seeds}}), {WORLDS} unseen worlds in every test",
+        group_by("way", TASKS[task]),
+        {
+            "teachings that reach 90 % in four tests in a row": REACHED,
+            f"of these, also 90 % at the end, in {JUDGED} other worlds": lambda rows: Count(has_kept_success)(
+                rows.filter(has_reached_goal)
+            ),
+            "examples needed to reach it": _needed(EXAMPLES),
+            "teaching time needed to reach it, s": _needed(SECONDS),
+            "examples at the end": Median("examples"),
+            f"success at the end, in {JUDGED} other worlds": Median("success", percent=True),
+        },
+    )
 
 
 EXPERIMENT = Study(
     name="hierarchy",
     seeds=SEEDS,
     quick=1,
-    tasks=tasks,
+    tasks=Units({"way": (*SERVOING, *FORAGING)}),
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        headline=_headline,
+        tables=(
+            *map(_table, TASKS),
+            lambda rows: ResultTable(
+                "Ratio of what the first needs to what the second needs (medians, 95 % interval; signed ranks by seed)",
+                ("", "#examples", "#teaching time"),
+                [
+                    (f"{less} / {more}", *(_format(ratio(rows, less, more, what)) for what in AXES))
+                    for _, less, more, _ in COMPARED
+                ],
+            ),
+        ),
+        goals=[
+            Goal(
+                f"examples for 90 % success, {task}: {less} / {more}",
+                lambda rows, pair=(less, more): ratio(rows, pair[0], pair[1], EXAMPLES)["ratio"],
+                "×{:.2f}",
+                most=most,
+                measured=lambda rows, pair=(less, more): _format(ratio(rows, pair[0], pair[1], EXAMPLES)),
+            )
+            for task, less, more, most in COMPARED
+            if most is not None
+        ],
+        notes=NOTES,
+        numbers=lambda rows: {
+            "compared": {
+                f"{less} / {more}": {
+                    "examples": ratio(rows, less, more, EXAMPLES),
+                    "seconds": ratio(rows, less, more, SECONDS),
+                }
+                for _, less, more, _ in COMPARED
+            },
+            "reached": {way: REACHED.number(rows.where(way=way)) for way in (*SERVOING, *FORAGING)},
+        },
+    ),
+    draw=Panels(
+        [partial(_curves, task=task, what=what) for task, what in product(TASKS, AXES)], rows=2, wide=3.6
+    ),
     worlds=("soccer", "forage"),
 )

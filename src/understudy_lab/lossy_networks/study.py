@@ -5,17 +5,17 @@ It needs root, and a machine that does nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
-from understudy_lab.figures import dots, panels
+from understudy_lab.declaration import Conclusion, Goal
+from understudy_lab.figures import Panels, dots
 from understudy_lab.lossy_networks.distributed_patrol import (
     MEMBERS,
     measure_cycles,
@@ -26,10 +26,8 @@ from understudy_lab.lossy_networks.distributed_patrol import (
 )
 from understudy_lab.lossy_networks.links import NONE, Loss, LossyLinks, find_obstacle
 from understudy_lab.patrol.teach import teach
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from understudy_lab.rows import Rows, group_by_arm
+from understudy_lab.study import ResultTable, Row, Study, StudyPlan, Task
 
 SEEDS = range(67_000, 67_004)
 """The teaching seeds of the published result; none was used during development."""
@@ -82,85 +80,61 @@ def check_machine() -> None:
             raise ExtraMissing(what="the experiment networks", extra=extra)
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize how many cycles agents complete, compared with one program."""
-    found = {network: _sum(rows, network) for network in NETWORKS}
-    shares = {network: _divide(each["per_hour"], found[ONE]["per_hour"]) for network, each in found.items()}
-    minutes = sum(each["minutes"] for each in found.values())
-    teachings = len({row["task"]["seed"] for row in rows})
-    return StudyFindings(
-        headline=(
-            f"Agents in network namespaces of their own complete {shares[WELL]:.0%} of the cycles that one program "
-            f"completes, and {shares[LOSES]:.0%} if 20 % of packets are lost and the others come 0.1 s later."
-        ),
-        tables=(
-            ResultTable(
-                f"{teachings} teachings, each in one unseen world, {len(rows)} runs over each network, "
-                f"{minutes:.0f} minutes in real time altogether",
-                (
-                    "network",
-                    "#minutes",
-                    "#captures",
-                    "#cycles",
-                    "#complete",
-                    "#complete per hour",
-                    "#/ one program",
-                ),
-                [_told(network, each, shares[network]) for network, each in found.items()],
-            ),
-        ),
-        goals=tuple(
-            StudyGoal(
-                f"complete cycles over the network '{network}' / in one program",
-                f"{wanted:.0%}",
-                f"{shares[network]:.0%}",
-                shares[network] >= wanted,
-            )
-            for network, wanted in GOALS.items()
-        ),
-        numbers=found,
-    )
+BY_NETWORK = group_by_arm(NETWORKS)
+COUNTED = {
+    "minutes": "minutes",
+    "captures": "captures",
+    "cycles": "cycles",
+    "complete": "complete",
+    "per_hour": "complete per hour",
+}
 
 
-def _sum(rows: Sequence[Row], network: str) -> dict[str, Any]:
-    keys = ("minutes", "captures", "cycles", "complete")
-    found = {key: round(sum(row[network][key] for row in rows), 2) for key in keys}
-    return {**found, "per_hour": round(_divide(found["complete"] * 60.0, found["minutes"]), 2)}
+def _sum(rows: Rows) -> dict[str, float]:
+    found = {key: round(sum(rows.values(key)), 2) for key in ("minutes", "captures", "cycles", "complete")}
+    return {**found, "per_hour": round(_per_hour(found), 2)}
+
+
+def _per_hour(found: Mapping[str, Any]) -> float:
+    return _divide(found["complete"] * 60.0, found["minutes"])
 
 
 def _divide(value: float, by: float) -> float:
     return value / by if by else 0.0
 
 
-def _told(network: str, found: Mapping[str, Any], share: float) -> tuple[str, ...]:
-    counts = tuple(f"{found[key]:g}" for key in ("minutes", "captures", "cycles", "complete", "per_hour"))
-    return (network, *counts, f"{share:.2f}")
+def _share(found: Mapping[str, Rows], network: str) -> float:
+    """Return a network's complete cycles per hour, relative to those in one program."""
+    return _divide(*(_sum(found[each])["per_hour"] for each in (network, ONE)))
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the complete cycles per hour of every teaching, and the duration of every cycle."""
-    figure, (rates, durations) = panels(2, wide=3.6)
-    per_hour = {
-        network: [_divide(row[network]["complete"] * 60.0, row[network]["minutes"]) for row in rows]
-        for network in NETWORKS
-    }
-    seconds = {
-        network: [each for row in rows for each in row[network]["cycle_s"] if each is not None]
-        for network in NETWORKS
-    }
-    dots(
-        rates,
-        {name.replace(", ", ",\n"): each for name, each in per_hour.items()},
-        "complete cycles per hour",
+def _headline(found: Mapping[str, Rows]) -> str:
+    return (
+        f"Agents in network namespaces of their own complete {_share(found, WELL):.0%} of the cycles that one program "
+        f"completes, and {_share(found, LOSES):.0%} if 20 % of packets are lost and the others come 0.1 s later."
     )
-    dots(
-        durations,
-        {name.replace(", ", ",\n"): each for name, each in seconds.items()},
-        "duration of a cycle, s",
+
+
+def _table(found: Mapping[str, Rows]) -> ResultTable:
+    sums, runs = {network: _sum(rows) for network, rows in found.items()}, found[ONE]
+    return ResultTable(
+        f"{len(runs.seeds)} teachings, each in one unseen world, {len(runs)} runs over each network, "
+        f"{sum(each['minutes'] for each in sums.values()):.0f} minutes in real time altogether",
+        ("network", *(f"#{head}" for head in COUNTED.values()), "#/ one program"),
+        [
+            (network, *(f"{each[key]:g}" for key in COUNTED), f"{_share(found, network):.2f}")
+            for network, each in sums.items()
+        ],
     )
-    rates.set_ylim(0, None)
-    durations.set_ylim(0, max((np.max(each) for each in seconds.values() if each), default=1.0) * 1.1)
-    return figure
+
+
+def _dots(said: str, of: Callable[[Rows], list[float]], top: Callable[[list[float]], float | None]) -> Any:
+    def draw(axes: Any, found: Mapping[str, Rows]) -> None:
+        groups = {name.replace(", ", ",\n"): of(rows) for name, rows in found.items()}
+        dots(axes, groups, said)
+        axes.set_ylim(0, top([value for each in groups.values() for value in each]))
+
+    return draw
 
 
 EXPERIMENT = Study(
@@ -169,8 +143,32 @@ EXPERIMENT = Study(
     quick=1,
     tasks=tasks,
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        prepare=BY_NETWORK,
+        headline=_headline,
+        tables=(_table,),
+        goals=[
+            Goal(
+                f"complete cycles over the network '{network}' / in one program",
+                partial(_share, network=network),
+                least=wanted,
+            )
+            for network, wanted in GOALS.items()
+        ],
+        numbers=lambda found: {network: _sum(rows) for network, rows in found.items()},
+    ),
+    draw=Panels(
+        (
+            _dots("complete cycles per hour", lambda rows: rows.values(_per_hour), lambda rates: None),
+            _dots(
+                "duration of a cycle, s",
+                lambda rows: [each for row in rows for each in row["cycle_s"] if each is not None],
+                lambda durations: max(durations, default=1.0) * 1.1,
+            ),
+        ),
+        wide=3.6,
+        prepare=BY_NETWORK,
+    ),
     worlds=("patrol",),
     varies=tuple(NETWORKS),
     check_machine=check_machine,

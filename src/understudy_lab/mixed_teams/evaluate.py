@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
-import numpy as np
-
-from understudy.errors import SettingError
 from understudy.runtime.team.team import Team
-from understudy.sim.world import World
+from understudy_lab import team_runs
 from understudy_lab.mixed_teams.practice import (
     CARRIER,
     SCOUT,
@@ -18,13 +16,12 @@ from understudy_lab.mixed_teams.practice import (
     make_single_type_team,
     make_uncoordinated_team,
 )
+from understudy_lab.team_runs import run_with_failures, world_of
 
 WORLDS, TICKS = 50, 12_000
 """The number of worlds per teaching, and the ticks of 0.1 s that each runs: twenty minutes."""
 FAILS_TICK = (2_000, 6_000)
 """The range of ticks in which robots fail at random; only the yield after it counts."""
-FAILING = 3
-"""One robot of this many fails."""
 ALONE: Mapping[str, str] = {SCOUT: "lookout", CARRIER: "haul"}
 """The behavior of each type in a mixed team without a coordinator."""
 SINGLE: Mapping[str, tuple[str, str]] = {
@@ -71,15 +68,11 @@ def measure_delivered(
 
     `fails` maps a tick to the robots that fail in it.
     """
-    world = _world(team)
+    world = world_of(team)
     total = float(world.total.mean())
-    at, early = 0, 0.0
-    for tick in sorted({*(fails or {}), min(FAILS_TICK[1], ticks)}):
-        team.run(tick - at)
-        at = tick
-        for robot in (fails or {}).get(tick, ()):
-            world.freeze(robot)
-        early = float(world.delivered.mean())
+    at = max([*(fails or {}), min(FAILS_TICK[1], ticks)])
+    run_with_failures(team, at, fails or {})
+    early = float(world.delivered.mean())
     team.run(ticks - at)
     hours, rest = ticks * world.tick_s / 3600, (ticks - at) * world.tick_s / 3600
     end = float(world.delivered.mean())
@@ -87,25 +80,8 @@ def measure_delivered(
     return {"rate": round(end / hours, 1), "late": late, "total": total}
 
 
-def schedule_failures(worlds: Sequence[int], robots: int = 12) -> dict[int, list[int]]:
-    """Return which robots fail, by the tick at which they do.
-
-    `worlds` are the seeds of the worlds. In each, a random third of the robots fails, each at a random tick. Robots are
-    counted through all worlds: number `world * robots + robot`.
-    """
-    draws = np.random.default_rng(list(worlds))
-    found: dict[int, list[int]] = {}
-    for world in range(len(worlds)):
-        for robot in draws.choice(robots, robots // FAILING, replace=False).tolist():
-            found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(world * robots + robot)
-    return found
+schedule_failures = partial(team_runs.schedule_failures, robots=12, within=FAILS_TICK)
 
 
 def _share(part: float, whole: float) -> float:
     return round(part / whole, 4) if whole else 0.0
-
-
-def _world(team: Team) -> World:
-    if not isinstance(team.ground, World):
-        raise SettingError(where="roles", setting="team", problem="is in no world", remedy="give it one")
-    return team.ground

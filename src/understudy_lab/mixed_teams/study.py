@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from understudy_lab.figures import dots, panels
-from understudy_lab.lesson_stats import examples_in, lessons_in, lessons_of
+from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
+from understudy_lab.figures import Dots, Panels, by_value
+from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
 from understudy_lab.mixed_teams.evaluate import (
-    FAILING,
     LED,
     MIXED,
     SINGLE,
@@ -19,11 +16,9 @@ from understudy_lab.mixed_teams.evaluate import (
     worlds_of,
 )
 from understudy_lab.mixed_teams.practice import teach
-from understudy_lab.statistics import format_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from understudy_lab.rows import Median, Rows, group_by_arm
+from understudy_lab.study import Row, Study, Task
+from understudy_lab.team_runs import FAILING
 
 TEACHINGS = range(59_000, 59_010)
 """The teaching seeds of the published result; none was used during development."""
@@ -31,11 +26,7 @@ BETTER = 1.5
 SURVIVORS = 1 - 1 / FAILING
 KEPT = 0.8 * SURVIVORS
 NAMES = {LED: "mixed, under their coordinator", MIXED: MIXED} | {name: name for name in SINGLE}
-
-
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per seed."""
-    return [{"seed": seed} for seed in plan.seeds]
+"""The teams, and what they are called in tables."""
 
 
 def work(task: Task) -> Row:
@@ -46,120 +37,120 @@ def work(task: Task) -> Row:
     return {**measure_mixed_teams(taught, worlds_of(task["seed"])), "lessons": lessons}
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize all teachings as a headline, tables, goals and notes."""
-    first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
-    better, alone = _against_single(rows), _against_alone(rows)
-    return StudyFindings(
-        headline="A mixed team of four scouts and eight carriers, each type taught its own behaviors, brings home "
-        f"{np.median(better):.1f} times as much under its coordinator as the best team of twelve robots of one type, "
-        f"in unseen worlds (median: {format_median(_rates(rows, LED))} units an hour). All automata together take "
-        f"{np.median(examples_in(rows)):.0f} examples. Without the coordinator, the same robots bring home "
-        f"{1 / np.median(alone):.2f} times as much as with it.",
-        tables=(
-            ResultTable(
-                f"Salvage, teachings {first} to {last}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
-                ("team of twelve", "#units an hour"),
-                [(said, format_median(_rates(rows, name))) for name, said in NAMES.items()],
-            ),
-            ResultTable(
-                "Yield after a third of the members was killed at random moments",
-                ("team of twelve", "#units an hour", "#share of the yield without failures"),
-                [
-                    (
-                        NAMES[name],
-                        format_median(_of(rows, "after_failures", name)),
-                        format_median(_of(rows, "kept", name), percent=True),
-                    )
-                    for name in (LED, MIXED)
-                ],
-            ),
-            ResultTable(
-                "Teaching effort per automaton: median (smallest–largest)",
-                ("type", "automaton", "#examples", "#seconds", "#states", "#features"),
-                lessons_in(rows),
-            ),
-        ),
-        goals=_goals(rows),
-        notes=_notes(rows),
-        numbers={"teachings": len(rows), "better": better, "examples": examples_in(rows)},
-    )
+def compare_with_single(row: Row) -> float:
+    """Return the yield of a coordinated team relative to the best team of one type."""
+    best = max(float(row["rate"][name]) for name in SINGLE)
+    return float(round(row["rate"][LED] / max(1.0, best), 3))
 
 
-def _of(rows: Sequence[Row], what: str, name: str) -> list[float]:
-    return [row[what][name] for row in rows]
+def compare_with_uncoordinated(row: Row, what: str = "rate") -> float:
+    """Return the yield of a coordinated team relative to the same robots without their coordinator."""
+    return float(row[what][LED] / max(1.0, row[what][MIXED]))
 
 
-def _rates(rows: Sequence[Row], name: str) -> list[float]:
-    return _of(rows, "rate", name)
-
-
-def _best_single(row: Row) -> float:
-    return max(float(row["rate"][name]) for name in SINGLE)
-
-
-def _against_single(rows: Sequence[Row]) -> list[float]:
-    """Return the yield of each coordinated team relative to the best team of one type."""
-    return [round(row["rate"][LED] / max(1.0, _best_single(row)), 3) for row in rows]
-
-
-def _against_alone(rows: Sequence[Row]) -> list[float]:
-    return [row["rate"][LED] / max(1.0, row["rate"][MIXED]) for row in rows]
-
-
-def _goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
-    better = _against_single(rows)
-    kept = float(np.median(_of(rows, "kept", LED)))
+def write_headline(rows: Rows) -> str:
+    """Return what the mix and the coordinator are worth."""
     return (
-        StudyGoal(
-            "units brought home, relative to the best team of one type",
-            f"×{BETTER}",
-            f"×{np.median(better):.2f}, worst ×{min(better):.2f}",
-            float(np.median(better)) >= BETTER,
-        ),
-        StudyGoal(
-            "share of the yield kept after a third of the members was killed",
-            f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
-            f"{kept:.0%}",
-            kept >= KEPT,
-        ),
+        "A mixed team of four scouts and eight carriers, each type taught its own behaviors, brings home "
+        f"{rows.median(compare_with_single):.1f} times as much under its coordinator as the best team of twelve robots "
+        f"of one type, in unseen worlds (median: {Median(f'rate.{LED}')(rows)} units an hour). All automata together "
+        f"take {np.median(examples_in(rows)):.0f} examples. Without the coordinator, the same robots bring home "
+        f"{1 / rows.median(compare_with_uncoordinated):.2f} times as much as with it."
     )
 
 
-def _notes(rows: Sequence[Row]) -> tuple[str, ...]:
-    alone, after = float(np.median(_against_alone(rows))), _of(rows, "after_failures", LED)
-    failing = float(np.median(np.divide(after, np.maximum(1.0, _of(rows, "after_failures", MIXED)))))
+def write_contribution(rows: Rows) -> str:
+    """Return a note on the contribution of the coordinator."""
+    failing = rows.median(lambda row: compare_with_uncoordinated(row, "after_failures"))
     return (
-        f"The mix makes the difference: under the coordinator, the team brings home ×{alone:.2f} of what the same "
-        f"robots bring home on their own, and ×{failing:.2f} after a third was killed. A carrier that follows an "
-        "exploring scout is close by when the scout finds something, so the coordinator can add little.",
-        "A carrier cannot distinguish a dead scout at an empty wreck from a scout on guard. This is what failures cost "
-        "beyond the loss of the members themselves.",
-        f"Scouts cannot carry anything: a team of scouts brings home {max(_rates(rows, 'all scouts')):.0f} units.",
+        f"The mix makes the difference: under the coordinator, the team brings home "
+        f"×{rows.median(compare_with_uncoordinated):.2f} of what the same robots bring home on their own, and "
+        f"×{failing:.2f} after a third was killed. A carrier that follows an exploring scout is close by when the "
+        "scout finds something, so the coordinator can add little."
     )
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw how much food each team brought home, with all its robots and after a third of them failed."""
-    figure, (left, right) = panels(2, wide=4.2)
-    short = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
-    dots(left, {said: _rates(rows, name) for said, name in zip(short, NAMES, strict=True)}, "units an hour")
-    left.set_title("all twelve")
-    killed = {
-        said: _of(rows, "after_failures", name) for said, name in zip(short[:2], (LED, MIXED), strict=True)
-    }
-    dots(right, killed, "units an hour")
-    right.set_title("after a third was killed")
-    return figure
-
+BY_TEAM = ("rate", "after_failures", "kept")
+SHORT = ("mixed,\nled", "mixed,\nalone", "carriers,\nsearching", "carriers,\ngoing back", "scouts")
+"""What the teams are called in the figure."""
 
 EXPERIMENT = Study(
     name="roles",
     seeds=TEACHINGS,
     quick=1,
-    tasks=tasks,
+    tasks=Units({}),
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        headline=write_headline,
+        tables=(
+            LinePerGroup(
+                f"Salvage, teachings {{seeds}}, {WORLDS} unseen worlds of 20 minutes each: median (worst–best)",
+                ["team of twelve"],
+                group_by_arm(NAMES, *BY_TEAM),
+                {"units an hour": Median("rate")},
+                lambda team: [NAMES[team]],
+            ),
+            LinePerGroup(
+                "Yield after a third of the members was killed at random moments",
+                ["team of twelve"],
+                group_by_arm((LED, MIXED), *BY_TEAM),
+                {
+                    "units an hour": Median("after_failures"),
+                    "share of the yield without failures": Median("kept", percent=True),
+                },
+                lambda team: [NAMES[team]],
+            ),
+            LessonTable("type"),
+        ),
+        goals=(
+            Goal(
+                "units brought home, relative to the best team of one type",
+                lambda rows: rows.median(compare_with_single),
+                "×{}",
+                BETTER,
+                measured=lambda rows: (
+                    f"×{rows.median(compare_with_single):.2f}, "
+                    f"worst ×{min(rows.values(compare_with_single)):.2f}"
+                ),
+            ),
+            Goal(
+                "share of the yield kept after a third of the members was killed",
+                f"kept.{LED}",
+                least=KEPT,
+                wanted=f"{KEPT:.0%}: 0.8 of the {SURVIVORS:.0%} who survive",
+            ),
+        ),
+        notes=(
+            write_contribution,
+            "A carrier cannot distinguish a dead scout at an empty wreck from a scout on guard. This is what failures "
+            "cost beyond the loss of the members themselves.",
+            lambda rows: (
+                "Scouts cannot carry anything: a team of scouts brings home "
+                f"{max(rows.values('rate.all scouts')):.0f} units."
+            ),
+        ),
+        numbers=lambda rows: {
+            "teachings": len(rows),
+            "better": rows.values(compare_with_single),
+            "examples": examples_in(rows),
+        },
+    ),
+    draw=Panels(
+        (
+            Dots(
+                "all twelve",
+                "units an hour",
+                by_value(dict(zip((f"rate.{name}" for name in NAMES), SHORT, strict=True))),
+            ),
+            Dots(
+                "after a third was killed",
+                "units an hour",
+                by_value(
+                    dict(zip((f"after_failures.{name}" for name in (LED, MIXED)), SHORT[:2], strict=True))
+                ),
+            ),
+        ),
+        wide=4.2,
+    ),
     worlds=("salvage",),
 )

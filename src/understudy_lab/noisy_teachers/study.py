@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from functools import partial
+from itertools import product
+from math import inf
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from understudy_lab.coaching_benefit.tasks import EXERCISES
-from understudy_lab.figures import COLORS, panels
+from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
+from understudy_lab.figures import COLORS, Panels
 from understudy_lab.noisy_teachers.teach import (
     ASKED,
     CLEAN,
@@ -20,26 +24,35 @@ from understudy_lab.noisy_teachers.teach import (
     WAYS,
     teach,
 )
-from understudy_lab.statistics import format_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.rows import Median, Rows
+from understudy_lab.study import Row, Study, StudyPlan, Task
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+
+Kind: TypeAlias = tuple[str, str, float]
+"""A task, a way of correcting, and the chance of a slip."""
 
 SEEDS = range(63_000, 63_080)
 CHANCES = (0.05, 0.1, 0.2)
 SHORT = 0.05
 """The largest gap to a teacher without faults that counts as equally good."""
 WANTED = 0.5
+COUNTS = (0, 2, 4, 8, 16, MOST)
+"""The numbers of corrections after which success is listed."""
+KINDS: list[Kind] = [
+    (name, way, chance)
+    for name in TASKS
+    for way, chance in ((CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS))
+]
+"""The kinds of teachings; teachers without faults have no chance of a slip."""
 
 
 def tasks(plan: StudyPlan) -> list[Task]:
     """Return the work to do: one teaching for each behavior, share of wrong presses, way of correcting, and seed."""
-    kinds = [(CLEAN, 0.0), *((way, chance) for chance in CHANCES for way in WAYS)]
     return [
         {"task": name, "way": way, "chance": chance, "seed": seed}
-        for name in TASKS
-        for way, chance in kinds
+        for name, way, chance in KINDS
         for seed in plan.seeds
     ]
 
@@ -58,12 +71,6 @@ def work(task: Task) -> Row:
     }
 
 
-def select_rows(rows: Sequence[Row], name: str, way: str, chance: float) -> list[Row]:
-    """Return the rows of one task, way and chance of a slip; teachers without faults have no chance."""
-    wanted = name, way, 0.0 if way == CLEAN else chance
-    return [row for row in rows if tuple(row["task"][key] for key in ("task", "way", "chance")) == wanted]
-
-
 def means(rows: Sequence[Row]) -> list[float]:
     """Return the mean share of successful trials after 0, 1, ... corrections."""
     padded = [row["shares"] + [row["shares"][-1]] * (MOST + 1 - len(row["shares"])) for row in rows]
@@ -76,67 +83,26 @@ def count_corrections_needed(rows: Sequence[Row], clean: Sequence[Row]) -> int |
     return next((count for count in range(len(good)) if all(good[count:])), None)
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize the corrections, questions and quarantined examples of each way."""
-    found = {
-        (name, way, chance): select_rows(rows, name, way, chance)
-        for name in TASKS
-        for chance in CHANCES
-        for way in (CLEAN, *WAYS)
+Found: TypeAlias = Mapping[Kind, Rows]
+
+
+def _group(rows: Rows) -> Found:
+    return {(name, way, chance): rows.where(task=name, way=way, chance=chance) for name, way, chance in KINDS}
+
+
+def _count(found: Found, kind: Kind) -> int | None:
+    return count_corrections_needed(found[kind], found[kind[0], CLEAN, 0.0])
+
+
+def _group_with_clean(found: Found) -> Found:
+    return {
+        kind: Rows({**row, "clean": found[kind[0], CLEAN, 0.0]} for row in rows)
+        for kind, rows in found.items()
     }
-    numbers: dict[str, Any] = {
-        f"{name}, {chance:.0%}, {way}": {
-            "needed": count_corrections_needed(each, found[name, CLEAN, chance]),
-            "end": round(means(each)[-1], 3),
-        }
-        for (name, way, chance), each in found.items()
-    }
-    return StudyFindings(
-        headline=" ".join(_headline(found, "goto", chance) for chance in CHANCES[:2]),
-        tables=(
-            ResultTable(
-                "Share of successful trials by number of corrections; corrections until a robot is as good as without "
-                f"faults; and totals until {IN_A_ROW} tries in a row needed no correction, medians (smallest–largest)",
-                (
-                    "task",
-                    "slips",
-                    "way",
-                    *(f"#{count}" for count in (0, 2, 4, 8, 16, MOST)),
-                    "#as good after",
-                    "#corrections",
-                    "#questions",
-                    "#quarantined",
-                ),
-                [
-                    row
-                    for name in TASKS
-                    for row in (
-                        _row(found, name, CLEAN, 0.0),
-                        *(_row(found, name, way, chance) for chance in CHANCES for way in WAYS),
-                    )
-                ],
-            ),
-        ),
-        goals=tuple(_goal(found, chance, way) for way in (ASKED, UNHURRIED) for chance in CHANCES),
-        notes=_notes(found),
-        numbers=numbers,
-    )
 
 
-Found = dict[tuple[str, str, float], list[Row]]
-
-
-def _row(found: Found, name: str, way: str, chance: float) -> tuple[str, ...]:
-    rows = found[name, way, chance or CHANCES[0]]
-    mean, enough = means(rows), count_corrections_needed(rows, found[name, CLEAN, CHANCES[0]])
-    return (
-        name,
-        f"{chance:.0%}",
-        way,
-        *(f"{mean[count]:.0%}" for count in (0, 2, 4, 8, 16, MOST)),
-        "never" if enough is None else str(enough),
-        *(format_median([row[key] for row in rows]) for key in ("corrections", "asked", "held")),
-    )
+def _format_needed(count: int | None) -> str:
+    return "never" if count is None else str(count)
 
 
 def _said(count: int | None) -> str:
@@ -145,24 +111,32 @@ def _said(count: int | None) -> str:
     return f"after {count} correction{'s' * (count != 1)}"
 
 
-def _headline(found: Found, name: str, chance: float) -> str:
-    clean = found[name, CLEAN, chance]
-    asked, plain = (count_corrections_needed(found[name, way, chance], clean) for way in (ASKED, PLAIN))
-    return (
-        f"Teachers of {name} who press late, and press a wrong button in {chance:.0%} of presses, come within "
-        f"{100 * SHORT:.0f} points of a teacher without faults {_said(asked)} if they are asked about odd presses, and "
-        f"{_said(plain)} if not."
+def _headline(found: Found) -> str:
+    return " ".join(
+        f"Teachers of goto who press late, and press a wrong button in {chance:.0%} of presses, come within "
+        f"{100 * SHORT:.0f} points of a teacher without faults {_said(_count(found, ('goto', ASKED, chance)))} if they "
+        f"are asked about odd presses, and {_said(_count(found, ('goto', PLAIN, chance)))} if not."
+        for chance in CHANCES[:2]
     )
 
 
-def _goal(found: Found, chance: float, way: str) -> StudyGoal:
-    clean = found["goto", CLEAN, chance]
-    asked, plain = (count_corrections_needed(found["goto", each, chance], clean) for each in (way, PLAIN))
-    return StudyGoal(
+def _goal(chance: float, way: str) -> Goal:
+    def compare(found: Found) -> float:
+        """Return by how many the corrections exceed the wanted share of those without unlearning."""
+        asked, plain = (_count(found, ("goto", each, chance)) for each in (way, PLAIN))
+        if asked is None:
+            return inf
+        return asked - WANTED * (MOST + 1 if plain is None else plain)
+
+    return Goal(
         f"goto, {chance:.0%} slips, {way}: corrections until robots are as good as those of a teacher without faults",
-        f"at most {WANTED:.0%} of those without unlearning",
-        f"{_said(asked)}; without {_said(plain)}",
-        asked is not None and asked <= WANTED * (MOST + 1 if plain is None else plain),
+        compare,
+        most=0,
+        wanted=f"at most {WANTED:.0%} of those without unlearning",
+        measured=lambda found: (
+            f"{_said(_count(found, ('goto', way, chance)))}; "
+            f"without {_said(_count(found, ('goto', PLAIN, chance)))}"
+        ),
     )
 
 
@@ -176,19 +150,16 @@ def _notes(found: Found) -> tuple[str, ...]:
     )
 
 
-def draw(rows: Sequence[Row]) -> Figure:
+def _draw(axes: Axes, found: Found, chance: float) -> None:
     """Draw the success of GoTo over the number of corrections."""
-    figure, axes = panels(len(CHANCES), wide=3.2)
-    for panel, chance in zip(axes, CHANCES, strict=True):
-        for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):
-            mean = means(select_rows(rows, "goto", way, chance))
-            panel.plot(range(MOST + 1), mean, "-", color=color, linewidth=1.4, label=way)
-        panel.set_ylim(0.0, 1.03)
-        panel.set_xlabel("corrections")
-        panel.set_ylabel("trials that succeed")
-        panel.set_title(f"goto, {chance:.0%} slips")
-        panel.legend(fontsize=7)
-    return figure
+    for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):
+        mean = means(found["goto", way, 0.0 if way == CLEAN else chance])
+        axes.plot(range(MOST + 1), mean, "-", color=color, linewidth=1.4, label=way)
+    axes.set_ylim(0.0, 1.03)
+    axes.set_xlabel("corrections")
+    axes.set_ylabel("trials that succeed")
+    axes.set_title(f"goto, {chance:.0%} slips")
+    axes.legend(fontsize=7)
 
 
 EXPERIMENT = Study(
@@ -197,7 +168,38 @@ EXPERIMENT = Study(
     quick=1,
     tasks=tasks,
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        prepare=_group,
+        headline=_headline,
+        tables=(
+            LinePerGroup(
+                "Share of successful trials by number of corrections; corrections until a robot is as good as without "
+                f"faults; and totals until {IN_A_ROW} tries in a row needed no correction, medians (smallest–largest)",
+                ["task", "slips", "way"],
+                _group_with_clean,
+                {
+                    **{str(count): lambda rows, count=count: f"{means(rows)[count]:.0%}" for count in COUNTS},
+                    "as good after": lambda rows: _format_needed(
+                        count_corrections_needed(rows, rows[0]["clean"])
+                    ),
+                    "corrections": Median("corrections"),
+                    "questions": Median("asked"),
+                    "quarantined": Median("held"),
+                },
+                lambda kind: [kind[0], f"{kind[2]:.0%}", kind[1]],
+            ),
+        ),
+        goals=[_goal(chance, way) for way in (ASKED, UNHURRIED) for chance in CHANCES],
+        notes=_notes,
+        numbers=lambda found: {
+            f"{name}, {chance:.0%}, {way}": {
+                "needed": _count(found, kind),
+                "end": round(means(found[kind])[-1], 3),
+            }
+            for name, chance, way in product(TASKS, CHANCES, (CLEAN, *WAYS))
+            for kind in [(name, way, 0.0 if way == CLEAN else chance)]
+        },
+    ),
+    draw=Panels([partial(_draw, chance=chance) for chance in CHANCES], wide=3.2, prepare=_group),
     worlds=("forage", "soccer"),
 )

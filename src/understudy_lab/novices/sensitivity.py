@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from understudy_lab.figures import COLORS
 from understudy_lab.novices.success import (
-    format_share,
+    format_succeeding,
     has_succeeded,
     select_unchanged,
     succeeds_everywhere,
     summarize_both_readings,
 )
 from understudy_lab.novices.traits import PARAMETERS
+from understudy_lab.rows import Rows
 from understudy_lab.statistics import apply_holm_correction, pairs_differ
 from understudy_lab.study import ResultTable, Row
 
@@ -49,9 +50,9 @@ SAID: Mapping[str, str] = {
 """The names of the parameters in tables."""
 
 
-def select_changed(rows: Sequence[Row], name: str, factor: float) -> list[Row]:
+def select_changed(rows: Sequence[Row], name: str, factor: float) -> Rows:
     """Return the rows of novices with this parameter multiplied by this factor."""
-    return [row for row in rows if row["task"].get("trait") == name and row["task"]["factor"] == factor]
+    return Rows(rows).where(trait=name, factor=factor)
 
 
 def numbers(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
@@ -94,7 +95,7 @@ def table(rows: Sequence[Row]) -> ResultTable:
 
     def cell(name: str, reading: str, factor: float) -> str:
         star = " *" if (name, factor, reading) in remain else ""
-        return format_share(summarize_both_readings(select_changed(rows, name, factor))[reading]) + star
+        return format_succeeding(select_changed(rows, name, factor), READINGS[reading]) + star
 
     return ResultTable(
         f"Success of the first {same['half']['of']} novices with one parameter changed (unchanged: "

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from understudy.analysis.intervals import interval_of_share
 from understudy_lab.novices.traits import SUCCESS
+from understudy_lab.rows import Count, Rows
 from understudy_lab.study import Row
 from understudy_lab.tasks.soccer import POSITIONS
+from understudy_lab.teachers.live_teacher import LIVE
 
 TRIALS = 10
 """The number of trials from each of the paper's three positions."""
@@ -39,14 +41,14 @@ def succeeds_nearly_always(row: Row) -> bool:
     return bool(row["reached"] >= 0.9 * TRIALS * len(POSITIONS))
 
 
-def select_unchanged(rows: Sequence[Row]) -> list[Row]:
+def select_unchanged(rows: Sequence[Row]) -> Rows:
     """Return the rows of the paper's training without a changed parameter."""
-    return [row for row in rows if "trait" not in row["task"] and "method" not in row["task"]]
+    return Rows(rows).where(trait=None, method=None)
 
 
-def select_live(rows: Sequence[Row]) -> list[Row]:
+def select_live(rows: Sequence[Row]) -> Rows:
     """Return the rows of live teaching."""
-    return [row for row in rows if "method" in row["task"]]
+    return Rows(rows).where(method=LIVE)
 
 
 def share(rows: Sequence[Row], well: Callable[[Row], bool] = has_succeeded) -> dict[str, Any]:
@@ -61,8 +63,6 @@ def summarize_both_readings(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
     return {"half": share(rows), "everywhere": share(rows, succeeds_everywhere)}
 
 
-def format_share(found: Mapping[str, Any]) -> str:
-    """Format a share as a count, a total and an interval."""
-    if not found["of"]:
-        return "none"
-    return f"{found['succeed']} of {found['of']} ({100 * found['low']:.0f}–{100 * found['high']:.0f} %)"
+def format_succeeding(rows: Rows, well: Callable[[Row], bool] = has_succeeded) -> str:
+    """Format how many novices succeed, with the 95 % interval of the share."""
+    return Count(well, interval=True)(rows) if rows else "none"

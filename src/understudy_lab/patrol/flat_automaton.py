@@ -14,7 +14,6 @@ from typing import Any
 from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.team.libraries import collect_libraries, make_team
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.patrol.evaluate import TICKS, rounds
 from understudy_lab.patrol.metrics import cycles
@@ -22,7 +21,14 @@ from understudy_lab.patrol.practice import ROBOT, practices, robots_world, scena
 from understudy_lab.patrol.tracks import watch
 from understudy_lab.tasks import patrol_teacher, patrol_wander_teacher
 from understudy_lab.teachers.person import KEEP, Wish, after
-from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, Situation, TeachingResult
+from understudy_lab.teachers.teacher import (
+    LessonDesign,
+    LessonPlan,
+    Patience,
+    ScriptedTeacher,
+    Situation,
+    TeachingResult,
+)
 
 SECONDS = 2900.0
 """The teaching time in s: as long as the layered lessons of robots and coordinator take."""
@@ -74,9 +80,7 @@ def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None
 
 UNDIVIDED = LessonPlan(
     "patrol",
-    lambda library: new_lesson(
-        library,
-        "patrol",
+    LessonDesign(
         states=[f"{state}={behavior}" for state, behavior in (WANDERING | SEEKING).items()],
         features=[
             "sonar_front_left",
@@ -86,7 +90,6 @@ UNDIVIDED = LessonPlan(
             "blob_x(home)",
             "blob_size(home)",
         ],
-        live=False,
     ),
     show,
     find_complaint,

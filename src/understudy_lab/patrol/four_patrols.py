@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -16,13 +16,14 @@ from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
-from understudy_lab.lesson_stats import lessons_of
+from understudy_lab.declaration import ColumnPerGroup, Goal
+from understudy_lab.lesson_stats import examples_in, lessons_of
 from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
 from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import NEVER, SQUAD
 from understudy_lab.patrol.teach import teach
 from understudy_lab.patrol.tracks import PatrolTracks, watch
-from understudy_lab.statistics import format_median
+from understudy_lab.rows import Median, Rows
 from understudy_lab.study import ResultTable, Row, StudyGoal
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher
 from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
@@ -89,15 +90,6 @@ def make_guarding_team(taught: RegionsTeaching, seeds: Sequence[int]) -> Team:
 
 WORLDS = 50
 GOOD = 0.9
-NUMBERS: Mapping[str, str] = {
-    "cycles completed": "complete",
-    "cycles": "cycles",
-    "from capture to all told to hunt again, s": "cycle_s",
-    "captures an hour": "captures_per_hour",
-    "robots attacking when an intruder is caught, of 16": "attackers",
-    "gatherings without a capture": "false_captures",
-}
-SHARES = ("complete", "false_captures")
 
 
 def measure_four_patrols(seed: int) -> Row:
@@ -121,29 +113,24 @@ def summarize_four_patrols(tracks: PatrolTracks) -> dict[str, Any]:
 def table(rows: Sequence[Row]) -> ResultTable:
     """Return the table of results over all teachings."""
     names = [lesson["name"] for lesson in rows[0]["lessons"]]
-    examples = format_median([sum(lesson["examples"] for lesson in row["lessons"]) for row in rows])
-    return ResultTable(
+    return ColumnPerGroup(
         f"Four patrols under a coordinator of coordinators, {WORLDS} unseen worlds each: median (worst–best)",
-        ("", "#together (C)"),
-        [
-            *((said, _told(rows, key)) for said, key in NUMBERS.items()),
-            (f"examples for {', '.join(names[:-1])} and {names[-1]}", examples),
-        ],
-    )
+        lambda rows: {"together (C)": Rows({**row, **row["together"]} for row in rows)},
+        {
+            "cycles completed": Median("complete", 1, percent=True),
+            "cycles": Median("cycles"),
+            "from capture to all told to hunt again, s": Median(lambda row: (row["cycle_s"] or [None])[0], 1),
+            "captures an hour": Median("captures_per_hour"),
+            "robots attacking when an intruder is caught, of 16": Median("attackers", 1),
+            "gatherings without a capture": Median("false_captures", 1, percent=True),
+            f"examples for {', '.join(names[:-1])} and {names[-1]}": Median(
+                lambda row: examples_in([row])[0]
+            ),
+        },
+    )(rows)
 
 
 def goal(rows: Sequence[Row]) -> StudyGoal:
     """Return the goal that 90 % of the cycles are completed, with the measured share."""
-    complete = float(np.median(_values(rows, "complete")))
-    what = "cycles completed by four squads, each with its own home"
-    return StudyGoal(what, f"{GOOD:.0%}", f"{complete:.1%}", complete >= GOOD)
-
-
-def _values(rows: Sequence[Row], key: str) -> list[float]:
-    found = [row["together"][key] for row in rows]
-    return [each[0] if isinstance(each, list) else each for each in found if each is not None]
-
-
-def _told(rows: Sequence[Row], key: str) -> str:
-    digits = 0 if key in ("cycles", "captures_per_hour") else 1
-    return format_median(_values(rows, key), digits, percent=key in SHARES)
+    what, wanted = "cycles completed by four squads, each with its own home", f"{GOOD:.0%}"
+    return Goal(what, "together.complete", ".1%", GOOD, wanted=wanted)(Rows(rows))

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
-from understudy.training.lesson_design import new_lesson
 from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
 from understudy_lab.teachers.live_teacher import choose_teacher
-from understudy_lab.teachers.teacher import LessonPlan, Progress, Situation, TeachingResult
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Progress, Situation, TeachingResult
 
 
 class PatrolTeaching(NamedTuple):
@@ -41,38 +40,24 @@ def teach(
 
 SERVO = replace(
     patrol_teacher.SERVO,
-    choose=lambda library: new_lesson(
-        library,
-        "servo",
+    design=LessonDesign(
         parameters=["A"],
         states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
         features=["blob_x(A)"],
-        live=False,
     ),
 )
 
 ATTACK = replace(
     patrol_teacher.ATTACK,
-    choose=lambda library: new_lesson(
-        library,
-        "attack",
-        parameters=["A"],
-        states=["servo(A)"],
-        flags=["done"],
-        features=["blob_size(A)"],
-        live=False,
-    ),
+    design=LessonDesign(parameters=["A"], states=["servo(A)"], flags=["done"], features=["blob_size(A)"]),
     cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
 )
 
 COLLECTIVE_PATROL = replace(
     patrol_squad_teacher.COLLECTIVE_PATROL,
-    choose=lambda library: new_lesson(
-        library,
-        "collective_patrol",
+    design=LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)"],
-        live=False,
     ),
     cases=(
         Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),

@@ -17,6 +17,7 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
+from understudy_lab.team_runs import world_of
 
 OTHER, DISPERSE, ATTACK, HOME, RUN_AWAY = range(5)
 OWN_HOME = "(own home)"
@@ -163,7 +164,7 @@ def watch(
 
     `homes` are the homes of the squads, in order.
     """
-    world = _world(team)
+    world = world_of(team)
     told = OrderedActivity(team, world.worlds, homes)
 
     def tick() -> tuple[NDArray[np.int8], Percept]:
@@ -210,13 +211,6 @@ def record_tracks(
     return PatrolTracks(
         world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
     )
-
-
-def _world(team: Team) -> World:
-    ground = getattr(team.ground, "world", team.ground)  # in physics: the one that says what there is
-    if not isinstance(ground, World):
-        raise SettingError(where="patrol", setting="team", problem="is in no world", remedy="give it one")
-    return ground
 
 
 def _slot(world: World, name: str) -> int:

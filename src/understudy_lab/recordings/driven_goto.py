@@ -86,10 +86,10 @@ def teach_by_presses(seed: int) -> Library:
     return teacher.teach(GOTO).library
 
 
-def measure_success(library: Library, seed: int, *, parameter: str | None = None) -> float:
+def measure_success(library: Library, seed: int) -> float:
     """Return the share of unseen worlds in which the robot stands within 0.5 m of the post in the end."""
     world = World(SCENARIO, range(WORLDS * seed, WORLDS * (seed + 1)))
-    binding = {} if parameter is None else {parameter: POST}
+    binding = dict.fromkeys(library.automaton("goto").parameters, POST)  # GoTo(A) was taught by presses
     engine = Engine.from_program(world, link(library, "goto", binding))
     for _ in range(round(LIMIT_S / world.tick_s)):
         engine.tick()
@@ -99,8 +99,3 @@ def measure_success(library: Library, seed: int, *, parameter: str | None = None
     after = world.sense([("range", POST), ("bearing", POST)])
     still = np.abs(after["range", POST] - before["range", POST]) < 0.05
     return float((still & (after["range", POST] <= REACHED_M)).mean())
-
-
-def measure_pressed_success(library: Library, seed: int) -> float:
-    """Return the share of unseen worlds in which GoTo(A) that was taught by presses brings the robot to the post."""
-    return measure_success(library, seed, parameter="A")

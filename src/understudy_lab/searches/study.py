@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +11,10 @@ import numpy as np
 from understudy.analysis.intervals import exact_interval_of_share
 from understudy.extras import import_cma
 from understudy.falsification.search_space import SearchSpace
-from understudy_lab.figures import COLORS, panels
+from understudy_lab.declaration import Conclusion, CountGoal, LinePerGroup
+from understudy_lab.figures import COLORS, Panels
 from understudy_lab.forage.teach import teach
+from understudy_lab.rows import Count, Rows
 from understudy_lab.searches.methods import CMA_ES, CROSS_ENTROPY, METHODS, RANDOM
 from understudy_lab.searches.rare_failures import (
     CALIBRATION_WORLDS,
@@ -23,11 +26,10 @@ from understudy_lab.searches.rare_failures import (
     run_forager,
 )
 from understudy_lab.statistics import compute_unpaired_p
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.study import Row, Study, StudyPlan, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SEEDS = range(73_000, 73_005)
 """The seeds of the teachings; the searches were developed on seeds 72000 to 72004."""
@@ -99,104 +101,13 @@ def find_quartiles(runs: Sequence[int | None]) -> tuple[float, float, float]:
 
 def is_tenth(row: Row, name: str) -> bool:
     """Return whether a method needs at most a tenth of the runs at random, both at most 1 000, by their medians."""
-    (_, searched, _), (_, at_random, _) = (
-        find_quartiles(row["runs"][name]),
-        find_quartiles(row["runs"][RANDOM]),
-    )
+    searched, at_random = _list_medians(row, name)
     return FEWER * searched <= min(at_random, MOST_RUNS)
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize the runs of each method by robot and by rule."""
-    tenth = {name: sum(is_tenth(row, name) for row in rows) for name in (CMA_ES, CROSS_ENTROPY)}
-    wanted = int(np.ceil(WANTED * len(rows)))
-    pooled = {rule: {name: _pool(rows, rule, name) for name in NAMES} for rule in RULES}
-    medians = {
-        rule: {name: find_quartiles(runs)[1] for name, runs in each.items()} for rule, each in pooled.items()
-    }
-    ps = {
-        rule: {
-            name: compute_unpaired_p(_cap(pooled[rule][name]), _cap(pooled[rule][RANDOM]))
-            for name in (CMA_ES, CROSS_ENTROPY)
-        }
-        for rule in RULES
-    }
-    shares = [100 * row["failed"] / MEASURED for row in rows]
-    slow, circling = ({name: _format_runs(each) for name, each in medians[rule].items()} for rule in RULES)
-    return StudyFindings(
-        headline=f"The directed search, CMA-ES, finds a failing world in at most a tenth of the runs of a search at "
-        f"random for {tenth[CMA_ES]} of {len(rows)} robots that fail in {min(shares):.2f} to {max(shares):.2f} % of "
-        f"worlds; the cross-entropy method for {tenth[CROSS_ENTROPY]}. Where robots fail because they are slow, "
-        f"CMA-ES needs {slow[CMA_ES]} runs in the median, cross-entropy {slow[CROSS_ENTROPY]}, and fresh worlds at "
-        f"random {slow[RANDOM]}. Where they circle around a target forever, it is {circling[CMA_ES]}, "
-        f"{circling[CROSS_ENTROPY]} and {circling[RANDOM]}.",
-        tables=(
-            ResultTable(
-                f"Robots: slow ones fail after a time limit, circling ones have arrived at a distance; failures in "
-                f"the worlds by which these were chosen, and in {MEASURED} others (exact 95 % interval)",
-                (
-                    "robot",
-                    "rule",
-                    "#limit or distance",
-                    "#taught distance",
-                    "#failures when chosen, %",
-                    "#failures, %",
-                ),
-                [_describe_robot(row) for row in rows],
-            ),
-            ResultTable(
-                f"Runs until the first failing world: medians of {SEARCHES} searches (quartiles), each of at most "
-                f"{MOST_RUNS} runs",
-                (
-                    "robot",
-                    "rule",
-                    *(f"#{name}" for name in NAMES.values()),
-                    "#random / CMA-ES",
-                    "#random / cross-entropy",
-                ),
-                [_describe_searches(row) for row in rows],
-            ),
-            ResultTable(
-                "All searches by rule: medians of runs (quartiles), and how many found no failing world",
-                ("rule", "method", "#runs", "#found none"),
-                [
-                    (RULES[rule], NAMES[name], _format_quartiles(runs), f"{runs.count(None)} of {len(runs)}")
-                    for rule, each in pooled.items()
-                    for name, runs in each.items()
-                ],
-            ),
-        ),
-        goals=(
-            StudyGoal(
-                "robots for which CMA-ES needs at most a tenth of the runs at random, by medians",
-                f"{wanted} of {len(rows)}",
-                f"{tenth[CMA_ES]} of {len(rows)} (cross-entropy {tenth[CROSS_ENTROPY]})",
-                tenth[CMA_ES] >= wanted,
-            ),
-        ),
-        notes=(
-            f"A search that finds nothing in {MOST_RUNS} runs counts as {MOST_RUNS} for the goal. CMA-ES and "
-            "cross-entropy are counted in whole generations. Over all searches, the runs of CMA-ES differ from those "
-            f"at random with {_format_ps(ps, CMA_ES)}, those of cross-entropy with {_format_ps(ps, CROSS_ENTROPY)} "
-            "(rank-sum test).",
-        ),
-        numbers={
-            "tenth": tenth,
-            "medians": {
-                rule: {name: _cap_number(each) for name, each in found.items()}
-                for rule, found in medians.items()
-            },
-            "p": {rule: {name: float(f"{p:.3g}") for name, p in each.items()} for rule, each in ps.items()},
-        },
-    )
-
-
-def _pool(rows: Sequence[Row], rule: str, name: str) -> list[int | None]:
-    return [each for row in rows if row["task"]["rule"] == rule for each in row["runs"][name]]
-
-
-def _format_ps(ps: Mapping[str, Mapping[str, float]], name: str) -> str:
-    return " and ".join(f"p = {ps[rule][name]:.2g} for {RULES[rule]} robots" for rule in RULES)
+def _list_medians(row: Row, name: str) -> tuple[float, float]:
+    """Return the median runs of a method and those at random."""
+    return find_quartiles(row["runs"][name])[1], find_quartiles(row["runs"][RANDOM])[1]
 
 
 def _cap(runs: Sequence[int | None]) -> list[float]:
@@ -217,55 +128,83 @@ def _format_quartiles(runs: Sequence[int | None]) -> str:
     return f"{middle} ({low}–{high})"
 
 
-def _describe_robot(row: Row) -> tuple[str, ...]:
-    rule, failed = row["task"]["rule"], row["failed"]
-    low, high = exact_interval_of_share(failed, MEASURED)
-    setting = f"{row['setting']:.1f} s" if rule == SLOW else f"{1_000 * row['setting']:.2f} mm"
-    taught = ", ".join(f"{1_000 * each:.0f} mm" for each in row["taught"]) or "none"
-    return (
-        str(row["task"]["seed"]),
-        RULES[rule],
-        setting,
-        taught if rule == CIRCLING else "",
-        f"{100 * row['chosen by'] / CALIBRATION_WORLDS[rule]:.3f}",
-        f"{100 * failed / MEASURED:.3f} ({100 * low:.3f}–{100 * high:.3f})",
-    )
-
-
-def _describe_searches(row: Row) -> tuple[str, ...]:
-    runs: Mapping[str, Sequence[int | None]] = row["runs"]
-    return (
-        str(row["task"]["seed"]),
-        RULES[row["task"]["rule"]],
-        *(_format_quartiles(runs[name]) for name in NAMES),
-        *(_format_ratio(row, name) for name in (CMA_ES, CROSS_ENTROPY)),
-    )
-
-
 def _format_ratio(row: Row, name: str) -> str:
     """Format the runs at random divided by those of a method, by medians, as a bound if a median is one."""
-    (_, searched, _), (_, at_random, _) = (
-        find_quartiles(row["runs"][name]),
-        find_quartiles(row["runs"][RANDOM]),
-    )
+    searched, at_random = _list_medians(row, name)
     if np.isinf(searched) and np.isinf(at_random):
         return "unknown"
     bound = "≥ " if np.isinf(at_random) else "≤ " if np.isinf(searched) else ""
     return f"{bound}{_cap_number(at_random) / _cap_number(searched):.1f}"
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the runs of each search until its first failing world, by rule, robot and method."""
-    figure, axes = panels(len(RULES), wide=4.4, tall=3.4)
-    for panel, rule in zip(axes, RULES, strict=True):
-        _draw_rule(panel, [row for row in rows if row["task"]["rule"] == rule])
-        panel.set_title(f"{RULES[rule]} robots")
-    axes[0].set_ylabel("runs until the first failing world")
-    axes[0].legend(loc="lower left", ncols=len(NAMES), handletextpad=0.1, columnspacing=0.8)
-    return figure
+def _pool(rows: Rows, rule: str, name: str) -> list[int | None]:
+    return [each for row in rows.where(rule=rule) for each in row["runs"][name]]
 
 
-def _draw_rule(panel: Axes, rows: Sequence[Row]) -> None:
+def _compute_p(rows: Rows, rule: str, name: str) -> float:
+    """Return the p-value of no difference between a method and fresh worlds at random."""
+    return compute_unpaired_p(*(_cap(_pool(rows, rule, each)) for each in (name, RANDOM)))
+
+
+def _headline(rows: Rows) -> str:
+    shares = [100 * row["failed"] / MEASURED for row in rows]
+    slow, circling = (
+        {name: _format_runs(find_quartiles(_pool(rows, rule, name))[1]) for name in NAMES} for rule in RULES
+    )
+    return (
+        f"The directed search, CMA-ES, finds a failing world in at most a tenth of the runs of a search at random for "
+        f"{TENTHS[CMA_ES](rows)} robots that fail in {min(shares):.2f} to {max(shares):.2f} % of worlds; the "
+        f"cross-entropy method for {TENTHS[CROSS_ENTROPY].number(rows)}. Where robots fail because they are slow, "
+        f"CMA-ES needs {slow[CMA_ES]} runs in the median, cross-entropy {slow[CROSS_ENTROPY]}, and fresh worlds at "
+        f"random {slow[RANDOM]}. Where they circle around a target forever, it is {circling[CMA_ES]}, "
+        f"{circling[CROSS_ENTROPY]} and {circling[RANDOM]}."
+    )
+
+
+TENTHS = {name: Count(partial(is_tenth, name=name)) for name in (CMA_ES, CROSS_ENTROPY)}
+
+
+def _note(rows: Rows) -> str:
+    cma_es, cross_entropy = (
+        " and ".join(f"p = {_compute_p(rows, rule, name):.2g} for {RULES[rule]} robots" for rule in RULES)
+        for name in TENTHS
+    )
+    return (
+        f"A search that finds nothing in {MOST_RUNS} runs counts as {MOST_RUNS} for the goal. CMA-ES and cross-entropy "
+        f"are counted in whole generations. Over all searches, the runs of CMA-ES differ from those at random with "
+        f"{cma_es}, those of cross-entropy with {cross_entropy} (rank-sum test)."
+    )
+
+
+def _by_robot(rows: Rows) -> dict[tuple[str, str], Rows]:
+    return {(str(row["task"]["seed"]), RULES[row["task"]["rule"]]): Rows([row]) for row in rows}
+
+
+def _by_method(rows: Rows) -> dict[tuple[str, str], list[int | None]]:
+    return {(RULES[rule], NAMES[name]): _pool(rows, rule, name) for rule in RULES for name in NAMES}
+
+
+def _of(describe: Callable[..., str]) -> Callable[[Rows], str]:
+    return lambda rows: describe(rows[0])
+
+
+def _describe_setting(row: Row) -> str:
+    return f"{row['setting']:.1f} s" if row["task"]["rule"] == SLOW else f"{1_000 * row['setting']:.2f} mm"
+
+
+def _describe_taught(row: Row) -> str:
+    taught = ", ".join(f"{1_000 * each:.0f} mm" for each in row["taught"]) or "none"
+    return taught if row["task"]["rule"] == CIRCLING else ""
+
+
+def _describe_failures(row: Row) -> str:
+    low, high = exact_interval_of_share(row["failed"], MEASURED)
+    return f"{100 * row['failed'] / MEASURED:.3f} ({100 * low:.3f}–{100 * high:.3f})"
+
+
+def _draw(panel: Axes, every: Rows, rule: str) -> None:
+    """Draw the runs of each search until its first failing world, by robot and method."""
+    rows = every.where(rule=rule)
     for k, (name, color) in enumerate(zip(NAMES, COLORS, strict=False)):
         for at, row in enumerate(rows):
             capped = np.array(_cap(row["runs"][name]))
@@ -283,6 +222,10 @@ def _draw_rule(panel: Axes, rows: Sequence[Row]) -> None:
     panel.set_yticks([1, 10, 100, 1_000, 1_700], ["1", "10", "100", "1000", "none"])
     panel.set_yticks([], minor=True)
     panel.set_xticks(range(len(rows)), [str(row["task"]["seed"]) for row in rows])
+    panel.set_title(f"{RULES[rule]} robots")
+    if rule == next(iter(RULES)):
+        panel.set_ylabel("runs until the first failing world")
+        panel.legend(loc="lower left", ncols=len(NAMES), handletextpad=0.1, columnspacing=0.8)
 
 
 EXPERIMENT = Study(
@@ -291,8 +234,68 @@ EXPERIMENT = Study(
     quick=1,
     tasks=tasks,
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        headline=_headline,
+        tables=(
+            LinePerGroup(
+                f"Robots: slow ones fail after a time limit, circling ones have arrived at a distance; failures in "
+                f"the worlds by which these were chosen, and in {MEASURED} others (exact 95 % interval)",
+                ["robot", "rule"],
+                _by_robot,
+                {
+                    "limit or distance": _of(_describe_setting),
+                    "taught distance": _of(_describe_taught),
+                    "failures when chosen, %": _of(
+                        lambda row: f"{100 * row['chosen by'] / CALIBRATION_WORLDS[row['task']['rule']]:.3f}"
+                    ),
+                    "failures, %": _of(_describe_failures),
+                },
+                tuple,
+            ),
+            LinePerGroup(
+                f"Runs until the first failing world: medians of {SEARCHES} searches (quartiles), each of at most "
+                f"{MOST_RUNS} runs",
+                ["robot", "rule"],
+                _by_robot,
+                {
+                    **{
+                        title: _of(lambda row, name=name: _format_quartiles(row["runs"][name]))
+                        for name, title in NAMES.items()
+                    },
+                    **{f"random / {NAMES[name]}": _of(partial(_format_ratio, name=name)) for name in TENTHS},
+                },
+                tuple,
+            ),
+            LinePerGroup(
+                "All searches by rule: medians of runs (quartiles), and how many found no failing world",
+                ["rule", "method"],
+                _by_method,
+                {"runs": _format_quartiles, "found none": lambda runs: f"{runs.count(None)} of {len(runs)}"},
+                tuple,
+            ),
+        ),
+        goals=(
+            CountGoal(
+                "robots for which CMA-ES needs at most a tenth of the runs at random, by medians",
+                WANTED,
+                TENTHS[CMA_ES].condition,
+                measured=lambda rows: f" (cross-entropy {TENTHS[CROSS_ENTROPY].number(rows)})",
+            ),
+        ),
+        notes=(_note,),
+        numbers=lambda rows: {
+            "tenth": {name: count.number(rows) for name, count in TENTHS.items()},
+            "medians": {
+                rule: {name: _cap_number(find_quartiles(_pool(rows, rule, name))[1]) for name in NAMES}
+                for rule in RULES
+            },
+            "p": {
+                rule: {name: float(f"{_compute_p(rows, rule, name):.3g}") for name in TENTHS}
+                for rule in RULES
+            },
+        },
+    ),
+    draw=Panels([partial(_draw, rule=rule) for rule in RULES], wide=4.4, tall=3.4),
     worlds=("forage",),
     varies=(CMA_ES,),
 )

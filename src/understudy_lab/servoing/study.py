@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy.analysis.intervals import interval_of_share
+from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, dots, panels
 from understudy_lab.lesson_stats import describe_lesson
 from understudy_lab.servoing.trials import CASES, HAND, PUSHED, judge, opposite, search_side, teach
-from understudy_lab.statistics import compute_paired_p, format_median, interval_of_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.statistics import compute_paired_p, format_median, format_share, interval_of_median
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import LIMIT_S, POSITIONS
 
@@ -35,11 +35,6 @@ FACED, AWAY, TOWARD, EITHER = (
 SUMMED = (*POSITIONS, FACED, AWAY, TOWARD, EITHER)
 """The conditions that are summarized by a median per automaton, over ten trials each; EITHER has twenty."""
 FASTER, SURE, NEAR, FAILING = 1.5, 0.01, 1.2, 0.02
-
-
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per method and seed."""
-    return [{"method": method, "seed": seed} for method in METHODS for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
@@ -167,9 +162,8 @@ def _told(rows: Sequence[Row], method: str, key: str) -> str:
 def _failures(rows: Sequence[Row], method: str) -> str:
     count, of = count_failures(rows, method)
     mine = [row for row in rows if row["task"]["method"] == method]
-    failing = sum(count_failures([row], method)[0] > 0 for row in mine)
-    low, high = interval_of_share(failing, len(mine))
-    return f"{count} of {of}, by {failing} of {len(mine)} automata ({100 * low:.0f}–{100 * high:.0f} %)"
+    failing = format_share(sum(count_failures([row], method)[0] > 0 for row in mine), len(mine))
+    return f"{count} of {of}, by {failing.replace(' (', ' automata (')}"
 
 
 def _compared(found: dict[str, float]) -> str:
@@ -277,7 +271,7 @@ EXPERIMENT = Study(
     name="servoing",
     seeds=SEEDS,
     quick=2,
-    tasks=tasks,
+    tasks=Units({"method": METHODS}),
     work=work,
     conclude=conclude,
     draw=draw,

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from understudy.analysis.intervals import interval_of_share
-from understudy_lab.figures import dots, panels
+from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
+from understudy_lab.figures import Dots, Panels
+from understudy_lab.rows import Median, Rows, group_by
 from understudy_lab.sim_to_sim.trials import FLAT, PATROL, PHYSICS, TRIED, measure_transfer
-from understudy_lab.statistics import format_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from understudy_lab.statistics import format_share
+from understudy_lab.study import Row, Study, StudyGoal, Task
 
 SEEDS = range(64_000, 64_010)
 """The teaching seeds of the published result; none was used during development."""
@@ -23,35 +22,50 @@ KEPT, CYCLES = 0.9, 0.8
 WORLDS: Mapping[str, str] = {FLAT: "2-D world", PHYSICS: "physics"}
 
 
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per behavior and seed."""
-    return [{"behavior": name, "seed": seed} for name in TRIED for seed in plan.seeds]
-
-
 def work(task: Task) -> Row:
     """Teach one behavior once and test it in both worlds."""
     return measure_transfer(task["behavior"], task["seed"])
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize how much of each behavior's success remains in physics as a headline, a table, goals and notes."""
-    found = {name: _numbers([row for row in rows if row["task"]["behavior"] == name]) for name in TRIED}
-    found = {name: each for name, each in found.items() if each}
-    seeds = sorted({row["task"]["seed"] for row in rows})
-    return StudyFindings(
-        headline=_headline(found),
-        tables=(
-            ResultTable(
-                f"Successful trials, over {len(seeds)} teachings of each behavior (seeds {seeds[0]} to {seeds[-1]})",
-                ("behavior", *(f"#{world}" for world in WORLDS.values()), "#physics / 2-D", "#median, 2-D",
-                 "#median, physics", "#examples"),
-                [_told(name, each) for name, each in found.items()],
-            ),
-        ),
-        goals=tuple(_goal(name, each) for name, each in found.items()),
-        notes=NOTES,
-        numbers=found,
-    )  # fmt: skip
+def _count(rows: Rows, world: str) -> tuple[int, int]:
+    """Return the number of successful trials of one behavior, and that of all."""
+    results = [row[world] for row in rows]
+    if rows[0]["task"]["behavior"] == PATROL:
+        return sum(each["complete"] for each in results), sum(each["cycles"] for each in results)
+    counts = [len(each["values"]) for each in results]
+    good = sum(each["success"] * count for each, count in zip(results, counts, strict=True))
+    return round(good), sum(counts)
+
+
+def _share(rows: Rows, world: str = PHYSICS) -> float:
+    good, of = _count(rows, world)
+    return good / of if of else 0.0
+
+
+def _keep(rows: Rows) -> float:
+    """Return the success rate in physics relative to the 2-D world."""
+    before = _share(rows, FLAT)
+    return _share(rows) / before if before else 0.0
+
+
+def _median(rows: Rows, world: str) -> float | None:
+    values = [value for row in rows for value in row[world]["values"] if value is not None]
+    return round(float(np.median(values)), 1) if values else None
+
+
+def _format_median(rows: Rows, world: str) -> str:
+    median = _median(rows, world)
+    return "none" if median is None else f"{median:g}"
+
+
+def _headline(found: Mapping[str, Rows]) -> str:
+    parts = [
+        f"{name} {_share(of):.0%} ({_share(of, FLAT):.0%} in the 2-D world)" for name, of in found.items()
+    ]
+    return (
+        "Share of successful trials in simulated physics with rendered cameras, after teaching in the 2-D world and "
+        f"without any added example: {', '.join(parts)}."
+    )
 
 
 NOTES = (
@@ -62,96 +76,65 @@ NOTES = (
 )
 
 
-def _numbers(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the successful trials, all trials and the median value of one behavior in each world."""
-    if not rows:
-        return {}
-    made: dict[str, Any] = {"examples": [row["examples"] for row in rows]}
+def _judge(name: str) -> Callable[[Mapping[str, Rows]], StudyGoal | None]:
+    if name == PATROL:
+        goal = Goal("cycles of CollectivePatrol completed in physics", _share, least=CYCLES)
+    else:
+        goal = Goal(f"{name}: success in physics / in the 2-D world", _keep, ".2f", KEPT, wanted=f"{KEPT}")
+    return lambda found: goal(found[name]) if name in found else None
+
+
+def _list_numbers(rows: Rows) -> dict[str, Any]:
+    made: dict[str, Any] = {"examples": rows.values("examples")}
     for world in WORLDS:
-        if rows[0]["task"]["behavior"] == PATROL:
-            good, count = (sum(row[world][key] for row in rows) for key in ("complete", "cycles"))
-        else:
-            count = sum(len(row[world]["values"]) for row in rows)
-            good = round(sum(row[world]["success"] * len(row[world]["values"]) for row in rows))
-        values = [value for row in rows for value in row[world]["values"] if value is not None]
-        made[world] = {
-            "good": good,
-            "of": count,
-            "median": round(float(np.median(values)), 1) if values else None,
-        }
+        good, of = _count(rows, world)
+        made[world] = {"good": good, "of": of, "median": _median(rows, world)}
     return made
 
 
-def _share(of: Mapping[str, Any]) -> float:
-    return of["good"] / of["of"] if of["of"] else 0.0
-
-
-def _left(found: Mapping[str, Any]) -> float:
-    """Return the success rate in physics relative to the 2-D world."""
-    before = _share(found[FLAT])
-    return _share(found[PHYSICS]) / before if before else 0.0
-
-
-def _headline(found: Mapping[str, Any]) -> str:
-    parts = [
-        f"{name} {_share(of[PHYSICS]):.0%} ({_share(of[FLAT]):.0%} in the 2-D world)"
-        for name, of in found.items()
-    ]
-    return (
-        "Share of successful trials in simulated physics with rendered cameras, after teaching in the 2-D world and "
-        f"without any added example: {', '.join(parts)}."
+def _panel(name: str) -> Dots:
+    return Dots(
+        name,
+        "success, %",
+        lambda rows: {
+            title: [100 * (row[world]["success"] or 0.0) for row in rows.where(behavior=name)]
+            for world, title in WORLDS.items()
+        },
+        limits=(-3, 103),
     )
-
-
-def _told(name: str, found: Mapping[str, Any]) -> tuple[str, ...]:
-    shares = (_said(found[world]) for world in WORLDS)
-    medians = (
-        "none" if found[world]["median"] is None else f"{found[world]['median']:g}" for world in WORLDS
-    )
-    return (name, *shares, f"{_left(found):.2f}", *medians, format_median(found["examples"]))
-
-
-def _said(of: Mapping[str, Any]) -> str:
-    low, high = interval_of_share(of["good"], of["of"])
-    return f"{of['good']} of {of['of']} ({100 * low:.0f}–{100 * high:.0f} %)"
-
-
-def _goal(name: str, found: Mapping[str, Any]) -> StudyGoal:
-    if name == PATROL:
-        share = _share(found[PHYSICS])
-        return StudyGoal(
-            "cycles of CollectivePatrol completed in physics",
-            f"{CYCLES:.0%}",
-            f"{share:.0%}",
-            share >= CYCLES,
-        )
-    left = _left(found)
-    return StudyGoal(f"{name}: success in physics / in the 2-D world", f"{KEPT}", f"{left:.2f}", left >= KEPT)
-
-
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the success of every teaching in both worlds."""
-    names = list(dict.fromkeys(row["task"]["behavior"] for row in rows))
-    figure, axes = panels(len(names), wide=2.3)
-    for panel, name in zip(axes, names, strict=True):
-        mine = [row for row in rows if row["task"]["behavior"] == name]
-        groups = {
-            said: [100 * (row[world]["success"] or 0.0) for row in mine] for world, said in WORLDS.items()
-        }
-        dots(panel, groups, "success, %")
-        panel.set_ylim(-3, 103)
-        panel.set_title(name)
-    return figure
 
 
 EXPERIMENT = Study(
     name="transfer",
     seeds=SEEDS,
     quick=1,
-    tasks=tasks,
+    tasks=Units({"behavior": TRIED}),
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        prepare=group_by("behavior"),
+        headline=_headline,
+        tables=(
+            LinePerGroup(
+                "Successful trials, over {teachings} teachings of each behavior (seeds {seeds})",
+                ["behavior"],
+                dict,
+                {
+                    **{
+                        title: lambda rows, world=world: format_share(*_count(rows, world))
+                        for world, title in WORLDS.items()
+                    },
+                    "physics / 2-D": lambda rows: f"{_keep(rows):.2f}",
+                    "median, 2-D": partial(_format_median, world=FLAT),
+                    "median, physics": partial(_format_median, world=PHYSICS),
+                    "examples": Median("examples"),
+                },
+            ),
+        ),
+        goals=[_judge(name) for name in TRIED],
+        notes=NOTES,
+        numbers=lambda found: {name: _list_numbers(rows) for name, rows in found.items()},
+    ),
+    draw=Panels([_panel(name) for name in TRIED], wide=2.3),
     worlds=("forage", "soccer", "patrol"),
     varies=(PHYSICS,),
 )

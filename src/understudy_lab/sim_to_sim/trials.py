@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import nan
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -29,7 +29,6 @@ from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
 
-Ground: TypeAlias = World | soccer.Soccer | MujocoBody
 WORLDS = 20
 """The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
 PATROLS, PATROL_TICKS = 2, 3000

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
-import numpy as np
-
-from understudy.errors import SettingError
 from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
+from understudy_lab import team_runs
 from understudy_lab.swarm.practice import make_swarm_team
 from understudy_lab.tasks.swarm_world import (
     EACH,
@@ -21,6 +20,7 @@ from understudy_lab.tasks.swarm_world import (
     make_expert_libraries,
     of_platoons,
 )
+from understudy_lab.team_runs import run_with_failures, world_of
 
 WORLDS, TICKS = 10, 6_000
 """The number of worlds per teaching, and the ticks of 0.1 s that each runs: ten minutes."""
@@ -30,8 +30,6 @@ PLATOONS, LARGE_TICKS = 400, 3_000
 """The number of platoons of the ten thousand robots, and the ticks they run: five minutes."""
 FAILS_TICK = (1_000, 3_000)
 """The range of ticks in which robots fail at random; only the yield after it counts."""
-FAILING = 3
-"""One robot of this many fails."""
 THREE, TWO, ONE, ANSWERING, ALONE = (
     "three levels",
     "platoons",
@@ -87,36 +85,14 @@ def measure_gathered(team: Team, ticks: int) -> dict[str, float]:
 
 def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> float:
     """Return the loads per hour after the last possible failure; `fails` maps a tick to the robots that fail in it."""
-    world, at = world_of(team), 0
-    for tick in sorted({*fails, FAILS_TICK[1]}):
-        team.run(tick - at)
-        at = tick
-        for robot in fails.get(tick, ()):
-            world.freeze(robot)
+    world, at = world_of(team), FAILS_TICK[1]
+    run_with_failures(team, at, fails)
     early = _loads(world)
     team.run(ticks - at)
     return (_loads(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
 
 
-def schedule_failures(worlds: Sequence[int], robots: int = 8 * EACH) -> dict[int, list[int]]:
-    """Return which robots fail, by the tick at which they do.
-
-    `worlds` are the seeds of the worlds. In each, a random third of the robots fails, each at a random tick. Robots are
-    counted through all worlds: number `world * robots + robot`.
-    """
-    draws = np.random.default_rng(list(worlds))
-    found: dict[int, list[int]] = {}
-    for world in range(len(worlds)):
-        for robot in draws.choice(robots, robots // FAILING, replace=False).tolist():
-            found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(world * robots + robot)
-    return found
-
-
-def world_of(team: Team) -> World:
-    """Return the simulated world of a team, or raise SettingError if it has none."""
-    if not isinstance(team.ground, World):
-        raise SettingError(where="swarm", setting="team", problem="is in no world", remedy="give it one")
-    return team.ground
+schedule_failures = partial(team_runs.schedule_failures, robots=8 * EACH, within=FAILS_TICK)
 
 
 def _each(team: Team, ticks: int) -> float:

@@ -141,11 +141,6 @@ def robots_world(practice: str, seed: int) -> World:
     return PracticeRoom(SPECS[practice], seed)
 
 
-def squads_library(sort: str, libraries: Libraries) -> Library:
-    """Return the library with which a coordinator of this type starts."""
-    return libraries[sort]
-
-
 @cache
 def _squads_practices() -> Mapping[str, Scenario]:
     made = of_platoons(1)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf, isnan, pi, tau
+from math import inf, isnan, pi
 from types import MappingProxyType
 
 from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import Seen, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import find_angle_ahead, find_bearing, has_raised_flag, is_beside
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
     {
@@ -41,30 +40,20 @@ AWAY_M = 0.1  # so much farther from A than before, it drives away
 FAR_M = 1.0  # where it should drive straight at it
 
 
-def _bearing(screen: SessionView) -> float:
-    """Return the bearing of A in rad, positive to the left, between -pi and pi."""
-    return (screen.features["angle_to(A)"] + pi) % tau - pi
-
-
 def _toward(bearing: float) -> str:
     return "rotate_left" if bearing > 0 else "rotate_right"
 
 
-def _ahead(screen: SessionView) -> float:
-    """Return the angle in rad that the robot still has to turn; negative when it has turned too far."""
-    return -_bearing(screen) if screen.state == "rotate_right" else _bearing(screen)
-
-
 def show_goto(screen: SessionView) -> str | None:
     """Return the next state while demonstrating GoTo(A), or None: turn to A, drive to it, raise `done`."""
-    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
     if screen.state == "done" or isnan(distance):
         return None
     if distance < THERE_M:
         return "done"
     if screen.state in ("start", "forward") and abs(bearing) > ASTRAY:
         return _toward(bearing)
-    if screen.state == "start" or (screen.state != "forward" and _ahead(screen) < FACING):
+    if screen.state == "start" or (screen.state != "forward" and find_angle_ahead(screen) < FACING):
         return "forward"
     return None
 
@@ -74,7 +63,7 @@ def complain_goto(screen: SessionView) -> str | None:
 
     Corrected are: idling, driving past A, turning on past it, not stopping, and stopping too far away.
     """
-    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
     if isnan(distance):
         return None
     if screen.state == "start":
@@ -87,7 +76,7 @@ def complain_goto(screen: SessionView) -> str | None:
         return "done"
     if screen.state == "forward":
         return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
-    return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
+    return "forward" if -pi / 2 < find_angle_ahead(screen) < -ASTRAY else None
 
 
 def complain_live_goto(screen: SessionView) -> str | None:
@@ -95,7 +84,11 @@ def complain_live_goto(screen: SessionView) -> str | None:
 
     Corrected are, too: turning the long way round, and driving on while far from A and not facing it.
     """
-    distance, bearing, ahead = screen.features["distance_to(A)"], _bearing(screen), _ahead(screen)
+    distance, bearing, ahead = (
+        screen.features["distance_to(A)"],
+        find_bearing(screen),
+        find_angle_ahead(screen),
+    )
     turning = screen.state in ("rotate_left", "rotate_right")
     if turning and distance >= PAST_M and -LONG_WAY < ahead < -FACED_AWAY:
         return _toward(bearing) if ahead < -WRONG_WAY else "forward"
@@ -106,7 +99,7 @@ def complain_live_goto(screen: SessionView) -> str | None:
 
 def accept_goto(screen: SessionView, state: str) -> bool:
     """Return whether GoTo(A) may go to a state now: turn to A, or drive at it, or stop near it."""
-    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
     if state == "done" or distance < THERE_M:
         return state == "done" and distance < NOT_THERE_M
     if state == "forward":
@@ -118,13 +111,13 @@ def take_back_goto(screen: SessionView, before: str) -> bool:
     """Return whether GoTo(A) has plainly stopped turning too early, far from A."""
     if screen.state != "forward" or before not in ("rotate_left", "rotate_right"):
         return False
-    left = _bearing(screen) if before == "rotate_left" else -_bearing(screen)
+    left = find_bearing(screen) if before == "rotate_left" else -find_bearing(screen)
     return screen.features["distance_to(A)"] > FAR_M and NEARLY_FACING < left < ASTRAY
 
 
 def settle_goto(screen: SessionView) -> str | None:
     """Return the state that a robot which switches back and forth should be in."""
-    distance, bearing = screen.features["distance_to(A)"], _bearing(screen)
+    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
     if isnan(distance):
         return None
     if distance < THERE_M:
@@ -146,18 +139,8 @@ class DrivesAway:
         return away
 
 
-def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
-
-    def suits(screen: SessionView) -> bool:
-        distance = screen.features["distance_to(A)"]
-        return 0.8 < side * _bearing(screen) < 2.6 and nearest < distance < farthest
-
-    return suits
-
-
 def _back_on_its_way(screen: SessionView) -> bool:
-    return screen.state == "forward" and abs(_bearing(screen)) < ASTRAY
+    return screen.state == "forward" and abs(find_bearing(screen)) < ASTRAY
 
 
 def _push(behavior: str) -> PushAway:
@@ -168,28 +151,29 @@ def _push(behavior: str) -> PushAway:
 # either side while driving, which seldom happens by itself.
 GOTO = LessonPlan(
     "goto",
-    lambda library: new_lesson(
-        library,
-        "goto",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show_goto,
     complain_goto,
     has_raised_flag,
     cases=(
-        Situation("a small room", {"A": "station"}, _beside(1, 0.9, 1.8)),
-        Situation("a small room", {"A": "nearest_food"}, _beside(-1, 0.9, 1.8)),
+        Situation("a small room", {"A": "station"}, is_beside(1, 0.9, 1.8)),
+        Situation("a small room", {"A": "nearest_food"}, is_beside(-1, 0.9, 1.8)),
         Situation(
-            "an arena", {"A": "station"}, _beside(-1, 3.2, 5.5), _back_on_its_way, push=_push("rotate_right")
+            "an arena",
+            {"A": "station"},
+            is_beside(-1, 3.2, 5.5),
+            _back_on_its_way,
+            push=_push("rotate_right"),
         ),
         Situation(
             "an arena",
             {"A": "nearest_food"},
-            _beside(1, 3.2, 5.5),
+            is_beside(1, 3.2, 5.5),
             _back_on_its_way,
             push=_push("rotate_left"),
         ),
@@ -249,13 +233,10 @@ def settle_harvest(screen: SessionView) -> str | None:
 
 HARVEST = LessonPlan(
     "harvest",
-    lambda library: new_lesson(
-        library,
-        "harvest",
+    LessonDesign(
         states=["goto(nearest_food)", "load_food"],
         flags=["done"],
         features=["done", "food_left", "food_stored", "food_below_me"],
-        live=False,
     ),
     show_harvest,
     complain_harvest,
@@ -294,13 +275,10 @@ def settle_deposit(screen: SessionView) -> str | None:
 
 DEPOSIT = LessonPlan(
     "deposit",
-    lambda library: new_lesson(
-        library,
-        "deposit",
+    LessonDesign(
         states=["goto(station)", "unload_food"],
         flags=["done"],
         features=["done", "food_stored", "at_station"],
-        live=False,
     ),
     show_deposit,
     show_deposit,
@@ -334,13 +312,7 @@ def all_home(screen: SessionView) -> bool:
 
 FORAGE = LessonPlan(
     "forage",
-    lambda library: new_lesson(
-        library,
-        "forage",
-        states=["harvest", "deposit"],
-        features=["done", "food_stored", "food_left"],
-        live=False,
-    ),
+    LessonDesign(states=["harvest", "deposit"], features=["done", "food_stored", "food_left"]),
     show_forage,
     show_forage,
     all_home,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from understudy.model.kinds import NO, YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag, never_confirm
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 
 def show_collective_patrol(screen: SessionView) -> str | None:
@@ -31,12 +30,6 @@ def show_collective_patrol(screen: SessionView) -> str | None:
     return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
 
 
-def complain_collective_patrol(screen: SessionView) -> str | None:
-    """Return the state to correct CollectivePatrol to, or None where it behaves as demonstrated."""
-    wished = show_collective_patrol(screen)
-    return None if wished == KEEP else wished
-
-
 def _sees_intruder(screen: SessionView) -> bool:
     return screen.features["someone_sees(intruder)"] == YES
 
@@ -47,15 +40,12 @@ def _has_given_up(screen: SessionView) -> bool:
 
 COLLECTIVE_PATROL = LessonPlan(
     "collective_patrol",
-    lambda library: new_lesson(
-        library,
-        "collective_patrol",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["all_done", "someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
-        live=False,
     ),
     show_collective_patrol,
-    complain_collective_patrol,
+    never_confirm(show_collective_patrol),
     after(200.0),
     cases=(
         Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
@@ -74,13 +64,7 @@ def show_defer(screen: SessionView) -> str | None:
 
 DEFER = LessonPlan(
     "collective_patrol_and_defer",
-    lambda library: new_lesson(
-        library,
-        "collective_patrol_and_defer",
-        states=["patrol=collective_patrol", "run_away"],
-        features=["seen_lately(boss)"],
-        live=False,
-    ),
+    LessonDesign(states=["patrol=collective_patrol", "run_away"], features=["seen_lately(boss)"]),
     show_defer,
     show_defer,
     after(150.0),
@@ -94,16 +78,6 @@ DEFER = LessonPlan(
 )
 
 SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
-
-
-def make_complaint(show: Wish) -> Wish:
-    """Return a function that asks for the same states as `show`, but never confirms the current one."""
-
-    def complain(screen: SessionView) -> str | None:
-        wished = show(screen)
-        return None if wished == KEEP else wished
-
-    return complain
 
 
 # Hunt: one patrol looks for an intruder until one of its robots has it.
@@ -131,16 +105,13 @@ def show_hunt(screen: SessionView) -> str | None:
 
 HUNT = LessonPlan(
     "hunt",
-    lambda library: new_lesson(
-        library,
-        "hunt",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)"],
         flags=["done"],
         features=["someone_done", "someone_sees(intruder)", "seen_lately(intruder)"],
-        live=False,
     ),
     show_hunt,
-    make_complaint(show_hunt),
+    never_confirm(show_hunt),
     lambda screen: has_raised_flag(screen) or screen.time_s > 200.0,
     cases=(
         Situation("on patrol"),
@@ -170,14 +141,7 @@ def _come(slack_s: float) -> Wish:
 
 COME = LessonPlan(
     "come",
-    lambda library: new_lesson(
-        library,
-        "come",
-        parameters=["A"],
-        states=["go=attack(A)", "apart=disperse"],
-        features=["time_in_state"],
-        live=False,
-    ),
+    LessonDesign(parameters=["A"], states=["go=attack(A)", "apart=disperse"], features=["time_in_state"]),
     _come(0.0),
     _come(2.0),
     after(2.0 * COMES_S),
@@ -205,17 +169,9 @@ def show_gather(screen: SessionView) -> str | None:
 
 GATHER = LessonPlan(
     "gather",
-    lambda library: new_lesson(
-        library,
-        "gather",
-        parameters=["A"],
-        states=["come(A)"],
-        flags=["done"],
-        features=["all_done", "someone_done"],
-        live=False,
-    ),
+    LessonDesign(parameters=["A"], states=["come(A)"], flags=["done"], features=["all_done", "someone_done"]),
     show_gather,
-    make_complaint(show_gather),
+    never_confirm(show_gather),
     has_raised_flag,
     cases=(Situation("on patrol", {"A": "home"}),),
     tries=2,
@@ -242,15 +198,9 @@ def show_guard(screen: SessionView) -> str | None:
 
 GUARD = LessonPlan(
     "guard",
-    lambda library: new_lesson(
-        library,
-        "guard",
-        states=["hunt", "gather=gather_all"],
-        features=["all_done", "someone_done"],
-        live=False,
-    ),
+    LessonDesign(states=["hunt", "gather=gather_all"], features=["all_done", "someone_done"]),
     show_guard,
-    make_complaint(show_guard),
+    never_confirm(show_guard),
     after(120.0),
     cases=(Situation("on guard", enough=lambda screen: screen.state == "hunt" and screen.time_s > 60.0),),
     tries=2,

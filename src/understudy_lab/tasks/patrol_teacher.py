@@ -11,7 +11,6 @@ from dataclasses import replace
 from math import isnan
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import (
     AROUND_S,
@@ -22,7 +21,7 @@ from understudy_lab.tasks.patrol_wander_teacher import (
     WITHDRAW,
 )
 from understudy_lab.teachers.person import KEEP, Seen, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
@@ -122,14 +121,11 @@ def _away(during: str, behavior: str) -> PushAway:
 
 SERVO = LessonPlan(
     "servo",
-    lambda library: new_lesson(
-        library,
-        "servo",
+    LessonDesign(
         parameters=["A"],
         states=["left=look_left", "right=look_right", "forward_left=forwards", "forward_right=forwards"],
         flags=["failed"],
         features=["failed", "blob_x(A)"],
-        live=False,
     ),
     show_servo,
     complain_servo,
@@ -198,14 +194,11 @@ def _back_to(state: str, seconds: float) -> Seen:
 
 ATTACK = LessonPlan(
     "attack",
-    lambda library: new_lesson(
-        library,
-        "attack",
+    LessonDesign(
         parameters=["A"],
         states=["servo(A)", "withdraw"],
         flags=["done"],
         features=["done", "failed", "stuck", "blob_size(A)"],
-        live=False,
     ),
     show_attack,
     complain_attack,
@@ -273,14 +266,7 @@ BOSS = {"A": "boss"}
 
 SCATTER = LessonPlan(
     "scatter",
-    lambda library: new_lesson(
-        library,
-        "scatter",
-        parameters=["A"],
-        states=["left", "right", "back=back_slowly"],
-        features=["blob_x(A)"],
-        live=False,
-    ),
+    LessonDesign(parameters=["A"], states=["left", "right", "back=back_slowly"], features=["blob_x(A)"]),
     show_scatter,
     complain_scatter,
     after(20.0),
@@ -339,13 +325,7 @@ def _stood(screen: SessionView) -> bool:
 
 RUN_AWAY = LessonPlan(
     "run_away",
-    lambda library: new_lesson(
-        library,
-        "run_away",
-        states=["scatter=scatter(boss)", "stop"],
-        features=["blob_x(boss)", "sonar_rear"],
-        live=False,
-    ),
+    LessonDesign(states=["scatter=scatter(boss)", "stop"], features=["blob_x(boss)", "sonar_rear"]),
     show_run_away,
     complain_run_away,
     after(40.0),
@@ -382,12 +362,9 @@ def show_patrol(screen: SessionView) -> str | None:
 
 PATROL = LessonPlan(
     "patrol",
-    lambda library: new_lesson(
-        library,
-        "patrol",
+    LessonDesign(
         states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
         features=["done", "blob_size(intruder)"],
-        live=False,
     ),
     show_patrol,
     show_patrol,

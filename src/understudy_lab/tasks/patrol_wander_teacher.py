@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
@@ -67,13 +66,7 @@ def accept_disperse(screen: SessionView, proposed: str) -> bool:
 
 DISPERSE = LessonPlan(
     "disperse",
-    lambda library: new_lesson(
-        library,
-        "disperse",
-        states=["forwards", "left", "right"],
-        features=["sonar_front_left", "sonar_front_right"],
-        live=False,
-    ),
+    LessonDesign(states=["forwards", "left", "right"], features=["sonar_front_left", "sonar_front_right"]),
     show_disperse,
     complain_disperse,
     after(40.0),
@@ -113,13 +106,10 @@ def make_timed_sequence(
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
+        LessonDesign(
             states=[f"{state}={behavior}" for state, behavior, _ in steps],
             flags=[flag],
             features=["time_in_state"],
-            live=False,
         ),
         wish(0.0),
         wish(2.0),

@@ -5,20 +5,17 @@ from __future__ import annotations
 from math import pi
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (
-    bearing,
     goto,
     is_done,
     raised_or_after,
     roam,
     sees_wreck,
-    soften_complaint,
 )
-from understudy_lab.teachers.person import KEEP, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import KEEP, Wish, after, find_bearing, has_raised_flag, never_confirm
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 CAPACITY = 4
 """Largest number of units that a carrier can carry."""
@@ -108,21 +105,14 @@ def _in_turn(bring: str) -> Wish:
 def show_return(screen: SessionView) -> str | None:
     """Return the next state of Return: as Gather, but turn around at the harbor, to leave toward the last wreck."""
     if screen.state == "turn":
-        return "search" if abs(bearing(screen, "harbor")) > pi - BEHIND else None
+        return "search" if abs(find_bearing(screen, "harbor")) > pi - BEHIND else None
     wished = _in_turn("search")(screen)
     return "turn" if screen.state == "deposit" and wished == "search" else wished
 
 
 TAKE = LessonPlan(
     "take",
-    lambda library: new_lesson(
-        library,
-        "take",
-        states=["goto(wreck)", "load"],
-        flags=["done"],
-        features=["done", "stored", "salvage_here"],
-        live=False,
-    ),
+    LessonDesign(states=["goto(wreck)", "load"], flags=["done"], features=["done", "stored", "salvage_here"]),
     show_take,
     show_take,
     has_raised_flag,
@@ -133,16 +123,9 @@ TAKE = LessonPlan(
 
 SEARCH = LessonPlan(
     "search",
-    lambda library: new_lesson(
-        library,
-        "search",
-        states=["roam", "take"],
-        flags=["done"],
-        features=["done", "distance_to(wreck)"],
-        live=False,
-    ),
+    LessonDesign(states=["roam", "take"], flags=["done"], features=["done", "distance_to(wreck)"]),
     show_search,
-    soften_complaint(show_search),
+    never_confirm(show_search),
     raised_or_after(90.0),
     cases=(Situation("a carrier, wrecks about"), Situation("a carrier, wrecks that others empty")),
     tries=4,
@@ -154,16 +137,11 @@ LOOK = make_timed_sequence("look", [("walk", "roam", LOOKED_S)], "done", "a carr
 
 FETCH = LessonPlan(
     "fetch",
-    lambda library: new_lesson(
-        library,
-        "fetch",
-        states=["follow=goto(scout)", "take", "look"],
-        flags=["done"],
-        features=["done", "distance_to(wreck)"],
-        live=False,
+    LessonDesign(
+        states=["follow=goto(scout)", "take", "look"], flags=["done"], features=["done", "distance_to(wreck)"]
     ),
     show_fetch,
-    soften_complaint(show_fetch),
+    never_confirm(show_fetch),
     raised_or_after(120.0),
     cases=(
         Situation("a carrier, a scout at a wreck"),
@@ -177,14 +155,7 @@ FETCH = LessonPlan(
 
 DEPOSIT = LessonPlan(
     "deposit",
-    lambda library: new_lesson(
-        library,
-        "deposit",
-        states=["goto(harbor)", "unload"],
-        flags=["done"],
-        features=["done", "stored", "at_harbor"],
-        live=False,
-    ),
+    LessonDesign(states=["goto(harbor)", "unload"], flags=["done"], features=["done", "stored", "at_harbor"]),
     show_deposit,
     show_deposit,
     has_raised_flag,
@@ -205,9 +176,7 @@ def _both(name: str, bring: str, practice: str) -> LessonPlan:
     """Return the plan of a lesson that alternates between the behavior `bring` and `deposit`."""
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library, name, states=[bring, "deposit"], features=["done", "stored"], live=False
-        ),
+        LessonDesign(states=[bring, "deposit"], features=["done", "stored"]),
         _in_turn(bring),
         _in_turn(bring),
         after(240.0),
@@ -226,12 +195,8 @@ HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
 
 RETURN = LessonPlan(
     "return",
-    lambda library: new_lesson(
-        library,
-        "return",
-        states=["search", "deposit", "turn=rotate_left"],
-        features=["done", "stored", "angle_to(harbor)"],
-        live=False,
+    LessonDesign(
+        states=["search", "deposit", "turn=rotate_left"], features=["done", "stored", "angle_to(harbor)"]
     ),
     show_return,
     show_return,
@@ -272,13 +237,7 @@ def show_lead(screen: SessionView) -> str | None:
 
 LEAD = LessonPlan(
     "lead",
-    lambda library: new_lesson(
-        library,
-        "lead",
-        states=["seek", "share", "work"],
-        features=["some_found(wreck)", "all_found(wreck)"],
-        live=False,
-    ),
+    LessonDesign(states=["seek", "share", "work"], features=["some_found(wreck)", "all_found(wreck)"]),
     show_lead,
     show_lead,
     after(200.0),

@@ -6,13 +6,22 @@ Both types of robot learn their own version of roaming and going, because scouts
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan, pi, tau
+from math import isnan, pi
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import (
+    KEEP,
+    Seen,
+    Wish,
+    after,
+    find_angle_ahead,
+    find_bearing,
+    has_raised_flag,
+    is_beside,
+    never_confirm,
+)
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
@@ -45,15 +54,9 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 
     return LessonPlan(
         "roam",
-        lambda library: new_lesson(
-            library,
-            "roam",
-            states=["forward", "turn=rotate_left"],
-            features=["chance", "sonar_front"],
-            live=False,
-        ),
+        LessonDesign(states=["forward", "turn=rotate_left"], features=["chance", "sonar_front"]),
         wish(near_m, clear_m, LOW),
-        soften_complaint(wish(bump_m, wide_m, VERY_LOW)),
+        never_confirm(wish(bump_m, wide_m, VERY_LOW)),
         after(80.0),
         cases=(Situation(f"a {who} between walls"), Situation(f"a {who} between walls")),
         tries=4,
@@ -62,40 +65,11 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
     )
 
 
-def soften_complaint(wish: Wish) -> Wish:
-    """Return a function that asks for the same states as `wish`, but never confirms the current one."""
-
-    def wished(screen: SessionView) -> str | None:
-        found = wish(screen)
-        return None if found == KEEP else found
-
-    return wished
-
-
 # Goto(A): turn to A, drive to it, say done.
 
 
-def bearing(screen: SessionView, target: str = "A") -> float:
-    """Return the bearing of a target in rad, positive to the left, between -pi and pi."""
-    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
-
-
 def _toward(screen: SessionView) -> str:
-    return "rotate_left" if bearing(screen) > 0 else "rotate_right"
-
-
-def _ahead(screen: SessionView) -> float:
-    """Return the angle in rad that the robot still has to turn; negative when it has turned too far."""
-    return -bearing(screen) if screen.state == "rotate_right" else bearing(screen)
-
-
-def _beside(side: int, nearest: float, farthest: float) -> Seen:
-    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
-
-    def suits(screen: SessionView) -> bool:
-        return 0.8 < side * bearing(screen) < 2.6 and nearest < screen.features["distance_to(A)"] < farthest
-
-    return suits
+    return "rotate_left" if find_bearing(screen) > 0 else "rotate_right"
 
 
 def goto(
@@ -113,9 +87,9 @@ def goto(
             return None
         if distance < there_m:
             return "done"
-        if screen.state in ("start", "forward") and abs(bearing(screen)) > ASTRAY:
+        if screen.state in ("start", "forward") and abs(find_bearing(screen)) > ASTRAY:
             return _toward(screen)
-        turned = screen.state not in ("start", "forward") and _ahead(screen) < FACING
+        turned = screen.state not in ("start", "forward") and find_angle_ahead(screen) < FACING
         return "forward" if screen.state == "start" or turned else None
 
     def complain(screen: SessionView) -> str | None:
@@ -124,43 +98,48 @@ def goto(
             return None
         if screen.state == "start":
             return show(screen)
-        astray = abs(bearing(screen))
+        astray = abs(find_bearing(screen))
         if screen.state == "done":
             return None if distance < beyond_m else _toward(screen) if astray > FACED_AWAY else "forward"
         if distance < past_m:
             return "done"
         if screen.state == "forward":
             return _toward(screen) if astray > 1.5 * ASTRAY else None
-        return "forward" if -pi / 2 < _ahead(screen) < -ASTRAY else None
+        return "forward" if -pi / 2 < find_angle_ahead(screen) < -ASTRAY else None
 
     def on_its_way(screen: SessionView) -> bool:
-        return screen.state == "forward" and abs(bearing(screen)) < ASTRAY
+        return screen.state == "forward" and abs(find_bearing(screen)) < ASTRAY
 
     one, other = targets[0], targets[-1]
     near, far = (1.5, 0.5 * far_m), (0.6 * far_m, far_m)
     yard = f"a {who} in a yard"
     return LessonPlan(
         "goto",
-        lambda library: new_lesson(
-            library,
-            "goto",
+        LessonDesign(
             parameters=["A"],
             states=["forward", "rotate_left", "rotate_right"],
             flags=["done"],
             features=["distance_to(A)", "angle_to(A)"],
-            live=False,
         ),
         show,
         complain,
         has_raised_flag,
         cases=(
-            Situation(yard, {"A": one}, _beside(1, *near)),
-            Situation(yard, {"A": other}, _beside(-1, *near)),
+            Situation(yard, {"A": one}, is_beside(1, *near)),
+            Situation(yard, {"A": other}, is_beside(-1, *near)),
             Situation(
-                yard, {"A": one}, _beside(-1, *far), on_its_way, push=PushAway("forward", "rotate_right", 0.8)
+                yard,
+                {"A": one},
+                is_beside(-1, *far),
+                on_its_way,
+                push=PushAway("forward", "rotate_right", 0.8),
             ),
             Situation(
-                yard, {"A": other}, _beside(1, *far), on_its_way, push=PushAway("forward", "rotate_left", 0.8)
+                yard,
+                {"A": other},
+                is_beside(1, *far),
+                on_its_way,
+                push=PushAway("forward", "rotate_left", 0.8),
             ),
         ),
         tries=6,
@@ -207,14 +186,7 @@ def show_lookout(screen: SessionView) -> str | None:
 
 EXPLORE = LessonPlan(
     "explore",
-    lambda library: new_lesson(
-        library,
-        "explore",
-        states=["roam", "near=goto(wreck)"],
-        flags=["done"],
-        features=["distance_to(wreck)"],
-        live=False,
-    ),
+    LessonDesign(states=["roam", "near=goto(wreck)"], flags=["done"], features=["distance_to(wreck)"]),
     show_explore,
     show_explore,
     raised_or_after(60.0),
@@ -226,13 +198,7 @@ EXPLORE = LessonPlan(
 
 LOOKOUT = LessonPlan(
     "lookout",
-    lambda library: new_lesson(
-        library,
-        "lookout",
-        states=["explore", "rest=wait"],
-        features=["done", "distance_to(wreck)"],
-        live=False,
-    ),
+    LessonDesign(states=["explore", "rest=wait"], features=["done", "distance_to(wreck)"]),
     show_lookout,
     show_lookout,
     after(90.0),

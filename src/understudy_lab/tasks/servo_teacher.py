@@ -14,10 +14,9 @@ from types import MappingProxyType
 
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import Wish
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 FEATURES = ("blob_x(ball)", "blob_size(ball)")
 FOUR_STATES = ("left=turn_left", "right=turn_right", "forwardL=walk_forward", "forwardR=walk_forward")
@@ -118,12 +117,11 @@ def show_approach_then_stop(screen: SessionView) -> str | None:
 
 def four_states(library: Library, name: str = "approach") -> Lesson:
     """Return an empty lesson with the paper's four states."""
-    return new_lesson(library, name, states=FOUR_STATES, features=FEATURES, live=False)
+    return STATEFUL.make_lesson(library, name)
 
 
-def stateless(library: Library, name: str = "approach") -> Lesson:
-    """Return an empty lesson for a stateless policy."""
-    return new_lesson(library, name, states=BASIC_STATES, features=FEATURES, stateless=True, live=False)
+STATEFUL = LessonDesign(FOUR_STATES, FEATURES)
+STATELESS = LessonDesign(BASIC_STATES, FEATURES, stateless=True)
 
 
 def _left(screen: SessionView) -> bool:
@@ -146,7 +144,7 @@ def topic(show: Wish, complain: Wish, *, stateful: bool, tries: int = 3, limit_s
     forward = ("forwardL", "forwardR") if stateful else ("walk_forward", "walk_forward")
     return LessonPlan(
         "approach",
-        four_states if stateful else stateless,
+        STATEFUL if stateful else STATELESS,
         show,
         complain,
         there,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import isnan, pi, tau
+from math import isnan, pi
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, PushAway, Situation
+from understudy_lab.teachers.person import KEEP, Seen, Wish, after, find_bearing, has_raised_flag
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 SELDOM, OFTEN = 0.06, 0.3
 """Thresholds on the chance drawn each second: below the first it starts to turn, above the second it drives on."""
@@ -54,9 +53,7 @@ def complain_wander(screen: SessionView) -> str | None:
 
 WANDER = LessonPlan(
     "wander",
-    lambda library: new_lesson(
-        library, "wander", states=["forward", "left=rotate_left"], features=["stuck", "chance"], live=False
-    ),
+    LessonDesign(states=["forward", "left=rotate_left"], features=["stuck", "chance"]),
     show_wander,
     complain_wander,
     after(60.0),
@@ -69,10 +66,6 @@ WANDER = LessonPlan(
 
 
 # Approach(A), and home with what is pulled.
-
-
-def _off(screen: SessionView, target: str) -> float:
-    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
 
 
 def _turned(state: str, off: float, *, astray: float, facing: float) -> str | None:
@@ -91,7 +84,7 @@ def show_approach(screen: SessionView) -> str | None:
         return "failed"
     if screen.features["distance_to(A)"] < THERE_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=ASTRAY, facing=FACING)
+    return _turned(screen.state, find_bearing(screen, "A"), astray=ASTRAY, facing=FACING)
 
 
 def complain_approach(screen: SessionView) -> str | None:
@@ -114,31 +107,28 @@ def _complain_approach(screen: SessionView, *, astray: float) -> str | None:
         return "failed"
     if distance < PAST_M:
         return "done"
-    return _turned(screen.state, _off(screen, "A"), astray=astray, facing=-ASTRAY)
+    return _turned(screen.state, find_bearing(screen, "A"), astray=astray, facing=-ASTRAY)
 
 
 def _beside(side: int) -> Seen:
-    return lambda screen: 0.8 < side * _off(screen, "A") < 2.6
+    return lambda screen: 0.8 < side * find_bearing(screen, "A") < 2.6
 
 
 def _behind(side: int) -> Seen:
-    return lambda screen: 1.7 < side * _off(screen, "A") < 2.8
+    return lambda screen: 1.7 < side * find_bearing(screen, "A") < 2.8
 
 
 def _ahead(screen: SessionView) -> bool:
-    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(_off(screen, "A")) < 0.4
+    return 0.8 < screen.features["distance_to(A)"] < 2.0 and abs(find_bearing(screen, "A")) < 0.4
 
 
 APPROACH = LessonPlan(
     "approach",
-    lambda library: new_lesson(
-        library,
-        "approach",
+    LessonDesign(
         parameters=["A"],
         states=["forward", "rotate_left", "rotate_right"],
         flags=["done", "failed"],
         features=["distance_to(A)", "angle_to(A)"],
-        live=False,
     ),
     show_approach,
     complain_approach,
@@ -162,17 +152,14 @@ APPROACH = LessonPlan(
 
 
 def _steer(facing: float, astray: float) -> Wish:
-    return lambda screen: _turned(screen.state, _off(screen, "home"), astray=astray, facing=facing)
+    return lambda screen: _turned(screen.state, find_bearing(screen, "home"), astray=astray, facing=facing)
 
 
 STEER = LessonPlan(
     "steer",
-    lambda library: new_lesson(
-        library,
-        "steer",
+    LessonDesign(
         states=["forward=pull_forward", "rotate_left=pull_left", "rotate_right=pull_right"],
         features=["angle_to(home)"],
-        live=False,
     ),
     _steer(FACING, ASTRAY),
     _steer(-ASTRAY, 2 * ASTRAY),
@@ -180,13 +167,13 @@ STEER = LessonPlan(
     cases=(
         Situation(
             "alone",
-            suits=lambda screen: _off(screen, "home") > 0.8,
+            suits=lambda screen: find_bearing(screen, "home") > 0.8,
             enough=after(8.0),
             push=PushAway("forward", "rotate_right", 0.8),
         ),
         Situation(
             "alone",
-            suits=lambda screen: _off(screen, "home") < -0.8,
+            suits=lambda screen: find_bearing(screen, "home") < -0.8,
             enough=after(8.0),
             push=PushAway("forward", "rotate_left", 0.8),
         ),
@@ -208,14 +195,7 @@ def show_haul(screen: SessionView) -> str | None:
 
 HAUL = LessonPlan(
     "haul",
-    lambda library: new_lesson(
-        library,
-        "haul",
-        states=["steer", "drop=let_go"],
-        flags=["done"],
-        features=["enough", "holding"],
-        live=False,
-    ),
+    LessonDesign(states=["steer", "drop=let_go"], flags=["done"], features=["enough", "holding"]),
     show_haul,
     show_haul,
     has_raised_flag,

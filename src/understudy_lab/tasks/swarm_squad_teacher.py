@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from understudy.model.kinds import YES
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 QUIET_S, SLACK_S, HESITATES_S = 3.0, 3.0, 1.5
 """The time in s until an unheard call ends the joint work, the extra time before the teacher corrects, and, taught
@@ -51,13 +50,7 @@ def _joint(
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
-            states=[f"work={works}", f"join={joins}"],
-            features=[found, call, "time_in_state"],
-            live=False,
-        ),
+        LessonDesign(states=[f"work={works}", f"join={joins}"], features=[found, call, "time_in_state"]),
         wish(0.0),
         wish(SLACK_S),
         after(150.0),
@@ -97,13 +90,7 @@ def _spread(slack_s: float) -> Wish:
 
 SWARM = LessonPlan(
     "swarm_work",
-    lambda library: new_lesson(
-        library,
-        "swarm_work",
-        states=["spread=forward", "work=platoon_work"],
-        features=["time_in_state"],
-        live=False,
-    ),
+    LessonDesign(states=["spread=forward", "work=platoon_work"], features=["time_in_state"]),
     _spread(0.0),
     _spread(SLACK_S),
     after(20.0),

@@ -5,11 +5,10 @@ A robot that gets a new command while it pulls an object first brings it home if
 
 from __future__ import annotations
 
-from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH, HAUL, STEER, WANDER, there, yes
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, has_raised_flag
-from understudy_lab.teachers.teacher import LessonPlan, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 AT_M = 1.0
 WAITS_S, AWAY_S, GIVES_UP_S, SLACK_S = 40.0, 15.0, 60.0, 3.0
@@ -50,13 +49,10 @@ def _nothing(screen: SessionView) -> bool:
 
 FIND = LessonPlan(
     "find",
-    lambda library: new_lesson(
-        library,
-        "find",
+    LessonDesign(
         states=["wander"],
         flags=["crate_seen", "container_seen"],
         features=["distance_to(free_crate)", "distance_to(free_container)"],
-        live=False,
     ),
     show_find,
     show_find,
@@ -93,9 +89,7 @@ def show_search(screen: SessionView) -> str | None:
 
 SEARCH = LessonPlan(
     "search",
-    lambda library: new_lesson(
-        library,
-        "search",
+    LessonDesign(
         states=[
             "find",
             "crate=approach(free_crate)",
@@ -105,7 +99,6 @@ SEARCH = LessonPlan(
         ],
         flags=["done"],
         features=["done", "failed", "crate_seen", "container_seen", "holding", "enough"],
-        live=False,
     ),
     show_search,
     show_search,
@@ -150,9 +143,7 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
 
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
+        LessonDesign(
             states=[
                 "wait=wander",
                 f"come=approach({caller})",
@@ -162,7 +153,6 @@ def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
                 "drop=let_go",
             ],
             features=["done", "failed", "holding", "enough", free, f"distance_to({caller})"],
-            live=False,
         ),
         show,
         complain,
@@ -264,9 +254,7 @@ def _alone(*, answers: bool) -> LessonPlan:
     name = "alone_answering" if answers else "alone"
     return LessonPlan(
         name,
-        lambda library: new_lesson(
-            library,
-            name,
+        LessonDesign(
             states=[
                 "search",
                 "call=hold_and_call",
@@ -282,7 +270,6 @@ def _alone(*, answers: bool) -> LessonPlan:
                 "time_in_state",
                 *(["distance_to(caller)"] if answers else []),
             ],
-            live=False,
         ),
         wish(0.0),
         wish(SLACK_S),

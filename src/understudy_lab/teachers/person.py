@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
+from math import pi, tau
 from typing import TypeAlias
 
 import numpy as np
@@ -33,6 +34,36 @@ def has_raised_flag(screen: SessionView) -> bool:
 def after(seconds: float) -> Seen:
     """Return a predicate: at least `seconds` have passed since the world began."""
     return lambda screen: screen.time_s >= seconds
+
+
+def find_bearing(screen: SessionView, target: str = "A") -> float:
+    """Return the bearing of a target in rad, positive to the left, between -pi and pi."""
+    return (screen.features[f"angle_to({target})"] + pi) % tau - pi
+
+
+def find_angle_ahead(screen: SessionView) -> float:
+    """Return the angle in rad that a robot still has to turn to A; negative when it has turned too far."""
+    return -find_bearing(screen) if screen.state == "rotate_right" else find_bearing(screen)
+
+
+def is_beside(side: int, nearest: float, farthest: float) -> Seen:
+    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
+
+    def suits(screen: SessionView) -> bool:
+        distance = screen.features["distance_to(A)"]
+        return 0.8 < side * find_bearing(screen) < 2.6 and nearest < distance < farthest
+
+    return suits
+
+
+def never_confirm(wish: Wish) -> Wish:
+    """Return a function that asks for the same states as `wish`, but never confirms the current one."""
+
+    def complain(screen: SessionView) -> str | None:
+        wished = wish(screen)
+        return None if wished == KEEP else wished
+
+    return complain
 
 
 class TryResult(Enum):

@@ -6,7 +6,7 @@ taught again. If the robot goes wrong in an automaton that was taught before, th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import TypeAlias
@@ -18,6 +18,7 @@ from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
+from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import ReactionTime, Seen, SimulatedPerson, TryResult, Wish
@@ -58,6 +59,30 @@ class Patience:
 
 
 @dataclass(frozen=True, slots=True)
+class LessonDesign:
+    """The parts of a lesson in the paper's training, as `new_lesson` takes them."""
+
+    states: Sequence[str]
+    features: Sequence[str]
+    flags: Sequence[str] = ()
+    parameters: Sequence[str] = ()
+    stateless: bool = False
+
+    def make_lesson(self, library: Library, name: str) -> Lesson:
+        """Make an empty lesson."""
+        return new_lesson(
+            library,
+            name,
+            states=self.states,
+            features=self.features,
+            flags=self.flags,
+            parameters=self.parameters,
+            stateless=self.stateless,
+            live=False,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class PushAway:
     """A disturbance: while it is in a state, the robot is driven away by a basic behavior for some time."""
 
@@ -92,7 +117,7 @@ class LessonPlan:
     """
 
     name: str
-    choose: Callable[[Library], Lesson]
+    design: LessonDesign
     show: Wish
     complain: Wish
     finished: Seen
@@ -109,6 +134,10 @@ class LessonPlan:
     skips_after: int | None = None
     make_alarm: Callable[[], Seen] = lambda: lambda screen: False
     tries_cases: bool = False
+
+    def choose(self, library: Library) -> Lesson:
+        """Make the empty lesson."""
+        return self.design.make_lesson(library, self.name)
 
 
 @dataclass(slots=True)

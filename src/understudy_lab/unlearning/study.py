@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from understudy.extras import format_install_command
+from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, panels
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, StudyPlan, Task
+from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 from understudy_lab.unlearning.correct import CORRECTIONS, LEARNERS, compare_with_unlearning
 from understudy_lab.unlearning.datasets import DATA_SETS, NOISES, SIZES, draw_sparse_lesson
 
@@ -57,11 +58,6 @@ class ConditionResult(NamedTuple):
 
 
 SETTINGS = [Condition(*each) for each in product(DATA_SETS, SIZES, NOISES, LEARNERS)]
-
-
-def tasks(plan: StudyPlan) -> list[Task]:
-    """Return one task per seed."""
-    return [{"seed": seed} for seed in plan.seeds]
 
 
 def work(task: Task) -> Row:
@@ -219,7 +215,7 @@ EXPERIMENT = Study(
     name="unlearning",
     seeds=REPEATS,
     quick=1,
-    tasks=tasks,
+    tasks=Units({}),
     work=work,
     conclude=conclude,
     draw=draw,
