@@ -23,9 +23,8 @@ from tests.export.exports import count_mismatches, draw_job, load_python, read_c
 from tests.export.peers import list_peers, run_peer
 
 from understudy.errors import DefinitionError
-from understudy.export.conformance import Conformance, ConformanceTick
+from understudy.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
 from understudy.export.export_automaton import TARGETS, link_ground, prepare_export
-from understudy.export.reference_run import ReferenceRun, ReferenceTick
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import name_for_c
 from understudy.export.targets.c99_source import CSource

@@ -10,15 +10,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 
+import numpy as np
+
 from understudy.errors import UnderstudyError
 from understudy.export.hierarchy import Hierarchy
-from understudy.export.reference_run import ReferenceRun, ReferenceTick
-from understudy.export.single_precision import round_to_single
+from understudy.export.single_precision import compute_in_single, round_to_single
 from understudy.export.walks import ReadingWalk
+from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.runtime.body import Commands, Reading
+from understudy.runtime.interpreter import RunningBehavior
 from understudy.runtime.program import Program
+from understudy.runtime.run_loop import Run
 
 TICKS = 60
 """The number of ticks of a walk."""
@@ -32,6 +37,86 @@ CLOCKS_S = (0.0, 0.0, 0.0, 1e5 / 3, 1_700_000_000.0)
 """Times at which walks begin, in s: clocks of robots, and one that counts from 1970."""
 CLOCKS_MS = (0, 0, 0, 33_333_333, 2**32 - 2_000)
 """Times at which walks begin on a clock in ms; the last one overflows soon."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceTick:
+    """The answer to one row of readings.
+
+    `path` has the index of the state of every level, the root first; `flags` the flag that each level has raised, as an
+    index of `Hierarchy.flags`, -1 if none; `commands` a value for each channel.
+    """
+
+    path: tuple[int, ...]
+    flags: tuple[int, ...]
+    basic: int
+    commands: tuple[float, ...]
+
+
+class ReadingRows:
+    """A body of one agent that senses the rows it is given, in the order of `Hierarchy.readings`.
+
+    With `single_precision`, readings are 32-bit floats.
+    """
+
+    agents = 1
+
+    def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
+        self.readings = tuple(
+            Reading(each.reading, each.kind, each.unit, each.target is not None)
+            for each in hierarchy.readings
+        )
+        bindings = [each.binding for each in program.features] + [each.binding for each in program.basics]
+        self.targets = tuple(dict.fromkeys(target for each in bindings for target in each.values()))
+        self.channels, self.tick_s, self.time_s = hierarchy.channels, hierarchy.tick_s, 0.0
+        self._keys = [(each.reading, each.target) for each in hierarchy.readings]
+        self._type = np.float32 if single_precision else np.float64
+        self.row: Sequence[float] = [float("nan")] * len(self._keys)
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Return all readings of the row."""
+        return {key: np.array([value], self._type) for key, value in zip(self._keys, self.row, strict=True)}
+
+    def act(self, commands: Commands) -> None:
+        """Do nothing: the next row does not depend on commands."""
+
+
+class ReferenceRun:
+    """A run that answers rows of readings, by which exported code is measured.
+
+    With `single_precision`, functions compute in 32-bit floats.
+    """
+
+    def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
+        if single_precision:
+            program = compute_in_single(program)
+        self.hierarchy = hierarchy
+        self.body = ReadingRows(program, hierarchy, single_precision=single_precision)
+        self.run = Run.from_program(self.body, program)
+        self.interpreter = self.run.interpreters[0]
+
+    def start(self, now: float) -> None:
+        """Start the root again at a time, s."""
+        self.interpreter.start(now)
+
+    def pulse(self, readings: Sequence[float], now: float) -> ReferenceTick:
+        """Return the answer to a row of readings at a time, s; UnderstudyError if a function cannot use them."""
+        self.body.row, self.body.time_s = readings, now
+        with np.errstate(all="ignore"):
+            commands = self.run.decide(self.body.sense(self.run.keys))
+        active, hierarchy = self.interpreter.active, self.hierarchy
+        behavior = active[-1].active if active else self.interpreter.root
+        basic = behavior.index if isinstance(behavior, RunningBehavior) else 0
+        values = tuple(float(commands[channel.name][0]) for channel in hierarchy.channels)
+        if hierarchy.is_coordinator:  # an export numbers orders by their behavior, and says when one is new
+            is_new = self.interpreter.behavior_start_s == now
+            values = (float(basic if hierarchy.basics[basic].order is not None else 0), float(is_new))
+        return ReferenceTick(
+            tuple(machine.state for machine in active),
+            tuple(-1 if each.flag is None else hierarchy.flags.index(each.flag) for each in active),
+            basic,
+            values,
+        )
 
 
 @dataclass(frozen=True, slots=True)
