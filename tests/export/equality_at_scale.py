@@ -24,8 +24,9 @@ from tests.export.peers import list_peers, run_peer
 
 from understudy.errors import DefinitionError
 from understudy.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
-from understudy.export.export_automaton import TARGETS, link_ground, prepare_export
+from understudy.export.export_automaton import link_ground, prepare_export
 from understudy.export.target_files import ExportJob
+from understudy.export.targets import TARGETS
 from understudy.export.targets.c99_names import name_for_c
 from understudy.export.targets.c99_source import CSource
 from understudy.export.walks import ReadingWalk
@@ -213,7 +214,7 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
             targets = list(library.kit.targets)
             binding = dict.fromkeys(library.parameters(name), targets[0]) if targets else {}
             try:
-                job, _ = prepare_export(
+                job = prepare_export(
                     library,
                     name,
                     to=arguments.to,

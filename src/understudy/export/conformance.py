@@ -6,7 +6,7 @@ lessons, and from walks that look for the boundaries of trees, absent values and
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -281,10 +281,12 @@ def _list_example_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[
 
 
 def format_conformance(
-    conformance: Conformance, hierarchy: Hierarchy, readings: Sequence[str], channels: Sequence[str]
+    conformance: Conformance, hierarchy: Hierarchy, names: Mapping[str, Mapping[str, str]]
 ) -> bytes:
-    """Format a conformance file, with the names of columns that a target uses for readings and channels."""
+    """Format a conformance file, with the identifiers of a target for readings and channels, where it has some."""
     labels = [isinstance(slot.kind, Categorical) for slot in hierarchy.readings]
+    readings = [names.get("readings", {}).get(str(slot), str(slot)) for slot in hierarchy.readings]
+    channels = [names.get("channels", {}).get(each.name, each.name) for each in hierarchy.channels]
     columns = ("starts", "time", *readings, "path", "flags", "basic", *channels)
     lines = [",".join(" ".join(each.replace(",", ";").split()) for each in columns)]
     for tick in conformance.ticks:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.export.body_interface import ORDER_CHANNELS, BodyInterface
+from understudy.export.decisions import Decision, make_routines
 from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
 from understudy.model.behaviors import Command, StateEffect
 from understudy.model.binding import Binding, format_bound_name
@@ -128,6 +129,7 @@ class GroundAutomaton:
     binding: Binding
     stateless: bool
     states: tuple[GroundState, ...]
+    decisions: tuple[Decision, ...]
     features: tuple[FeatureSource, ...]
     counters: tuple[str, ...]
     timers: tuple[str, ...]
@@ -149,6 +151,26 @@ class GroundBasic:
     order: Order | None
     slots: tuple[int, ...] = ()
     problem: str = ""
+
+    @property
+    def is_function(self) -> bool:
+        """True if its command depends on readings."""
+        return bool(self.problem or self.computed)
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionToWrite:
+    """A function of a feature or behavior that could not be translated, with the readings that it looks at, and why."""
+
+    name: str
+    slots: tuple[int, ...]
+    readings: tuple[str, ...]
+    problem: str
+
+    def refuse(self, remedy: str) -> str:
+        """Say that it is missing, and what is to be done about it."""
+        read = ", ".join(self.readings) or "unknown readings"
+        return f"{self.name} of {read} could not be translated ({self.problem}): {remedy}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,15 +196,32 @@ class Hierarchy:
         return any(basic.order is not None for basic in self.basics)
 
     @property
-    def functions_to_write(self) -> tuple[tuple[str, tuple[int, ...], str], ...]:
-        """The functions that cannot be translated: name, readings and reason of each."""
-        features = [
-            (f"feature {each.name}", each.slots, each.problem) for each in self.computed if each.problem
-        ]
-        return (
-            *features,
-            *((f"behavior {each.name}", each.slots, each.problem) for each in self.basics if each.problem),
+    def functions_to_write(self) -> tuple[FunctionToWrite, ...]:
+        """The functions that cannot be translated."""
+        functions: list[tuple[str, ComputedValue | GroundBasic]] = []
+        functions += [(f"feature {each.name}", each) for each in self.computed]
+        functions += [(f"behavior {each.name}", each) for each in self.basics]
+        return tuple(
+            FunctionToWrite(
+                name, each.slots, tuple(str(self.readings[slot]) for slot in each.slots), each.problem
+            )
+            for name, each in functions
+            if each.problem
         )
+
+    @property
+    def computed_features(self) -> list[int]:
+        """The computed values that are features of automata, by their index."""
+        sources = [source for each in self.automata for source in each.features]
+        return sorted({source.index for source in sources if source.sort == "computed"})
+
+    def find_raising(self, number: int, state: int, flag: int) -> list[tuple[int, int]]:
+        """Find the states that raise a flag to a state which runs their automaton: its index, and that of each."""
+        child = self.automata[number].states[state].child
+        if not child.is_automaton:
+            return []
+        states = self.automata[child.index].states
+        return [(child.index, index) for index, each in enumerate(states) if each.flag == flag]
 
     @property
     def depth(self) -> int:
@@ -356,12 +395,22 @@ class _Flattener:
             self.source(source, bound, counters, timers)
             for source, bound in zip(instance.sources, automaton.features, strict=True)
         )
+        trees: dict[int, list[int]] = {}  # states may share one
+        for index, made in enumerate(states):
+            if made.tree is not None:
+                trees.setdefault(id(made.tree), []).append(index)
+        decisions = [
+            Decision(tuple(of), make_routines(tree, lambda feature: features[feature].can_be_absent))
+            for of in trees.values()
+            if (tree := states[of[0]].tree) is not None
+        ]
         return GroundAutomaton(
             format_bound_name(automaton.name, instance.binding, automaton.parameters),
             automaton.name,
             instance.binding,
             automaton.stateless,
             tuple(states),
+            tuple(decisions),
             features,
             tuple(counters),
             tuple(timers),

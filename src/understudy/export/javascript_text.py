@@ -6,7 +6,7 @@ It keeps to ECMAScript 5, as the ECMAScript data model of SCXML does.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from math import isinf
 
 from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
@@ -14,7 +14,7 @@ from understudy.export.decisions import ValueCondition
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
 from understudy.export.identifiers import make_identifiers
-from understudy.export.templates import TEMPLATES
+from understudy.export.target_files import TEMPLATES
 from understudy.model.kinds import Categorical, Toroidal
 
 FAILED = "failed"
@@ -115,25 +115,17 @@ class JavaScriptText:
         yield from ("", "function take(given) {", "  return {")
         yield from (f"    {name}: number(given.{name})," for name in self.readings.values())
         yield from ("  };", "}")
-        used = {
-            source.index
-            for each in self.hierarchy.automata
-            for source in each.features
-            if source.sort == "computed"
-        }
-        for index in sorted(used):
+        for index in self.hierarchy.computed_features:
             yield from self._value(index)
         for index, basic in enumerate(self.hierarchy.basics):
-            if basic.problem or basic.computed:
+            if basic.is_function:
                 yield from self._command(index)
 
     def _value(self, index: int) -> Iterator[str]:
         value = self.hierarchy.computed[index]
         yield from ("", f"// {_comment(value.name)}")
         if value.expression is None:
-            yield refuse_function(
-                self.hierarchy, f"feature {value.name}", value.slots, value.problem, f"value_{index}"
-            )
+            yield self._refuse(f"feature {value.name}", f"value_{index}")
             text = "NaN"
         else:
             text = self.expression(value.expression)
@@ -149,9 +141,7 @@ class JavaScriptText:
         basic = self.hierarchy.basics[index]
         yield from ("", f"// {_comment(basic.name)}")
         if basic.problem:
-            yield refuse_function(
-                self.hierarchy, f"behavior {basic.name}", basic.slots, basic.problem, f"command_{index}"
-            )
+            yield self._refuse(f"behavior {basic.name}", f"command_{index}")
         fields = []
         for channel in self.hierarchy.channels:
             usual = text = write_number(basic.command.get(channel.name, channel.rest))
@@ -162,19 +152,17 @@ class JavaScriptText:
             fields.append(f"{self.channels[channel.name]}: {text}")
         yield from (f"function command_{index}(readings) {{", f"  return {{{', '.join(fields)}}};", "}")
 
+    def _refuse(self, name: str, called: str) -> str:
+        """Write a statement that keeps the code from being loaded until a function is written."""
+        function = next(each for each in self.hierarchy.functions_to_write if each.name == name)
+        return f"throw new Error({json.dumps(function.refuse(f'write {called} and remove this line'))});"
+
 
 def write_number(value: float) -> str:
     """Write a number so that JavaScript reads the same double."""
     if isinf(value):
         return "Infinity" if value > 0 else "-Infinity"
     return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
-
-
-def refuse_function(hierarchy: Hierarchy, name: str, slots: Sequence[int], problem: str, called: str) -> str:
-    """Write a statement that keeps the code from being loaded until a function is written."""
-    read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-    text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
-    return f"throw new Error({json.dumps(text)});"
 
 
 def _comment(text: str) -> str:

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import msgspec
-
 from understudy.export.hierarchy import GroundAutomaton, GroundBasic, Hierarchy
-from understudy.export.single_precision import RoundedCut
-from understudy.export.target_files import ExportJob, TargetFiles, fingerprint_file
+from understudy.export.target_files import ExportJob, TargetFiles, fingerprint_file, format_json
 from understudy.model.kinds import Categorical, Toroidal
 
 MANIFEST = "manifest.json"
@@ -18,16 +15,12 @@ VERSION = 1
 
 
 def make_manifest(
-    job: ExportJob,
-    made: TargetFiles,
-    *,
-    target: str,
-    fingerprints: Mapping[str, str],
-    rounded: tuple[RoundedCut, ...] = (),
+    job: ExportJob, made: TargetFiles, *, target: str, fingerprints: Mapping[str, str]
 ) -> bytes:
     """Make the manifest of an export."""
     hierarchy, conformance = job.hierarchy, job.conformance
     names = made.names
+    copies = [path for file in made.by_hand.values() for path in file.copies]
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -65,8 +58,11 @@ def make_manifest(
         "basics": [_describe_basic(each, names) for each in hierarchy.basics],
         "automata": [_describe_automaton(each, hierarchy, names) for each in hierarchy.automata],
         "root": hierarchy.root.index,
-        "untranslated": describe_untranslated(hierarchy),
-        "rounded_cuts": [msgspec.to_builtins(each) for each in rounded],
+        "untranslated": [
+            {"name": each.name, "readings": each.readings, "problem": each.problem}
+            for each in hierarchy.functions_to_write
+        ],
+        "rounded_cuts": job.rounded,
         "conformance": {
             "ticks": len(conformance.ticks),
             "from_lessons": conformance.recorded,
@@ -74,24 +70,11 @@ def make_manifest(
             "boundaries": {"reached": conformance.boundaries[0], "of": conformance.boundaries[1]},
         },
         **made.facts,
-        "files": sorted((*made.files, *list_files_by_hand(made))),
+        "files": sorted((*made.files, *made.by_hand, *copies)),
         "by_hand": {name: fingerprint_file(file.write()) for name, file in sorted(made.by_hand.items())},
         "makes": sorted(made.makes),
     }
-    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
-
-
-def list_files_by_hand(made: TargetFiles) -> list[str]:
-    """List the files of functions to write, with their copies."""
-    return [path for name, file in made.by_hand.items() for path in (name, *file.copies)]
-
-
-def describe_untranslated(hierarchy: Hierarchy) -> list[dict[str, Any]]:
-    """Describe the Python functions that could not be translated, with the readings that they look at."""
-    return [
-        {"name": name, "readings": [str(hierarchy.readings[slot]) for slot in slots], "problem": problem}
-        for name, slots, problem in hierarchy.functions_to_write
-    ]
+    return format_json(content)
 
 
 def _describe_kind(kind: object) -> dict[str, Any]:
@@ -110,7 +93,7 @@ def _describe_basic(basic: GroundBasic, names: Mapping[str, Mapping[str, str]]) 
         "identifier": names.get("basics", {}).get(basic.name),
         "command": dict(basic.command),
         "computes": sorted(basic.computed),
-        "changes": [msgspec.to_builtins(each) for each in basic.changes],
+        "changes": basic.changes,
     }
     if basic.order is not None:
         described["order"] = [

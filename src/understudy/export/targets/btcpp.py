@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree.ElementTree import indent, tostring
 
-from understudy.export.conformance import format_conformance
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
+from understudy.export.exported_trace import format_trace_header
+from understudy.export.target_files import (
+    TEMPLATES,
+    ExportJob,
+    FileByHand,
+    TargetFiles,
+    fill_template,
+    fill_templates,
+)
 from understudy.export.targets.btcpp_names import TreeNames, name_for_trees
 from understudy.export.targets.btcpp_nodes import NodeWriter
 from understudy.export.targets.btcpp_tree import TreeWriter
 from understudy.export.targets.c99_source import INDENT, write_comment
 from understudy.export.targets.python_module import ARITHMETIC, PythonSource
-from understudy.export.templates import TEMPLATES, fill_template
-from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
 
 
@@ -40,18 +45,8 @@ def make_btcpp_files(job: ExportJob) -> TargetFiles:
         "conformance.py": fill_template("btcpp/conformance.py.in", values),
         "conformance.cpp": fill_template("btcpp/conformance.cpp.in", values),
     }
-    files |= {name: fill_template(f"btcpp/{name}", values) for name in ("Makefile", "README.md")}
-    readings = [c.readings[str(slot)] for slot in job.hierarchy.readings]
-    channels = [c.channels[channel.name] for channel in job.hierarchy.channels]
-    files["conformance.csv"] = format_conformance(job.conformance, job.hierarchy, readings, channels)
-    spelled = {
-        "readings": c.readings,
-        "channels": c.channels,
-        "basics": c.basics,
-        "automata": c.automata,
-        "states": c.states,
-    }
-    return TargetFiles(files, spelled, ("conformance", "trace.csv"), by_hand=by_hand)
+    files |= fill_templates("btcpp", values, "Makefile", "README.md")
+    return TargetFiles(files, c.by_sort, ("conformance", "trace.csv"), by_hand=by_hand)
 
 
 def _list_values(
@@ -85,9 +80,9 @@ def _list_values(
         "arithmetic": ARITHMETIC,
         "code": "\n".join(rows.write()),
         "notes": "".join(
-            f"\nWrite {name} yourself, in `{p}_functions.hpp` and, for `make test`, in `{p}_functions.py`: {problem}. "
-            "Later exports keep these files.\n"
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{p}_functions.hpp` and, for `make test`, in `{p}_functions.py`: "
+            f"{each.problem}. Later exports keep these files.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
 
@@ -183,11 +178,13 @@ class _ConformanceTables:
     def write_functions(self) -> FileByHand | None:
         """Write the module of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            called = self.names.c.functions[name]
-            takes = ", ".join(self.names.c.readings[str(self.hierarchy.readings[slot])] for slot in slots)
+        for function in self.hierarchy.functions_to_write:
+            name, called = function.name, self.names.c.functions[function.name]
+            takes = ", ".join(self.names.c.readings[each] for each in function.readings)
             returns = "the value" if name.startswith("feature ") else "a dictionary of commands by channel"
-            text = f"{name} could not be translated ({problem}): return {returns} and remove this line"
+            text = (
+                f"{name} could not be translated ({function.problem}): return {returns} and remove this line"
+            )
             stubs[called] = (
                 f"\nraise NotImplementedError({text!r})\n\n\ndef {called}({takes}):\n{INDENT}pass\n"
             )

@@ -59,7 +59,7 @@ def name_for_trees(hierarchy: Hierarchy) -> TreeNames:
     prefix = make_identifier(hierarchy.name, WORDS).lower()
     channels = make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=WORDS)
     keys = _Names(("now", *readings.values()))
-    used = list_computed(hierarchy)
+    used = hierarchy.computed_features
     nodes = {index: types.add(f"compute_{make_identifier(hierarchy.computed[index].name)}") for index in used}
     computed = {index: keys.add(make_identifier(hierarchy.computed[index].name, WORDS)) for index in used}
     memory = {
@@ -73,12 +73,6 @@ def name_for_trees(hierarchy: Hierarchy) -> TreeNames:
         computed,
         memory,
     )
-
-
-def list_computed(hierarchy: Hierarchy) -> list[int]:
-    """List the computed values that are features of automata, by their index."""
-    sources = [source for each in hierarchy.automata for source in each.features]
-    return sorted({source.index for source in sources if source.sort == "computed"})
 
 
 def _list_memory(automaton: GroundAutomaton) -> list[tuple[str, int, str]]:

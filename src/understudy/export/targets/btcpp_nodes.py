@@ -9,7 +9,7 @@ from understudy.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.export.target_files import FileByHand
 from understudy.export.targets.btcpp_names import TreeNames
 from understudy.export.targets.btcpp_tree import clean
-from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment
+from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment, write_error
 from understudy.model.kinds import Categorical, Toroidal
 
 SHARED = {
@@ -52,7 +52,7 @@ class NodeWriter:
             if self.hierarchy.is_coordinator:
                 for port in ("order", "since", "now"):
                     SubElement(model, "input_port", name=port, type="double")
-            elif basic.problem or basic.computed:
+            elif basic.is_function:
                 self._read_ports(model, basic.slots)
             else:
                 for channel in self.hierarchy.channels:
@@ -147,7 +147,7 @@ class NodeWriter:
         yield f"/* {write_comment(basic.name)} */"
         yield from (f"class {called} : public Behavior", "{", "public:")
         yield from (f"{INDENT}using Behavior::Behavior;", "")
-        constant = not (hierarchy.is_coordinator or basic.problem or basic.computed)
+        constant = not (hierarchy.is_coordinator or basic.is_function)
         if hierarchy.is_coordinator:
             ports = ", ".join(f'BT::InputPort<double>("{each}")' for each in ("order", "since", "now"))
             yield from self._ports((), ports)
@@ -228,13 +228,13 @@ class NodeWriter:
         """Write the header of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
         kinds = {f"feature {each.name}": each.kind for each in self.hierarchy.computed}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            called, takes = self.names.c.functions[name], self._declare(slots)
-            kind = "int" if isinstance(kinds.get(name), Categorical) else "double"
-            if name.startswith("behavior "):
+        for function in self.hierarchy.functions_to_write:
+            called, takes = self.names.c.functions[function.name], self._declare(function.slots)
+            kind = "int" if isinstance(kinds.get(function.name), Categorical) else "double"
+            if function.name.startswith("behavior "):
                 kind, takes = "void", ["commands &commands", *takes]
             declared = f"inline {kind} {called}({', '.join(takes)})"
-            error = self.source.write_error(name, slots, problem)
+            error = write_error(function)
             stubs[called] = f"namespace {self.names.c.prefix}\n{{\n{declared}\n{{\n{error}\n}}\n}}\n"
         begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
         return FileByHand(begin, stubs) if stubs else None

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.export.conformance import ConformanceTick, format_conformance
-from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.conformance import ConformanceTick
+from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99_code import CCode
 from understudy.export.targets.c99_header import CHeader
 from understudy.export.targets.c99_names import CNames, name_for_c
 from understudy.export.targets.c99_source import INDENT, CSource, write_comment
-from understudy.export.templates import fill_template
 from understudy.model.kinds import Categorical
 
 MADE = (
@@ -24,6 +23,9 @@ MADE = (
 )
 """What the Makefile makes."""
 
+ZEPHYR = ("CMakeLists.txt", "prj.conf", "src/main.c")
+"""The files of a program for Zephyr."""
+
 MOST_EMBEDDED_BYTES = 14_000
 """The space for conformance rows in the flash of an ATmega328P, beside the program."""
 
@@ -35,13 +37,7 @@ def make_c99_files(job: ExportJob) -> TargetFiles:
     functions = writer.source.write_functions()
     return TargetFiles(
         writer.make_files(),
-        {
-            "readings": names.readings,
-            "channels": names.channels,
-            "basics": names.basics,
-            "automata": names.automata,
-            "states": names.states,
-        },
+        names.by_sort,
         (*MADE, *(f"{names.prefix}-{name}" for name in ("m3.o", "avr.o"))),
         by_hand={} if functions is None else {f"{names.prefix}_functions.h": functions},
     )
@@ -60,20 +56,12 @@ class _CFiles:
         header = "".join(f"{line}\n" for line in CHeader(self.job, self.names, self.source).write()).encode()
         source = CCode(self.job, self.names, self.source).write().encode()
         files = {f"{p}.h": header, f"{p}.c": source}
-        for name in ("conformance.c", "embedded.c", "Makefile", "README.md"):
-            files[name] = fill_template(f"c99/{name}", values)
-        for name in ("cortex-m3/start.c", "cortex-m3/m3.ld"):
-            files[name] = fill_template(f"c99/{name}", {})
-        for name in ("zephyr/CMakeLists.txt", "zephyr/prj.conf", "zephyr/src/main.c"):
-            files[name] = fill_template(f"c99/{name}", values)
+        files |= fill_templates("c99", values, "conformance.c", "embedded.c", "Makefile", "README.md")
+        files |= fill_templates("c99", {}, "cortex-m3/start.c", "cortex-m3/m3.ld")
+        files |= fill_templates("c99", values, *(f"zephyr/{name}" for name in ZEPHYR))
         files[f"arduino/{p}/{p}.ino"] = fill_template("c99/arduino.ino", values)
         files |= {f"arduino/{p}/{p}.h": header, f"arduino/{p}/{p}.c": source}
         files["embedded_rows.h"] = self.rows().encode()
-        readings = [self.names.readings[str(slot)] for slot in self.hierarchy.readings]
-        channels = [self.names.channels[channel.name] for channel in self.hierarchy.channels]
-        files["conformance.csv"] = format_conformance(
-            self.job.conformance, self.hierarchy, readings, channels
-        )
         return files
 
     def values(self) -> dict[str, str]:
@@ -89,8 +77,8 @@ class _CFiles:
         ]
         used = [f"(void)commands.{channel};" for channel in channels]
         notes = [
-            f"\nWrite {name} yourself, in `{p}_functions.h`, which later exports keep: {problem}."
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{p}_functions.h`, which later exports keep: {each.problem}."
+            for each in hierarchy.functions_to_write
         ]
         if self.single:
             notes.append("\nNumbers are single precision, times whole milliseconds.")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.export.conformance import MS_PER_S
+from understudy.export.exported_trace import format_trace_header
 from understudy.export.target_files import ExportJob
 from understudy.export.targets.c99_names import CNames
 from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment
-from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
 
 GENERATED = "exported by Understudy. This file was generated: teach it again instead of editing it."

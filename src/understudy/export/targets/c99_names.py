@@ -44,6 +44,17 @@ class CNames:
     functions: Mapping[str, str] = field(default_factory=dict)
     """The functions to write, by their name in `Hierarchy.functions_to_write`."""
 
+    @property
+    def by_sort(self) -> Mapping[str, Mapping[str, str]]:
+        """The identifiers as a manifest has them."""
+        return {
+            "readings": self.readings,
+            "channels": self.channels,
+            "basics": self.basics,
+            "automata": self.automata,
+            "states": self.states,
+        }
+
 
 def name_for_c(hierarchy: Hierarchy) -> CNames:
     """Make the identifiers of a hierarchy; DefinitionError if two names become the same."""
@@ -75,7 +86,7 @@ def name_for_c(hierarchy: Hierarchy) -> CNames:
 
 def name_functions(hierarchy: Hierarchy) -> Mapping[str, str]:
     """Make the names of the functions that could not be translated; an export repeated has the same ones."""
-    return make_identifiers([name for name, _, _ in hierarchy.functions_to_write], what="functions")
+    return make_identifiers([each.name for each in hierarchy.functions_to_write], what="functions")
 
 
 def _check_constants(

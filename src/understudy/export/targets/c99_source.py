@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
-from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
+from understudy.export.decisions import Answer, Branch, Continuation, Decision, Step
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import (
     FeatureSource,
+    FunctionToWrite,
     GroundAutomaton,
     GroundExpression,
     Hierarchy,
@@ -20,7 +21,7 @@ from understudy.export.single_precision import round_to_single
 from understudy.export.target_files import FileByHand
 from understudy.export.targets.c99_names import CNames
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import STAY, Tree
+from understudy.model.tree import STAY
 
 INDENT = "    "
 
@@ -107,16 +108,11 @@ class CSource:
 
     def _flag(self, number: int, state: int | None, flag: int) -> str:
         """Write whether the automaton that a state runs has raised a flag."""
-        automaton = self.hierarchy.automata[number]
+        called = [self.names.automata[each.name] for each in self.hierarchy.automata]
         if state is None:
-            return f"flag_{flag}_{self.names.automata[automaton.name]}(m)"
-        child = automaton.states[state].child
-        if not child.is_automaton:
-            return "0"
-        below = self.hierarchy.automata[child.index]
-        memory = f"m->{self.names.automata[below.name]}.state"
-        raising = [f"{memory} == {index}" for index, each in enumerate(below.states) if each.flag == flag]
-        return " || ".join(raising) or "0"
+            return f"flag_{flag}_{called[number]}(m)"
+        raising = self.hierarchy.find_raising(number, state, flag)
+        return " || ".join(f"m->{called[below]}.state == {index}" for below, index in raising) or "0"
 
     # Trees
 
@@ -150,19 +146,15 @@ class CSource:
         yield f"/* {write_comment(automaton.name)} */"
         yield from self._write_start(number, called)
         takes = f"({p}_machine *m, const {p}_readings *r, {p}_time now)"
-        trees: dict[int, list[int]] = {}
-        for index, state in enumerate(automaton.states):
-            if state.tree is not None:
-                trees.setdefault(id(state.tree), []).append(index)
-        for states in trees.values():
-            yield from self._write_tree(number, states, called, takes)
+        for decision in automaton.decisions:
+            yield from self._write_tree(number, decision, called, takes)
         yield f"static int next_{called}{takes}"
         yield "{"
         yield from (f"{INDENT}(void)m; (void)r; (void)now;", f"{INDENT}switch (m->{called}.state) {{")
-        for states in trees.values():
-            for index in states:
+        for decision in automaton.decisions:
+            for index in decision.states:
                 yield f"{INDENT}case {index}: /* {write_comment(automaton.states[index].name)} */"
-            yield f"{INDENT * 2}return tree_{called}_{states[0]}_0(m, r, now);"
+            yield f"{INDENT * 2}return tree_{called}_{decision.states[0]}_0(m, r, now);"
         yield from (f"{INDENT}default:", f"{INDENT * 2}ANSWER(NO_TREE, STAY);", f"{INDENT}}}", "}", "")
         yield from self._write_enter(number, called)
         yield from self._write_pulse(number, called, takes)
@@ -179,23 +171,20 @@ class CSource:
             yield f"{INDENT}m->{called}.is_set[{index}] = 0;"
         yield from ("}", "")
 
-    def _write_tree(self, number: int, states: Sequence[int], called: str, takes: str) -> Iterator[str]:
+    def _write_tree(self, number: int, decision: Decision, called: str, takes: str) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
-        tree = automaton.states[states[0]].tree or Tree(())
-        shared = len(states) > 1
-        routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
-        name = f"tree_{called}_{states[0]}"
+        name = f"tree_{called}_{decision.states[0]}"
         lines = []
-        for index, routine in enumerate(routines):
+        for index, routine in enumerate(decision.routines):
             lines += [f"static int {name}_{index}{takes}", "{", f"{INDENT}(void)m; (void)r; (void)now;"]
-            lines += [*self.write_step(routine, number, None if shared else states[0], name, 1), "}", ""]
-        if shared:
+            lines += [*self.write_step(routine, number, decision.state, name, 1), "}", ""]
+        if decision.state is None:
             text = "\n".join(lines)
             flags = dict.fromkeys(each.index for each in automaton.features if each.sort == "flag")
             for flag in flags:
                 if f"flag_{flag}_{called}(m)" in text:
-                    yield from self._write_flag(number, states, called, flag)
-        for index in range(1, len(routines)):
+                    yield from self._write_flag(number, decision.states, called, flag)
+        for index in range(1, len(decision.routines)):
             yield f"static int {name}_{index}{takes};"
         yield from lines
 
@@ -294,24 +283,17 @@ class CSource:
         """Write the header of the functions that could not be translated; None if there are none."""
         p, stubs = self.names.prefix, {}
         kinds = {f"feature {each.name}": each.kind for each in self.hierarchy.computed}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            is_label = isinstance(kinds.get(name), Categorical)
-            called = self.names.functions[name]
+        for function in self.hierarchy.functions_to_write:
+            is_label = isinstance(kinds.get(function.name), Categorical)
+            called = self.names.functions[function.name]
             declared = f"{'int' if is_label else f'{p}_real'} {called}(const {p}_readings *r)"
             last = f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};\n"
-            if name.startswith("behavior "):
+            if function.name.startswith("behavior "):
                 declared, last = f"void {called}(const {p}_readings *r, {p}_commands *commands)", ""
-            error = self.write_error(name, slots, problem)
+            error = write_error(function)
             stubs[called] = f"static inline {declared}\n{{\n{INDENT}(void)r;\n{error}\n{last}}}\n"
         begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
         return FileByHand(begin, stubs, (f"arduino/{p}/{p}_functions.h",)) if stubs else None
-
-    def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
-        """Write what keeps a function from compiling that could not be translated."""
-        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-        text = f"{name} of {read} could not be translated ({problem}): write it in place of this line"
-        plain = write_comment(text).replace("\\", "/").replace('"', "'")
-        return f'#error "{plain}"'
 
     def expression(self, expression: GroundExpression) -> str:
         """Write an expression; comparisons give 1 or 0."""
@@ -333,6 +315,13 @@ def quote_for_c(text: str) -> str:
         chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
         for byte in text.encode("utf-8")
     )
+
+
+def write_error(function: FunctionToWrite) -> str:
+    """Write what keeps a function from compiling that could not be translated."""
+    text = write_comment(function.refuse("write it in place of this line"))
+    plain = text.replace("\\", "/").replace('"', "'")
+    return f'#error "{plain}"'
 
 
 def write_comment(text: str) -> str:

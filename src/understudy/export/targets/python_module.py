@@ -8,17 +8,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
 from understudy.export.code_text import PYTHON_WORDS, Operand, Spelling, write_condition
-from understudy.export.conformance import format_conformance
-from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
+from understudy.export.decisions import Answer, Branch, Continuation, Step
+from understudy.export.exported_trace import format_trace_header
 from understudy.export.expressions import Number
 from understudy.export.hierarchy import FeatureSource, GroundExpression, SlotValue
 from understudy.export.identifiers import make_identifier, make_identifiers
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
+from understudy.export.target_files import (
+    TEMPLATES,
+    ExportJob,
+    FileByHand,
+    TargetFiles,
+    fill_template,
+    fill_templates,
+)
 from understudy.export.targets.c99_names import name_functions
-from understudy.export.templates import TEMPLATES, fill_template
-from understudy.export.trace_format import format_trace_header
 from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import Tree
 
 INDENT = "    "
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
@@ -51,16 +55,14 @@ def make_python_files(job: ExportJob) -> TargetFiles:
         "functions": f"\nfrom {module}_functions import {', '.join(called)}\n" if called else "",
         "code": "\n".join(source.write()),
         "notes": "".join(
-            f"\nWrite {name} yourself, in `{module}_functions.py`, which later exports keep: {problem}.\n"
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{module}_functions.py`, which later exports keep: {each.problem}.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
     files = {f"{module}.py": fill_template("python/module.py.in", values)}
     files["conformance.py"] = fill_template("python/conformance.py.in", values)
-    files |= {name: fill_template(f"python/{name}", values) for name in ("Makefile", "README.md")}
+    files |= fill_templates("python", values, "Makefile", "README.md")
     by_hand = {} if functions is None else {f"{module}_functions.py": functions}
-    names = [readings[str(slot)] for slot in hierarchy.readings]
-    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, names, list(channels))
     return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand=by_hand)
 
 
@@ -104,13 +106,7 @@ class PythonSource:
             flags = [-1 if state.flag is None else state.flag for state in automaton.states]
             yield f"{INDENT}({_items(flags)}),"
         yield from (")", f"_ROOT = {hierarchy.root.index}", "")
-        used = {
-            source.index
-            for each in hierarchy.automata
-            for source in each.features
-            if source.sort == "computed"
-        }
-        for index in sorted(used):
+        for index in hierarchy.computed_features:
             yield from self._computed(index)
         for number in range(len(hierarchy.automata)):
             yield from self._automaton(number)
@@ -145,9 +141,8 @@ class PythonSource:
         """Write the module of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
         called = name_functions(self.hierarchy)
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-            text = f"{name} of {read} could not be translated ({problem}): write it and remove this line"
+        for function in self.hierarchy.functions_to_write:
+            name, text = function.name, function.refuse("write it and remove this line")
             declared, last = f"def {called[name]}(r):", 'return float("nan")'
             if name.startswith("behavior "):
                 declared, last = f"def {called[name]}(r, command):", "pass  # set the channels of command"
@@ -195,14 +190,8 @@ class PythonSource:
     def _flag(self, number: int, state: int | None, flag: int) -> str:
         if state is None:
             return f"m.flag_below({number}) == {flag}"
-        child = self.hierarchy.automata[number].states[state].child
-        if not child.is_automaton:
-            return "False"
-        states = self.hierarchy.automata[child.index].states
-        raising = [
-            f"m.states[{child.index}] == {index}" for index, each in enumerate(states) if each.flag == flag
-        ]
-        return " or ".join(raising) or "False"
+        raising = self.hierarchy.find_raising(number, state, flag)
+        return " or ".join(f"m.states[{below}] == {index}" for below, index in raising) or "False"
 
     def _step(self, step: Step, number: int, state: int | None, called: str, indent: int) -> Iterator[str]:
         pad = INDENT * indent
@@ -225,21 +214,15 @@ class PythonSource:
 
     def _automaton(self, number: int) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
-        trees: dict[int, list[int]] = {}
-        for index, state in enumerate(automaton.states):
-            if state.tree is not None:
-                trees.setdefault(id(state.tree), []).append(index)
         which: dict[int, str] = {}
-        for states in trees.values():
-            called = f"_tree_{number}_{states[0]}"
-            tree = automaton.states[states[0]].tree or Tree(())
-            which |= dict.fromkeys(states, f"{called}_0")
-            routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
-            for index, routine in enumerate(routines):
-                names = ", ".join(automaton.states[state].name for state in states)
+        for decision in automaton.decisions:
+            called = f"_tree_{number}_{decision.states[0]}"
+            which |= dict.fromkeys(decision.states, f"{called}_0")
+            for index, routine in enumerate(decision.routines):
+                names = ", ".join(automaton.states[state].name for state in decision.states)
                 yield from ("", f"def {called}_{index}(m, r, now):")
                 yield f"{INDENT}# {_comment(f'{automaton.name} in {names}')}"
-                yield from self._step(routine, number, states[0] if len(states) == 1 else None, called, 1)
+                yield from self._step(routine, number, decision.state, called, 1)
                 yield ""
         trees_text = [which.get(index, "None") for index in range(len(automaton.states))]
         yield f"_TREES_{number} = ({', '.join(trees_text)},)"

@@ -10,7 +10,7 @@ from understudy.export.body_interface import BodyInterface, describe_kit
 from understudy.model.library import Library
 
 if TYPE_CHECKING:
-    from understudy.export.robot_interface import RobotInterface
+    from understudy.export.body_interface import RobotInterface
     from understudy.model.library import Kit
     from understudy.sim.scenario.schema import Scenario
 
@@ -45,7 +45,7 @@ def open_library_for_robot(
 
     A world is named only if the file names none; without either, the first built-in scenario that fits is taken.
     """
-    from understudy.export.robot_interface import describe_robot
+    from understudy.export.body_interface import describe_robot
     from understudy.robots.robot import find_robot_scenario
     from understudy.robots.robot_file import load_robot
     from understudy.sim.kit import make_scenario_kit

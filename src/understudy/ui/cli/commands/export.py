@@ -14,9 +14,8 @@ from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
-    from understudy.export.body_interface import BodyInterface
+    from understudy.export.body_interface import BodyInterface, RobotInterface
     from understudy.export.export_automaton import ExportResult
-    from understudy.export.robot_interface import RobotInterface
     from understudy.export.single_precision import RoundedCut
 
 AUTOMATON, DATA = "automaton", "data"
