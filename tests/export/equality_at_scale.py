@@ -27,8 +27,8 @@ from understudy.export.conformance import Conformance, ConformanceTick, Referenc
 from understudy.export.export_automaton import link_ground, prepare_export
 from understudy.export.target_files import ExportJob
 from understudy.export.targets import TARGETS
-from understudy.export.targets.c99_names import name_for_c
 from understudy.export.targets.c99_source import CSource
+from understudy.export.targets.cpp_names import name_for_c
 from understudy.export.walks import ReadingWalk
 from understudy.model.kinds import Categorical
 from understudy.runtime.program import Program, link

@@ -9,9 +9,8 @@ from pathlib import Path
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.export.body_interface import BodyInterface, RobotInterface, describe_body, describe_kit
 from understudy.export.conformance import MS_PER_S, make_conformance
-from understudy.export.export_folder import check_export_folder, write_export
+from understudy.export.export_folder import MANIFEST, check_export_folder, make_manifest, write_export
 from understudy.export.hierarchy import Hierarchy, flatten_program
-from understudy.export.manifest import MANIFEST, make_manifest
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob
 from understudy.export.targets import TARGETS

@@ -14,10 +14,10 @@ from understudy.export.target_files import (
     fill_template,
     fill_templates,
 )
-from understudy.export.targets.btcpp_names import TreeNames, name_for_trees
 from understudy.export.targets.btcpp_nodes import NodeWriter
 from understudy.export.targets.btcpp_tree import TreeWriter
 from understudy.export.targets.c99_source import INDENT, write_comment
+from understudy.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.export.targets.python_module import ARITHMETIC, PythonSource
 from understudy.model.kinds import Categorical, Toroidal
 

@@ -7,9 +7,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from understudy.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.export.target_files import FileByHand
-from understudy.export.targets.btcpp_names import TreeNames
 from understudy.export.targets.btcpp_tree import clean
 from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment, write_error
+from understudy.export.targets.cpp_names import TreeNames
 from understudy.model.kinds import Categorical, Toroidal
 
 SHARED = {

@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
 from understudy.export.decisions import Answer, Branch, Continuation, Decision, Step, ValueCondition
 from understudy.export.hierarchy import FeatureSource, Hierarchy
-from understudy.export.targets.btcpp_names import TreeNames, is_measured
+from understudy.export.targets.cpp_names import TreeNames, is_measured
 from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY
 

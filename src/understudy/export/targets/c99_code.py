@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from understudy.export.target_files import ExportJob
-from understudy.export.targets.c99_header import GENERATED
-from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource, write_comment
+from understudy.export.targets.c99_source import GENERATED, INDENT, CSource, write_comment
+from understudy.export.targets.cpp_names import CNames
 from understudy.model.kinds import Categorical
 
 HELPERS = {

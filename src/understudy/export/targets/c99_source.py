@@ -19,11 +19,12 @@ from understudy.export.hierarchy import (
 )
 from understudy.export.single_precision import round_to_single
 from understudy.export.target_files import FileByHand
-from understudy.export.targets.c99_names import CNames
+from understudy.export.targets.cpp_names import CNames
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY
 
 INDENT = "    "
+GENERATED = "exported by Understudy. This file was generated: teach it again instead of editing it."
 
 C_FUNCTIONS = {
     "abs": "absolute",

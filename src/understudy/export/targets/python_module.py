@@ -21,7 +21,7 @@ from understudy.export.target_files import (
     fill_template,
     fill_templates,
 )
-from understudy.export.targets.c99_names import name_functions
+from understudy.export.targets.cpp_names import name_functions
 from understudy.model.kinds import Categorical, Toroidal
 
 INDENT = "    "

@@ -12,8 +12,8 @@ from understudy.errors import SettingError, join_names
 from understudy.export.body_interface import RobotInterface
 from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99 import make_c99_files
-from understudy.export.targets.c99_names import CNames, name_for_c
 from understudy.export.targets.c99_source import quote_for_c, write_comment
+from understudy.export.targets.cpp_names import CNames, name_for_c
 from understudy.export.targets.ros2_readings import STEP, NodeReadings, write_cpp_type
 
 HEADERS = ("message_values.hpp", "derived_readings.hpp", "motion_guard.hpp")
