@@ -32,7 +32,7 @@ from understudy.export.targets.cpp_names import name_for_c
 from understudy.export.walks import ReadingWalk
 from understudy.model.kinds import Categorical
 from understudy.runtime.program import Program, link
-from understudy.ui.cli.export_library import open_library_to_export
+from understudy.ui.cli.commands.export import open_library_to_export
 
 RUN = 64
 """A behavior starts again after so many ticks."""

@@ -22,7 +22,6 @@ TRACE = "# understudy exported trace 1"
 """How the first line of a trace begins."""
 SEPARATORS = "%;,=\r\n"
 """Characters of names that the first line spells as %XX."""
-NEVER_SHOWN = -1
 NO_TREE = -2
 
 

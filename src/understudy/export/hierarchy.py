@@ -272,7 +272,7 @@ class _Flattener:
             features,
         )
 
-    def slot(self, reading: str, target: str | None, wanted: Feature | None = None) -> int:
+    def slot(self, reading: str, target: str | None) -> int:
         key = (reading, target)
         if key not in self.slots:
             known = {each.name: each for each in self.body.readings}
@@ -281,12 +281,6 @@ class _Flattener:
                 raise UnknownName(what="reading", name=reading, where="the body", known=list(known))
             found = found or Reading(reading, Continuous())
             self.slots[key] = ReadingSlot(reading, target, found.kind, found.unit, found.doc)
-        if wanted is not None and wanted.kind != self.slots[key].kind:
-            raise DefinitionError(
-                what=f"feature {wanted.name!r}",
-                problem=f"it is {wanted.kind}, but the body's reading {reading!r} is {self.slots[key].kind}",
-                remedy="give the feature the reading's kind",
-            )
         return list(self.slots).index(key)
 
     def feature(self, bound: BoundFeature) -> int:
@@ -295,7 +289,7 @@ class _Flattener:
             return 0
         if feature.function is None:
             target = bound.binding[feature.of] if feature.of else None
-            return self.slot(feature.reading or "", target, feature)
+            return self.slot(feature.reading or "", target)
         translated = translate_function(feature.function, feature.parameters)
         slots = self.look(translated.readings, bound.binding)
         expression, problem = None, translated.problem

@@ -19,7 +19,7 @@ from understudy.export.targets.btcpp_tree import TreeWriter
 from understudy.export.targets.c99_source import INDENT, write_comment
 from understudy.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.export.targets.python_module import ARITHMETIC, PythonSource
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical
 
 
 def make_btcpp_files(job: ExportJob) -> TargetFiles:
@@ -145,12 +145,7 @@ class _ConformanceTables:
         value = self.hierarchy.computed[index]
         if value.expression is None:
             return f"lambda r: {self.names.c.functions[f'feature {value.name}']}(**r)"
-        text = self.python.expression(value.expression)
-        if isinstance(value.kind, Categorical):
-            return f"lambda r: _to_label({text}, {len(value.kind.labels)})"
-        if isinstance(value.kind, Toroidal):
-            return f"lambda r: _wrap({text}, {value.kind.period!r})"
-        return f"lambda r: _finite({text}, ABSENT)"
+        return f"lambda r: {self.python.write_value(value.kind, value.expression)}"
 
     def _command(self, index: int) -> str:
         """Write the function from the ports of a basic behavior to its commands."""

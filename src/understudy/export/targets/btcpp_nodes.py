@@ -8,9 +8,16 @@ from xml.etree.ElementTree import Element, SubElement
 from understudy.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.export.target_files import FileByHand
 from understudy.export.targets.btcpp_tree import clean
-from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment, write_error
+from understudy.export.targets.c99_source import (
+    INDENT,
+    CSource,
+    describe_values,
+    quote_for_c,
+    write_comment,
+    write_error,
+)
 from understudy.export.targets.cpp_names import TreeNames
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical
 
 SHARED = {
     "IsAbsent": ("Condition", ("value",)),
@@ -81,7 +88,7 @@ class NodeWriter:
         for slot in hierarchy.readings:
             is_label = isinstance(slot.kind, Categorical)
             kind, absent = ("int", "-1") if is_label else ("double", "understudy::ABSENT")
-            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {_describe(slot.kind, slot.unit)} */"
+            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {describe_values(slot)} */"
         yield from ("};", "", "/* What the basic behavior that runs commands. */", "struct commands", "{")
         for channel in hierarchy.channels:
             rest = self.source.write_real(channel.rest)
@@ -130,16 +137,9 @@ class NodeWriter:
             text = f"{called}({', '.join(self._take(value.slots))})"
         else:
             yield from self._gather(value.slots)
-            text = self._kind(value, self.source.expression(value.expression))
+            text = self.source.write_value(value.kind, value.expression)
         yield f'{INDENT * 2}setOutput<{kind}>("value", {text});'
         yield from (f"{INDENT * 2}return BT::NodeStatus::SUCCESS;", f"{INDENT}}}", "};", "")
-
-    def _kind(self, value: ComputedValue, text: str) -> str:
-        if isinstance(value.kind, Categorical):
-            return f"to_label({text}, {len(value.kind.labels)})"
-        if isinstance(value.kind, Toroidal):
-            return f"wrap(finite_or_absent({text}), {self.source.write_real(value.kind.period)})"
-        return f"finite_or_absent({text})"
 
     def _basic(self, index: int, basic: GroundBasic) -> Iterator[str]:
         hierarchy, names = self.hierarchy, self.names.c
@@ -236,15 +236,7 @@ class NodeWriter:
             declared = f"inline {kind} {called}({', '.join(takes)})"
             error = write_error(function)
             stubs[called] = f"namespace {self.names.c.prefix}\n{{\n{declared}\n{{\n{error}\n}}\n}}\n"
-        begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
-        return FileByHand(begin, stubs) if stubs else None
+        return self.source.keep_by_hand(stubs)
 
     def _declare(self, slots: Sequence[int]) -> list[str]:
         return [f"{'int' if is_label else 'double'} {key}" for key, is_label in self._keys(slots)]
-
-
-def _describe(kind: object, unit: str) -> str:
-    if isinstance(kind, Categorical):
-        return write_comment(", ".join(f"{index} {label}" for index, label in enumerate(kind.labels)))
-    period = f"in [0, {kind.period!r}), " if isinstance(kind, Toroidal) else ""
-    return write_comment(f"{period}{unit or 'no unit'}")

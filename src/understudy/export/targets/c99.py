@@ -8,9 +8,16 @@ from understudy.export.conformance import MS_PER_S, ConformanceTick
 from understudy.export.exported_trace import format_trace_header
 from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99_code import CCode
-from understudy.export.targets.c99_source import GENERATED, INDENT, CSource, quote_for_c, write_comment
+from understudy.export.targets.c99_source import (
+    GENERATED,
+    INDENT,
+    CSource,
+    describe_values,
+    quote_for_c,
+    write_comment,
+)
 from understudy.export.targets.cpp_names import CNames, name_for_c
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical
 
 MADE = (
     "conformance",
@@ -191,7 +198,7 @@ class CHeader:
         for slot in hierarchy.readings:
             is_label = isinstance(slot.kind, Categorical)
             kind = f"{p}_label" if is_label else f"{p}_real"
-            yield f"{INDENT}{kind} {self.names.readings[str(slot)]}; /* {self._describe(slot.kind, slot.unit)} */"
+            yield f"{INDENT}{kind} {self.names.readings[str(slot)]}; /* {describe_values(slot)} */"
         if not hierarchy.readings:
             yield f"{INDENT}uint8_t nothing;"
         yield from (f"}} {p}_readings;", "", "typedef struct {")
@@ -223,11 +230,3 @@ class CHeader:
             f"uint8_t {p}_path(const {p}_machine *m, uint8_t *states, uint8_t *flags);",
             "", "#ifdef __cplusplus", "}", "#endif", "#endif",
         )  # fmt: skip
-
-    @staticmethod
-    def _describe(kind: object, unit: str) -> str:
-        if isinstance(kind, Categorical):
-            labels = ", ".join(f"{index} {label}" for index, label in enumerate(kind.labels))
-            return write_comment(labels)
-        period = f"in [0, {kind.period!r}), " if isinstance(kind, Toroidal) else ""
-        return write_comment(f"{period}{unit or 'no unit'}")

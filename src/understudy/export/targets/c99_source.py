@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from understudy.export.hierarchy import (
     GroundAutomaton,
     GroundExpression,
     Hierarchy,
+    ReadingSlot,
     SlotValue,
 )
 from understudy.export.single_precision import round_to_single
 from understudy.export.target_files import FileByHand
 from understudy.export.targets.cpp_names import CNames
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY
 
 INDENT = "    "
@@ -268,17 +269,19 @@ class CSource:
             yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
             yield from ("{", f"{INDENT}return {self.names.functions[f'feature {value.name}']}(r);", "}", "")
             return
-        text = self.expression(value.expression)
         yield f"/* {write_comment(value.name)} */"
         yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
         yield from ("{", f"{INDENT}(void)r;")
-        if is_label:
-            yield f"{INDENT}return to_label({text}, {len(value.kind.labels)});"  # type: ignore[union-attr]
-        elif isinstance(value.kind, Toroidal):
-            yield f"{INDENT}return wrap(finite_or_absent({text}), {self.write_real(value.kind.period)});"
-        else:
-            yield f"{INDENT}return finite_or_absent({text});"
-        yield from ("}", "")
+        yield from (f"{INDENT}return {self.write_value(value.kind, value.expression)};", "}", "")
+
+    def write_value(self, kind: Kind, expression: GroundExpression) -> str:
+        """Write the value of an expression as one of a kind."""
+        text = self.expression(expression)
+        if isinstance(kind, Categorical):
+            return f"to_label({text}, {len(kind.labels)})"
+        if isinstance(kind, Toroidal):
+            return f"wrap(finite_or_absent({text}), {self.write_real(kind.period)})"
+        return f"finite_or_absent({text})"
 
     def write_functions(self) -> FileByHand | None:
         """Write the header of the functions that could not be translated; None if there are none."""
@@ -293,8 +296,12 @@ class CSource:
                 declared, last = f"void {called}(const {p}_readings *r, {p}_commands *commands)", ""
             error = write_error(function)
             stubs[called] = f"static inline {declared}\n{{\n{INDENT}(void)r;\n{error}\n{last}}}\n"
+        return self.keep_by_hand(stubs, f"arduino/{p}/{p}_functions.h")
+
+    def keep_by_hand(self, stubs: Mapping[str, str], *copies: str) -> FileByHand | None:
+        """Make the header of functions to write out of what stands for each; None if there are none."""
         begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
-        return FileByHand(begin, stubs, (f"arduino/{p}/{p}_functions.h",)) if stubs else None
+        return FileByHand(begin, stubs, copies) if stubs else None
 
     def expression(self, expression: GroundExpression) -> str:
         """Write an expression; comparisons give 1 or 0."""
@@ -316,6 +323,14 @@ def quote_for_c(text: str) -> str:
         chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
         for byte in text.encode("utf-8")
     )
+
+
+def describe_values(slot: ReadingSlot) -> str:
+    """Describe the values of a reading in a comment of C: its labels, or its range and unit."""
+    if isinstance(slot.kind, Categorical):
+        return write_comment(", ".join(f"{index} {label}" for index, label in enumerate(slot.kind.labels)))
+    period = f"in [0, {slot.kind.period!r}), " if isinstance(slot.kind, Toroidal) else ""
+    return write_comment(f"{period}{slot.unit or 'no unit'}")
 
 
 def write_error(function: FunctionToWrite) -> str:

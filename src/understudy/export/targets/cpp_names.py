@@ -5,8 +5,8 @@ The latter are node types, trees, ports, and the keys of the blackboard.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 from understudy.errors import DefinitionError
 from understudy.export.hierarchy import FeatureSource, GroundAutomaton, Hierarchy
@@ -67,20 +67,25 @@ def name_for_c(hierarchy: Hierarchy) -> CNames:
     ]:
         if count > MOST:
             raise DefinitionError(what="target c99", problem=f"{what}: {count}", remedy=f"it can take {MOST}")
+    prefix = make_identifier(hierarchy.name, RESERVED | set(f"{FUNCTIONS} {HEADERS}".split())).lower()
+    names = _name_parts(hierarchy, prefix, RESERVED)
+    _check_constants(hierarchy, names.basics, names.automata, names.states)
+    return names
+
+
+def _name_parts(hierarchy: Hierarchy, prefix: str, reserved: Collection[str]) -> CNames:
     states: dict[str, str] = {}
     automata = make_identifiers(
-        [each.name for each in hierarchy.automata], what="automata", reserved=RESERVED
+        [each.name for each in hierarchy.automata], what="automata", reserved=reserved
     )
     for each in hierarchy.automata:
         of = make_identifiers([state.name for state in each.states], what=f"states of {each.name}")
         states |= {f"{each.name}/{name}": identifier for name, identifier in of.items()}
-    basics = make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=RESERVED)
-    _check_constants(hierarchy, basics, automata, states)
     return CNames(
-        make_identifier(hierarchy.name, RESERVED | set(f"{FUNCTIONS} {HEADERS}".split())).lower(),
-        make_identifiers([str(each) for each in hierarchy.readings], what="readings", reserved=RESERVED),
-        make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=RESERVED),
-        basics,
+        prefix,
+        make_identifiers([str(each) for each in hierarchy.readings], what="readings", reserved=reserved),
+        make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=reserved),
+        make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=reserved),
         automata,
         states,
         name_functions(hierarchy),
@@ -154,32 +159,19 @@ class TreeNames:
 
 def name_for_trees(hierarchy: Hierarchy) -> TreeNames:
     """Make the names of a hierarchy; DefinitionError if two names become the same."""
-    automata = make_identifiers([each.name for each in hierarchy.automata], what="automata", reserved=WORDS)
-    basics = make_identifiers([each.name for each in hierarchy.basics], what="behaviors", reserved=WORDS)
-    readings = make_identifiers([str(each) for each in hierarchy.readings], what="readings", reserved=WORDS)
-    states: dict[str, str] = {}
-    for each in hierarchy.automata:
-        of = make_identifiers([state.name for state in each.states], what=f"states of {each.name}")
-        states |= {f"{each.name}/{name}": identifier for name, identifier in of.items()}
-    types = _Names(basics.values())
-    trees = {name: types.add(identifier) for name, identifier in automata.items()}
-    prefix = make_identifier(hierarchy.name, WORDS).lower()
-    channels = make_identifiers([each.name for each in hierarchy.channels], what="channels", reserved=WORDS)
-    keys = _Names(("now", *readings.values()))
+    names = _name_parts(hierarchy, make_identifier(hierarchy.name, WORDS).lower(), WORDS)
+    types = _Names(names.basics.values())
+    trees = {name: types.add(identifier) for name, identifier in names.automata.items()}
+    keys = _Names(("now", *names.readings.values()))
     used = hierarchy.computed_features
     nodes = {index: types.add(f"compute_{make_identifier(hierarchy.computed[index].name)}") for index in used}
     computed = {index: keys.add(make_identifier(hierarchy.computed[index].name, WORDS)) for index in used}
     memory = {
-        (number, sort, index): keys.add(f"{automata[each.name]}_{make_identifier(name)}")
+        (number, sort, index): keys.add(f"{names.automata[each.name]}_{make_identifier(name)}")
         for number, each in enumerate(hierarchy.automata)
         for sort, index, name in _list_memory(each)
     }
-    return TreeNames(
-        CNames(prefix, readings, channels, basics, trees, states, name_functions(hierarchy)),
-        nodes,
-        computed,
-        memory,
-    )
+    return TreeNames(replace(names, automata=trees), nodes, computed, memory)
 
 
 def _list_memory(automaton: GroundAutomaton) -> list[tuple[str, int, str]]:

@@ -22,7 +22,7 @@ from understudy.export.target_files import (
     fill_templates,
 )
 from understudy.export.targets.cpp_names import name_functions
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical, Kind, Toroidal
 
 INDENT = "    "
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
@@ -122,20 +122,22 @@ class PythonSource:
         if value.expression is None:
             yield f"_value_{index} = {name_functions(self.hierarchy)[f'feature {value.name}']}"
             return
-        text = self.expression(value.expression)
-        if isinstance(value.kind, Categorical):
-            text = f"_to_label({text}, {len(value.kind.labels)})"
-        elif isinstance(value.kind, Toroidal):
-            text = f"_wrap({text}, {value.kind.period!r})"
-        else:
-            text = f"_finite({text}, ABSENT)"
         yield from (
             "",
             f"def _value_{index}(r):",
             f"{INDENT}# {_comment(value.name)}",
-            f"{INDENT}return {text}",
+            f"{INDENT}return {self.write_value(value.kind, value.expression)}",
             "",
         )
+
+    def write_value(self, kind: Kind, expression: GroundExpression) -> str:
+        """Write the value of an expression as one of a kind."""
+        text = self.expression(expression)
+        if isinstance(kind, Categorical):
+            return f"_to_label({text}, {len(kind.labels)})"
+        if isinstance(kind, Toroidal):
+            return f"_wrap({text}, {kind.period!r})"
+        return f"_finite({text}, ABSENT)"
 
     def write_functions(self) -> FileByHand | None:
         """Write the module of the functions that could not be translated; None if there are none."""

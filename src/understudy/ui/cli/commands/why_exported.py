@@ -45,7 +45,7 @@ def explain_exported(
     """Explain every switch in a trace of exported code, or all decisions of the tick at a time."""
     from understudy.export.export_automaton import combine_fingerprints, fingerprint_automata, link_ground
     from understudy.export.exported_trace import check_trace, find_tick, read_exported_trace
-    from understudy.ui.cli.export_library import open_library_to_export
+    from understudy.ui.cli.commands.export import open_library_to_export
     from understudy.ui.cli.output import make_console, print_json
 
     read = read_exported_trace(trace)
