@@ -6,7 +6,7 @@ lessons, and from walks that look for the boundaries of trees, absent values and
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -21,7 +21,7 @@ from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Commands, Reading
-from understudy.runtime.interpreter import RunningBehavior
+from understudy.runtime.interpreter import RunningAutomaton, RunningBehavior
 from understudy.runtime.program import Program
 from understudy.runtime.run_loop import Run
 
@@ -184,13 +184,14 @@ def make_conformance(
         lambda machine, state, _, values: walker.note(machine, state, values)
     )
     clock = ConformanceClock(hierarchy.tick_s, single_precision)
-    recorder = _Recorder(reference, clock, random, single_precision)
+    recorder = _Recorder(reference, clock, random)
+    convert = round_to_single if single_precision else float
     for rows in list_recorded_rows(hierarchy, library):
-        recorder.record(rows)
+        recorder.follow(len(rows), (tuple(map(convert, row)) for row in rows).__next__)
     recorded = len(recorder.ticks)
     enough = min(MOST_TICKS, 20 * TICKS + 10 * len(walker.boundaries))
     while len(recorder.ticks) < recorded + enough and recorder.failures < MOST_TICKS:
-        recorder.walk(walker)
+        recorder.follow(TICKS, lambda: walker.advance(recorder.active))
     return Conformance(
         tuple(recorder.ticks),
         recorded,
@@ -200,28 +201,22 @@ def make_conformance(
 
 
 class _Recorder:
-    def __init__(
-        self, reference: ReferenceRun, clock: ConformanceClock, random: Random, single_precision: bool
-    ) -> None:
+    def __init__(self, reference: ReferenceRun, clock: ConformanceClock, random: Random) -> None:
         self.reference, self.clock, self.random = reference, clock, random
-        self.single = single_precision
         self.ticks: list[ConformanceTick] = []
-        self.failures = 0
+        self.failures, self.starts = 0, True
 
-    def record(self, rows: Sequence[Sequence[float]]) -> None:
-        times = self.clock.list_times(self.random)
-        starts = True
-        for row in rows:
-            starts = not self.add(
-                starts, next(times), tuple(map(round_to_single, row)) if self.single else tuple(row)
-            )
+    @property
+    def active(self) -> tuple[RunningAutomaton, ...]:
+        """The automata that are active before the next tick, none before a start."""
+        return () if self.starts else self.reference.interpreter.active
 
-    def walk(self, walker: ReadingWalk) -> None:
+    def follow(self, ticks: int, take_row: Callable[[], tuple[float, ...]]) -> None:
+        """Answer the rows of a walk, which starts again where a row cannot be answered."""
         times = self.clock.list_times(self.random)
-        starts = True
-        for _ in range(TICKS):
-            active = () if starts else self.reference.interpreter.active
-            starts = not self.add(starts, next(times), walker.advance(active))
+        self.starts = True
+        for _ in range(ticks):
+            self.starts = not self.add(self.starts, next(times), take_row())
 
     def add(self, starts: bool, time: tuple[float, float], row: tuple[float, ...]) -> bool:
         now, read = time

@@ -9,10 +9,9 @@ import json
 from collections.abc import Iterator, Mapping
 from math import isinf
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
+from understudy.export.code_text import C_WORDS, ExpressionText, Operand, Spelling, write_condition
 from understudy.export.decisions import ValueCondition
-from understudy.export.expressions import Number
-from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
+from understudy.export.hierarchy import FeatureSource, Hierarchy
 from understudy.export.identifiers import make_identifiers
 from understudy.export.target_files import TEMPLATES
 from understudy.model.kinds import Categorical, Toroidal
@@ -32,12 +31,14 @@ JAVASCRIPT_FUNCTIONS = {
 """The functions of operations in JavaScript."""
 
 
-class JavaScriptText:
+class JavaScriptText(ExpressionText):
     """A writer of JavaScript for one hierarchy.
 
     Conditions refer to `now`, `readings.NAME`, and `memory.AUTOMATON` with `entered`, `counters.NAME` and
     `timers.NAME`.
     """
+
+    functions = JAVASCRIPT_FUNCTIONS
 
     def __init__(self, hierarchy: Hierarchy) -> None:
         self.hierarchy = hierarchy
@@ -52,11 +53,11 @@ class JavaScriptText:
         self.timers = [
             make_identifiers(each.timers, what=f"timers of {each.name!r}") for each in hierarchy.automata
         ]
-        self._spelling = Spelling(*C_WORDS[:3], "true", "false", write_number, str, str)
+        self.spelling = Spelling(*C_WORDS[:3], "true", "false", write_number, str, str)
 
     def condition(self, condition: ValueCondition, number: int, source: FeatureSource) -> str:
         """Write a question about a value of an automaton, by its index; not about a flag."""
-        return write_condition(condition, self._operand(number, source), self._spelling)
+        return write_condition(condition, self._operand(number, source), self.spelling)
 
     def _operand(self, number: int, source: FeatureSource) -> Operand:
         memory = self.memory(number)
@@ -69,7 +70,7 @@ class JavaScriptText:
             return Operand("real", text, f"absent({text})")
         text = f"value_{source.index}(readings)"
         if source.sort == "reading":
-            text = self._reading(source.index)
+            text = self.write_slot(source.index)
         if source.fresh is not None:
             text = f"({memory}.entered === now ? {write_number(source.fresh)} : {text})"
         sort = "label" if isinstance(source.kind, Categorical) else "real"
@@ -90,17 +91,9 @@ class JavaScriptText:
         name = self._counter(number, index) if of == "counter" else self._timer(number, index)
         return f"{of}s", name
 
-    def _reading(self, slot: int) -> str:
+    def write_slot(self, slot: int) -> str:
+        """Write a reading."""
         return f"readings.{self.readings[str(self.hierarchy.readings[slot])]}"
-
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression on readings."""
-        if isinstance(expression, Number):
-            return f"({write_number(expression.value)})"
-        if isinstance(expression, SlotValue):
-            return self._reading(expression.slot)
-        operands = [self.expression(each) for each in expression.operands]
-        return write_operation(expression.name, operands, JAVASCRIPT_FUNCTIONS)
 
     def commands(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return the value of each channel, by its identifier, where a command sets some."""
@@ -109,7 +102,7 @@ class JavaScriptText:
             for each in self.hierarchy.channels
         }
 
-    def functions(self) -> Iterator[str]:
+    def write_functions(self) -> Iterator[str]:
         """Write the functions that conditions and commands call, as lines."""
         yield from (TEMPLATES / FUNCTIONS).read_text(encoding="utf-8").splitlines()
         yield from ("", "function take(given) {", "  return {")
@@ -128,7 +121,7 @@ class JavaScriptText:
             yield self._refuse(f"feature {value.name}", f"value_{index}")
             text = "NaN"
         else:
-            text = self.expression(value.expression)
+            text = self.write_expression(value.expression)
             if isinstance(value.kind, Categorical):
                 text = f"label({text}, {len(value.kind.labels)})"
             elif isinstance(value.kind, Toroidal):
@@ -148,7 +141,7 @@ class JavaScriptText:
             at = basic.computed.get(channel.name)
             expression = None if at is None else self.hierarchy.computed[at].expression
             if expression is not None:
-                text = f"finite({self.expression(expression)}, {usual})"
+                text = f"finite({self.write_expression(expression)}, {usual})"
             fields.append(f"{self.channels[channel.name]}: {text}")
         yield from (f"function command_{index}(readings) {{", f"  return {{{', '.join(fields)}}};", "}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree.ElementTree import indent, tostring
 
+from understudy.export.code_text import INDENT
 from understudy.export.exported_trace import format_trace_header
 from understudy.export.target_files import (
     TEMPLATES,
@@ -16,7 +17,7 @@ from understudy.export.target_files import (
 )
 from understudy.export.targets.btcpp_nodes import NodeWriter
 from understudy.export.targets.btcpp_tree import TreeWriter
-from understudy.export.targets.c99_source import INDENT, write_comment
+from understudy.export.targets.c99_source import write_comment
 from understudy.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.export.targets.python_module import ARITHMETIC, PythonSource
 from understudy.model.kinds import Categorical
@@ -166,7 +167,7 @@ class _ConformanceTables:
             if channel.name in basic.computed:
                 expression = hierarchy.computed[basic.computed[channel.name]].expression
                 if expression is not None:
-                    text = f"_finite({self.python.expression(expression)}, {text})"
+                    text = f"_finite({self.python.write_expression(expression)}, {text})"
             items.append(f"{channels[channel.name]!r}: {text}")
         return f"lambda r: {{{', '.join(items)}}}"
 

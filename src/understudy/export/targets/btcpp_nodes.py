@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from understudy.export.code_text import INDENT
 from understudy.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.export.target_files import FileByHand
 from understudy.export.targets.btcpp_tree import clean
 from understudy.export.targets.c99_source import (
-    INDENT,
     CSource,
     describe_values,
     quote_for_c,
@@ -193,7 +193,7 @@ class NodeWriter:
                 expression = self.hierarchy.computed[basic.computed[channel.name]].expression
                 if expression is not None:
                     rest = self.source.write_real(channel.rest)
-                    text = f"or_rest({self.source.expression(expression)}, {rest})"
+                    text = f"or_rest({self.source.write_expression(expression)}, {rest})"
                     yield f"{INDENT * 2}commands_->{self.names.c.channels[channel.name]} = {text};"
 
     def _ports(self, slots: Sequence[int], more: str) -> Iterator[str]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from understudy.export.code_text import INDENT
 from understudy.export.conformance import MS_PER_S, ConformanceTick
 from understudy.export.exported_trace import format_trace_header
 from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99_code import CCode
 from understudy.export.targets.c99_source import (
     GENERATED,
-    INDENT,
     CSource,
     describe_values,
     quote_for_c,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from understudy.export.code_text import INDENT
 from understudy.export.target_files import ExportJob
-from understudy.export.targets.c99_source import GENERATED, INDENT, CSource, write_comment
+from understudy.export.targets.c99_source import GENERATED, CSource, write_comment
 from understudy.export.targets.cpp_names import CNames
 from understudy.model.kinds import Categorical
 
@@ -175,7 +176,7 @@ class CCode:
                 expression = hierarchy.computed[computed].expression
                 at_rest = next(each.rest for each in hierarchy.channels if each.name == computes)
                 if expression is not None:
-                    text = self.source.expression(expression)
+                    text = self.source.write_expression(expression)
                     called = self.names.channels[computes]
                     lines.append(f"commands->{called} = or_rest({text}, {self.source.write_real(at_rest)});")
             if basic.problem:

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
-from understudy.export.decisions import Answer, Branch, Continuation, Decision, Step
-from understudy.export.expressions import Number
+from understudy.export.code_text import C_BLOCKS, C_WORDS, INDENT, Operand, RoutineText, Spelling
+from understudy.export.decisions import Answer, Decision
 from understudy.export.hierarchy import (
     FeatureSource,
     FunctionToWrite,
@@ -16,7 +15,6 @@ from understudy.export.hierarchy import (
     GroundExpression,
     Hierarchy,
     ReadingSlot,
-    SlotValue,
 )
 from understudy.export.single_precision import round_to_single
 from understudy.export.target_files import FileByHand
@@ -24,7 +22,6 @@ from understudy.export.targets.cpp_names import CNames
 from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY
 
-INDENT = "    "
 GENERATED = "exported by Understudy. This file was generated: teach it again instead of editing it."
 
 C_FUNCTIONS = {
@@ -37,8 +34,10 @@ C_FUNCTIONS = {
 """The functions of operations in exported C."""
 
 
-class CSource:
+class CSource(RoutineText):
     """A writer of the parts of the source that depend on the hierarchy."""
+
+    blocks, functions = C_BLOCKS, C_FUNCTIONS
 
     def __init__(self, hierarchy: Hierarchy, names: CNames, *, single_precision: bool) -> None:
         self.hierarchy, self.names, self.single = hierarchy, names, single_precision
@@ -76,8 +75,8 @@ class CSource:
 
     # Values
 
-    def operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
-        """Return the value of a feature, for the tree of a state; None is the tree of all states."""
+    def write_operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Write the value of a feature of an automaton, for the tree of a state; None is the tree of all states."""
         automaton = self.hierarchy.automata[number]
         memory = f"m->{self.names.automata[automaton.name]}"
         if source.sort == "flag":
@@ -118,28 +117,13 @@ class CSource:
 
     # Trees
 
-    def write_step(
-        self, step: Step, number: int, state: int | None, called: str, indent: int
-    ) -> Iterator[str]:
-        """Write what follows at a place of a tree; `called` begins the names of its routines."""
-        pad = INDENT * indent
-        if isinstance(step, Continuation):
-            yield f"{pad}return {called}_{step.routine}(m, r, now);"
-            return
-        if isinstance(step, Answer):
-            yield f"{pad}ANSWER({step.leaf}, {'STAY' if step.outcome == STAY else step.outcome});"
-            return
-        features = self.hierarchy.automata[number].features
-        word = "if"
-        while isinstance(step, Branch):
-            source = features[step.condition.feature]
-            condition = write_condition(step.condition, self.operand(number, state, source), self.spelling)
-            yield f"{pad}{word} ({condition or '0'}) {{"
-            yield from self.write_step(step.yes, number, state, called, indent + 1)
-            word, step = "} else if", step.no
-        yield f"{pad}}} else {{"
-        yield from self.write_step(step, number, state, called, indent + 1)
-        yield f"{pad}}}"
+    def write_answer(self, answer: Answer) -> Sequence[str]:
+        """Write the end of a routine."""
+        return [f"ANSWER({answer.leaf}, {'STAY' if answer.outcome == STAY else answer.outcome});"]
+
+    def write_call(self, routine: str) -> str:
+        """Write that another routine goes on."""
+        return f"return {routine}(m, r, now);"
 
     def write_automaton(self, number: int) -> Iterator[str]:
         """Write the functions of an automaton: start, next state, enter a state, pulse."""
@@ -276,7 +260,7 @@ class CSource:
 
     def write_value(self, kind: Kind, expression: GroundExpression) -> str:
         """Write the value of an expression as one of a kind."""
-        text = self.expression(expression)
+        text = self.write_expression(expression)
         if isinstance(kind, Categorical):
             return f"to_label({text}, {len(kind.labels)})"
         if isinstance(kind, Toroidal):
@@ -303,18 +287,13 @@ class CSource:
         begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
         return FileByHand(begin, stubs, copies) if stubs else None
 
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression; comparisons give 1 or 0."""
-        if isinstance(expression, Number):
-            return f"({self.write_real(expression.value)})"
-        if isinstance(expression, SlotValue):
-            slot = self.hierarchy.readings[expression.slot]
-            text, p = f"r->{self.names.readings[str(slot)]}", self.names.prefix
-            if isinstance(slot.kind, Categorical):
-                return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
-            return text
-        operands = [self.expression(each) for each in expression.operands]
-        return write_operation(expression.name, operands, C_FUNCTIONS)
+    def write_slot(self, slot: int) -> str:
+        """Write a reading in an expression, as a number."""
+        reading, p = self.hierarchy.readings[slot], self.names.prefix
+        text = f"r->{self.names.readings[str(reading)]}"
+        if isinstance(reading.kind, Categorical):
+            return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
+        return text
 
 
 def quote_for_c(text: str) -> str:

@@ -7,11 +7,10 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
-from understudy.export.code_text import PYTHON_WORDS, Operand, Spelling, write_condition
-from understudy.export.decisions import Answer, Branch, Continuation, Step
+from understudy.export.code_text import INDENT, PYTHON_BLOCKS, PYTHON_WORDS, Operand, RoutineText, Spelling
+from understudy.export.decisions import Answer
 from understudy.export.exported_trace import format_trace_header
-from understudy.export.expressions import Number
-from understudy.export.hierarchy import FeatureSource, GroundExpression, SlotValue
+from understudy.export.hierarchy import FeatureSource, GroundExpression
 from understudy.export.identifiers import make_identifier, make_identifiers
 from understudy.export.target_files import (
     TEMPLATES,
@@ -24,12 +23,21 @@ from understudy.export.target_files import (
 from understudy.export.targets.cpp_names import name_functions
 from understudy.model.kinds import Categorical, Kind, Toroidal
 
-INDENT = "    "
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
 MODULES = (
     RESERVED | {each.lower() for each in sys.stdlib_module_names} | {"machine", "micropython", "network"}
 )
 """Modules that `import` finds before, or that others would miss: those of the standard library and of MicroPython."""
+
+PYTHON_FUNCTIONS = {
+    "/": "_divide",
+    "abs": "abs",
+    "isnan": "_is_absent",
+    "sqrt": "_root",
+    "minimum": "_lesser",
+    "maximum": "_greater",
+}
+"""The functions of operations in exported Python."""
 
 ARITHMETIC = (TEMPLATES / "python" / "arithmetic.py.in").read_text(encoding="utf-8").rstrip()
 """Functions that translated expressions call."""
@@ -66,8 +74,10 @@ def make_python_files(job: ExportJob) -> TargetFiles:
     return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand=by_hand)
 
 
-class PythonSource:
+class PythonSource(RoutineText):
     """A writer of the parts of the module that depend on the hierarchy."""
+
+    blocks, functions = PYTHON_BLOCKS, PYTHON_FUNCTIONS
 
     def __init__(self, job: ExportJob, readings: Mapping[str, str]) -> None:
         self.job, self.hierarchy, self.readings = job, job.hierarchy, readings
@@ -132,7 +142,7 @@ class PythonSource:
 
     def write_value(self, kind: Kind, expression: GroundExpression) -> str:
         """Write the value of an expression as one of a kind."""
-        text = self.expression(expression)
+        text = self.write_expression(expression)
         if isinstance(kind, Categorical):
             return f"_to_label({text}, {len(kind.labels)})"
         if isinstance(kind, Toroidal):
@@ -154,24 +164,16 @@ class PythonSource:
         begin = f'"""Functions of {title} to write. Later exports keep this file."""\n'
         return FileByHand(begin, stubs) if stubs else None
 
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression of readings, which are in the dictionary `r`."""
-        if isinstance(expression, Number):
-            return f"({self.write_real(expression.value)})"
-        if isinstance(expression, SlotValue):
-            return f"r[{self.readings[str(self.hierarchy.readings[expression.slot])]!r}]"
-        operands = [self.expression(each) for each in expression.operands]
-        if expression.name in ("+", "-", "*", "<", "<=", ">", ">="):
-            return f"({operands[0]} {expression.name} {operands[1]})"
-        if expression.name == "neg":
-            return f"(-{operands[0]})"
-        if expression.name == "where":
-            return f"({operands[1]} if {operands[0]} else {operands[2]})"
-        name = {"/": "_divide", "abs": "abs", "isnan": "_is_absent", "sqrt": "_root"}
-        name |= {"minimum": "_lesser", "maximum": "_greater"}
-        return f"{name[expression.name]}({', '.join(operands)})"
+    def write_slot(self, slot: int) -> str:
+        """Write a reading in an expression; `r` has them by their identifier."""
+        return f"r[{self.readings[str(self.hierarchy.readings[slot])]!r}]"
 
-    def _operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+    def write_choice(self, condition: str, yes: str, no: str) -> str:
+        """Write an expression that is one of two."""
+        return f"({yes} if {condition} else {no})"
+
+    def write_operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Write the value of a feature of an automaton, for the tree of a state; None is the tree of all states."""
         if source.sort == "flag":
             return Operand("flag", self._flag(number, state, source.index))
         if source.sort == "counter":
@@ -183,7 +185,7 @@ class PythonSource:
             return Operand("real", f"_elapsed(now, {timer})", f"{timer} is None", f"{timer} is not None")
         text = f"_value_{source.index}(r)"
         if source.sort == "reading":
-            text = f"r[{self.readings[str(self.hierarchy.readings[source.index])]!r}]"
+            text = self.write_slot(source.index)
         if source.fresh is not None:
             text = f"({source.fresh!r} if m.entered[{number}] == now else {text})"
         sort = "label" if isinstance(source.kind, Categorical) else "real"
@@ -195,24 +197,13 @@ class PythonSource:
         raising = self.hierarchy.find_raising(number, state, flag)
         return " or ".join(f"m.states[{below}] == {index}" for below, index in raising) or "False"
 
-    def _step(self, step: Step, number: int, state: int | None, called: str, indent: int) -> Iterator[str]:
-        pad = INDENT * indent
-        if isinstance(step, Continuation):
-            yield f"{pad}return {called}_{step.routine}(m, r, now)"
-            return
-        if isinstance(step, Answer):
-            yield from (f"{pad}m.leaf = {step.leaf}", f"{pad}return {step.outcome}")
-            return
-        features = self.hierarchy.automata[number].features
-        word = "if"
-        while isinstance(step, Branch):
-            source = features[step.condition.feature]
-            condition = write_condition(step.condition, self._operand(number, state, source), self.spelling)
-            yield f"{pad}{word} {condition}:"
-            yield from self._step(step.yes, number, state, called, indent + 1)
-            word, step = "elif", step.no
-        yield f"{pad}else:"
-        yield from self._step(step, number, state, called, indent + 1)
+    def write_answer(self, answer: Answer) -> Sequence[str]:
+        """Write the end of a routine."""
+        return [f"m.leaf = {answer.leaf}", f"return {answer.outcome}"]
+
+    def write_call(self, routine: str) -> str:
+        """Write that another routine goes on."""
+        return f"return {routine}(m, r, now)"
 
     def _automaton(self, number: int) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
@@ -224,7 +215,7 @@ class PythonSource:
                 names = ", ".join(automaton.states[state].name for state in decision.states)
                 yield from ("", f"def {called}_{index}(m, r, now):")
                 yield f"{INDENT}# {_comment(f'{automaton.name} in {names}')}"
-                yield from self._step(routine, number, decision.state, called, 1)
+                yield from self.write_step(routine, number, decision.state, called, 1)
                 yield ""
         trees_text = [which.get(index, "None") for index in range(len(automaton.states))]
         yield f"_TREES_{number} = ({', '.join(trees_text)},)"
@@ -284,7 +275,7 @@ class PythonSource:
                 for channel, computed in basic.computed.items():
                     expression = hierarchy.computed[computed].expression
                     if expression is not None:
-                        text = self.expression(expression)
+                        text = self.write_expression(expression)
                         yield f"{INDENT * 2}command[{channel!r}] = _finite({text}, command[{channel!r}])"
         yield f"{INDENT}return command"
 

@@ -65,7 +65,7 @@ class _ScxmlDocument:
         _assign(SubElement(failed, "onentry"), "commands", write_object(self.rest))
         indent(document)
         text = tostring(document, encoding="unicode")
-        functions = "".join(f"\n    {line}".rstrip(" ") for line in (*self.text.functions(), "", *NOTE))
+        functions = "".join(f"\n    {line}".rstrip(" ") for line in (*self.text.write_functions(), "", *NOTE))
         functions = functions.replace("]]>", "]]\\u003e")
         text = text.replace(f">{FUNCTIONS_HERE}<", f"><![CDATA[{functions}\n  ]]><", 1)
         return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()

@@ -30,7 +30,7 @@ def make_xstate_files(job: ExportJob) -> TargetFiles:
         "title": hierarchy.name,
         "root": chart.root.identifier,
         "tick_s": f"{hierarchy.tick_s:g}",
-        "functions": "\n".join(chart.text.functions()),
+        "functions": "\n".join(chart.text.write_functions()),
         "guards": "\n".join(machine.write_guards()),
         "actions": "\n".join(machine.write_actions()),
         "notes": "".join(

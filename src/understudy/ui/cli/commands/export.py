@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +17,6 @@ from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, 
 if TYPE_CHECKING:
     from understudy.export.body_interface import BodyInterface, RobotInterface
     from understudy.export.export_automaton import ExportResult
-    from understudy.export.single_precision import RoundedCut
     from understudy.model.library import Kit, Library
     from understudy.sim.scenario.schema import Scenario
 
@@ -124,7 +122,7 @@ def export_behavior(
         known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
     )
     if as_json:
-        print_json(_make_result(name, found))
+        print_json(_describe(name, found))
     else:
         _show(name, found)
 
@@ -198,45 +196,19 @@ def _is_for_coordinators(library: Library) -> bool:
     return any(each.order is not None for each in library.kit.behaviors.values())
 
 
-@dataclass(frozen=True, kw_only=True)
-class UntranslatedFunction:
-    """A Python function that the exported code lacks, and why."""
-
-    name: str
-    readings: Sequence[str]
-    problem: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportReport:
-    """What was exported: the number of bytes by file, and what could not be exported and why."""
-
-    name: str
-    target: str
-    folder: Path
-    files: Mapping[str, int]
-    ticks: int
-    """Number of ticks of the conformance file."""
-    untranslated: Sequence[UntranslatedFunction]
-    rounded_cuts: Sequence[RoundedCut]
-    notes: Sequence[str]
-    """What one should know before it runs."""
-
-
-def _make_result(name: str, found: ExportResult) -> ExportReport:
-    return ExportReport(
-        name=name,
-        target=found.target,
-        folder=found.folder,
-        files=found.files,
-        ticks=found.ticks,
-        untranslated=[
-            UntranslatedFunction(name=what, readings=readings, problem=problem)
-            for what, readings, problem in found.untranslated
-        ],
-        rounded_cuts=found.rounded,
-        notes=found.notes,
-    )
+def _describe(name: str, found: ExportResult) -> dict[str, Any]:
+    """Describe an export: bytes by file, ticks of the conformance file, and what could not be exported and why."""
+    parts = ("name", "readings", "problem")
+    return {
+        "name": name,
+        "target": found.target,
+        "folder": found.folder,
+        "files": found.files,
+        "ticks": found.ticks,
+        "untranslated": [dict(zip(parts, each, strict=True)) for each in found.untranslated],
+        "rounded_cuts": found.rounded,
+        "notes": found.notes,
+    }
 
 
 def _show(name: str, found: ExportResult) -> None:
