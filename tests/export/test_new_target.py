@@ -12,7 +12,7 @@ from tests.ui.cli.commands import run, said
 from understudy.errors import SettingError
 from understudy.export.export_automaton import export_automaton
 from understudy.export.target_files import ExportJob, TargetFiles
-from understudy.export.targets import TARGETS, Target
+from understudy.export.targets import TARGETS, ExportTarget
 
 
 def make_outline_files(job: ExportJob) -> TargetFiles:
@@ -28,7 +28,7 @@ def make_outline_files(job: ExportJob) -> TargetFiles:
 @pytest.fixture
 def outline(monkeypatch: pytest.MonkeyPatch) -> None:
     """The target, by the one line that it needs."""
-    monkeypatch.setitem(TARGETS, "outline", Target(f"{__name__}:make_outline_files"))
+    monkeypatch.setitem(TARGETS, "outline", ExportTarget(f"{__name__}:make_outline_files"))
 
 
 @pytest.mark.usefixtures("outline")

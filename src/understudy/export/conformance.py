@@ -53,7 +53,7 @@ class ReferenceTick:
     commands: tuple[float, ...]
 
 
-class ReadingRows:
+class RowBody:
     """A body of one agent that senses the rows it is given, in the order of `Hierarchy.readings`.
 
     With `single_precision`, readings are 32-bit floats.
@@ -91,7 +91,7 @@ class ReferenceRun:
         if single_precision:
             program = compute_in_single(program)
         self.hierarchy = hierarchy
-        self.body = ReadingRows(program, hierarchy, single_precision=single_precision)
+        self.body = RowBody(program, hierarchy, single_precision=single_precision)
         self.run = Run.from_program(self.body, program)
         self.interpreter = self.run.interpreters[0]
 

@@ -61,7 +61,7 @@ Step: TypeAlias = Branch | Answer | Continuation
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
+class TreeRoutines:
     """How some states of an automaton decide, by their indices: with one tree as routines, of which the first begins.
 
     `state` is the state if it is the only one, and None if several share the tree.

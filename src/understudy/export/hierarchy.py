@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.export.body_interface import ORDER_CHANNELS, BodyInterface
-from understudy.export.decisions import Decision, make_routines
+from understudy.export.decisions import TreeRoutines, make_routines
 from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
 from understudy.model.behaviors import Command, StateEffect
 from understudy.model.binding import Binding, format_bound_name
@@ -129,7 +129,7 @@ class GroundAutomaton:
     binding: Binding
     stateless: bool
     states: tuple[GroundState, ...]
-    decisions: tuple[Decision, ...]
+    decisions: tuple[TreeRoutines, ...]
     features: tuple[FeatureSource, ...]
     counters: tuple[str, ...]
     timers: tuple[str, ...]
@@ -210,7 +210,7 @@ class Hierarchy:
         )
 
     @property
-    def computed_features(self) -> list[int]:
+    def feature_functions(self) -> list[int]:
         """The computed values that are features of automata, by their index."""
         sources = [source for each in self.automata for source in each.features]
         return sorted({source.index for source in sources if source.sort == "computed"})
@@ -394,7 +394,7 @@ class _Flattener:
             if made.tree is not None:
                 trees.setdefault(id(made.tree), []).append(index)
         decisions = [
-            Decision(tuple(of), make_routines(tree, lambda feature: features[feature].can_be_absent))
+            TreeRoutines(tuple(of), make_routines(tree, lambda feature: features[feature].can_be_absent))
             for of in trees.values()
             if (tree := states[of[0]].tree) is not None
         ]

@@ -108,7 +108,7 @@ class JavaScriptText(ExpressionText):
         yield from ("", "function take(given) {", "  return {")
         yield from (f"    {name}: number(given.{name})," for name in self.readings.values())
         yield from ("  };", "}")
-        for index in self.hierarchy.computed_features:
+        for index in self.hierarchy.feature_functions:
             yield from self._value(index)
         for index, basic in enumerate(self.hierarchy.basics):
             if basic.is_function:

@@ -14,7 +14,7 @@ ROWS = "conformance.csv"
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class ExportTarget:
     """A target: the place of a function from an `ExportJob` to its files, MODULE:FUNCTION, loaded when it is used.
 
     `single_precision` says whether it can be written in single precision.
@@ -33,13 +33,13 @@ class Target:
         return replace(made, files={**made.files, ROWS: rows})
 
 
-TARGETS: Mapping[str, Target] = {
-    "c99": Target("understudy.export.targets.c99:make_c99_files", single_precision=True),
-    "python": Target("understudy.export.targets.python_module:make_python_files"),
-    "scxml": Target("understudy.export.targets.scxml:make_scxml_files"),
-    "xstate": Target("understudy.export.targets.xstate:make_xstate_files"),
-    "json": Target("understudy.export.targets.json_documents:make_json_files"),
-    "btcpp": Target("understudy.export.targets.btcpp:make_btcpp_files"),
-    "ros2": Target("understudy.export.targets.ros2:make_ros2_files"),
+TARGETS: Mapping[str, ExportTarget] = {
+    "c99": ExportTarget("understudy.export.targets.c99:make_c99_files", single_precision=True),
+    "python": ExportTarget("understudy.export.targets.python_module:make_python_files"),
+    "scxml": ExportTarget("understudy.export.targets.scxml:make_scxml_files"),
+    "xstate": ExportTarget("understudy.export.targets.xstate:make_xstate_files"),
+    "json": ExportTarget("understudy.export.targets.json_documents:make_json_files"),
+    "btcpp": ExportTarget("understudy.export.targets.btcpp:make_btcpp_files"),
+    "ros2": ExportTarget("understudy.export.targets.ros2:make_ros2_files"),
 }
 """The targets by name."""

@@ -11,7 +11,7 @@ from understudy.export.target_files import FileByHand
 from understudy.export.targets.btcpp_tree import clean
 from understudy.export.targets.c99_source import (
     CSource,
-    describe_values,
+    describe_slot,
     quote_for_c,
     write_comment,
     write_error,
@@ -88,7 +88,7 @@ class NodeWriter:
         for slot in hierarchy.readings:
             is_label = isinstance(slot.kind, Categorical)
             kind, absent = ("int", "-1") if is_label else ("double", "understudy::ABSENT")
-            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {describe_values(slot)} */"
+            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {describe_slot(slot)} */"
         yield from ("};", "", "/* What the basic behavior that runs commands. */", "struct commands", "{")
         for channel in hierarchy.channels:
             rest = self.source.write_real(channel.rest)

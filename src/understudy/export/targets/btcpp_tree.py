@@ -12,7 +12,7 @@ from math import copysign, isinf
 from xml.etree.ElementTree import Element, SubElement
 
 from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
-from understudy.export.decisions import Answer, Branch, Continuation, Decision, Step, ValueCondition
+from understudy.export.decisions import Answer, Branch, Continuation, Step, TreeRoutines, ValueCondition
 from understudy.export.hierarchy import FeatureSource, Hierarchy
 from understudy.export.targets.cpp_names import TreeNames, is_measured
 from understudy.model.kinds import Categorical
@@ -42,7 +42,7 @@ class StateTree:
     """A decision of an automaton, by its index, and the name of its tree."""
 
     number: int
-    decision: Decision
+    decision: TreeRoutines
     called: str
 
 

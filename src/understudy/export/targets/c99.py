@@ -12,7 +12,7 @@ from understudy.export.targets.c99_code import CCode
 from understudy.export.targets.c99_source import (
     GENERATED,
     CSource,
-    describe_values,
+    describe_slot,
     quote_for_c,
     write_comment,
 )
@@ -198,7 +198,7 @@ class CHeader:
         for slot in hierarchy.readings:
             is_label = isinstance(slot.kind, Categorical)
             kind = f"{p}_label" if is_label else f"{p}_real"
-            yield f"{INDENT}{kind} {self.names.readings[str(slot)]}; /* {describe_values(slot)} */"
+            yield f"{INDENT}{kind} {self.names.readings[str(slot)]}; /* {describe_slot(slot)} */"
         if not hierarchy.readings:
             yield f"{INDENT}uint8_t nothing;"
         yield from (f"}} {p}_readings;", "", "typedef struct {")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from understudy.export.code_text import C_BLOCKS, C_WORDS, INDENT, Operand, RoutineText, Spelling
-from understudy.export.decisions import Answer, Decision
+from understudy.export.decisions import Answer, TreeRoutines
 from understudy.export.hierarchy import (
     FeatureSource,
     FunctionToWrite,
@@ -157,7 +157,7 @@ class CSource(RoutineText):
             yield f"{INDENT}m->{called}.is_set[{index}] = 0;"
         yield from ("}", "")
 
-    def _write_tree(self, number: int, decision: Decision, called: str, takes: str) -> Iterator[str]:
+    def _write_tree(self, number: int, decision: TreeRoutines, called: str, takes: str) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
         name = f"tree_{called}_{decision.states[0]}"
         lines = []
@@ -304,7 +304,7 @@ def quote_for_c(text: str) -> str:
     )
 
 
-def describe_values(slot: ReadingSlot) -> str:
+def describe_slot(slot: ReadingSlot) -> str:
     """Describe the values of a reading in a comment of C: its labels, or its range and unit."""
     if isinstance(slot.kind, Categorical):
         return write_comment(", ".join(f"{index} {label}" for index, label in enumerate(slot.kind.labels)))

@@ -163,7 +163,7 @@ def name_for_trees(hierarchy: Hierarchy) -> TreeNames:
     types = _Names(names.basics.values())
     trees = {name: types.add(identifier) for name, identifier in names.automata.items()}
     keys = _Names(("now", *names.readings.values()))
-    used = hierarchy.computed_features
+    used = hierarchy.feature_functions
     nodes = {index: types.add(f"compute_{make_identifier(hierarchy.computed[index].name)}") for index in used}
     computed = {index: keys.add(make_identifier(hierarchy.computed[index].name, WORDS)) for index in used}
     memory = {

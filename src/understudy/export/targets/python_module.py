@@ -116,7 +116,7 @@ class PythonSource(RoutineText):
             flags = [-1 if state.flag is None else state.flag for state in automaton.states]
             yield f"{INDENT}({_items(flags)}),"
         yield from (")", f"_ROOT = {hierarchy.root.index}", "")
-        for index in hierarchy.computed_features:
+        for index in hierarchy.feature_functions:
             yield from self._computed(index)
         for number in range(len(hierarchy.automata)):
             yield from self._automaton(number)
