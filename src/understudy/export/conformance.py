@@ -90,7 +90,7 @@ class ReferenceRun:
     def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
         if single_precision:
             program = compute_in_single(program)
-        self.hierarchy = hierarchy
+        self.hierarchy, self.is_coordinator = hierarchy, hierarchy.is_coordinator
         self.body = RowBody(program, hierarchy, single_precision=single_precision)
         self.run = Run.from_program(self.body, program)
         self.interpreter = self.run.interpreters[0]
@@ -108,7 +108,7 @@ class ReferenceRun:
         behavior = active[-1].active if active else self.interpreter.root
         basic = behavior.index if isinstance(behavior, RunningBehavior) else 0
         values = tuple(float(commands[channel.name][0]) for channel in hierarchy.channels)
-        if hierarchy.is_coordinator:  # an export numbers orders by their behavior, and says when one is new
+        if self.is_coordinator:  # an export numbers orders by their behavior, and says when one is new
             is_new = self.interpreter.behavior_start_s == now
             values = (float(basic if hierarchy.basics[basic].order is not None else 0), float(is_new))
         return ReferenceTick(

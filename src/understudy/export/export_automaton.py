@@ -1,9 +1,9 @@
 """Export of an automaton of a library, with everything below it, to a folder of files that run without Understudy.
 
-An export goes one way, in which each step takes what the last one made: the cuts of the automata are rounded, if single
-precision is asked for; the program is linked, and flattened to plain tables (`hierarchy`); a run of the program answers
-rows of readings (`conformance`); a target makes files of all that (`targets`); and these are written into the folder with
-a manifest (`export_folder`).
+An export goes one way, in which each step takes what the last one made: the cuts of the automata are rounded, if
+single precision is asked for; the program is linked, and flattened to plain tables (`hierarchy`); a run of the program
+answers rows of readings (`conformance`); a target makes files of all that (`targets`); and these are written into the
+folder, with a manifest (`export_folder`).
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class _CFiles:
         p = self.names.prefix
         values = self.values()
         header = "".join(f"{line}\n" for line in CHeader(self.job, self.names, self.source).write()).encode()
-        source = CCode(self.job, self.names, self.source).write().encode()
+        source = CCode(self.job, self.names, self.source).write()
         files = {f"{p}.h": header, f"{p}.c": source}
         files |= fill_templates("c99", values, "conformance.c", "embedded.c", "Makefile", "README.md")
         files |= fill_templates("c99", {}, "cortex-m3/start.c", "cortex-m3/m3.ld")
