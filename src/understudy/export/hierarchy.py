@@ -92,16 +92,6 @@ class FeatureSource:
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
-    """A change of a counter or timer of the automaton, by index, when a state is entered."""
-
-    action: str  # "set", "increment" or "reset"
-    of: str  # "counter" or "timer"
-    index: int
-    value: float
-
-
-@dataclass(frozen=True, slots=True)
 class ChildRef:
     """What a state runs: an automaton or a basic behavior, by its index."""
 
@@ -117,7 +107,7 @@ class GroundState:
     child: ChildRef
     flag: int | None
     tree: Tree | None
-    effects: tuple[Effect, ...]
+    effects: tuple[StateEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +123,10 @@ class GroundAutomaton:
     features: tuple[FeatureSource, ...]
     counters: tuple[str, ...]
     timers: tuple[str, ...]
+
+    def find_memory(self, effect: StateEffect) -> int:
+        """Find the counter or timer that a state changes when it is entered, by its index."""
+        return (self.counters if effect.of == "counter" else self.timers).index(effect.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,17 +368,8 @@ class _Flattener:
                     problem=f"state {state.name!r} decides with a {type(tree).__name__}, which cannot be exported",
                     remedy="learn it with decision trees",
                 )
-            changes = tuple(
-                Effect(
-                    each.action,
-                    each.of,
-                    (counters if each.of == "counter" else timers).index(each.name),
-                    each.value,
-                )
-                for each in instance.changes[index]
-            )
             flag = None if state.flag is None else self.flags.setdefault(state.flag, len(self.flags))
-            states.append(GroundState(state.name, children[index], flag, tree, changes))
+            states.append(GroundState(state.name, children[index], flag, tree, instance.changes[index]))
         features = tuple(
             self.source(source, bound, counters, timers)
             for source, bound in zip(instance.sources, automaton.features, strict=True)

@@ -14,6 +14,7 @@ from understudy.export.decisions import ValueCondition
 from understudy.export.hierarchy import FeatureSource, Hierarchy
 from understudy.export.identifiers import make_identifiers
 from understudy.export.target_files import TEMPLATES
+from understudy.model.behaviors import StateEffect
 from understudy.model.kinds import Categorical, Toroidal
 
 FAILED = "failed"
@@ -86,10 +87,10 @@ class JavaScriptText(ExpressionText):
     def _timer(self, number: int, index: int) -> str:
         return self.timers[number][self.hierarchy.automata[number].timers[index]]
 
-    def find_memory(self, number: int, of: str, index: int) -> tuple[str, str]:
+    def find_memory(self, number: int, effect: StateEffect) -> tuple[str, str]:
         """Return where a counter or timer is kept: "counters" or "timers", and its identifier."""
-        name = self._counter(number, index) if of == "counter" else self._timer(number, index)
-        return f"{of}s", name
+        kept = self.counters if effect.of == "counter" else self.timers
+        return f"{effect.of}s", kept[number][effect.name]
 
     def write_slot(self, slot: int) -> str:
         """Write a reading."""

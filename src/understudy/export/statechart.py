@@ -17,10 +17,11 @@ from typing import Any, TypeAlias
 from understudy.errors import DefinitionError
 from understudy.export.decisions import Answer, Continuation, Step, ValueCondition
 from understudy.export.exported_trace import NO_TREE, format_trace_header
-from understudy.export.hierarchy import Effect, GroundAutomaton, Hierarchy
+from understudy.export.hierarchy import GroundAutomaton, Hierarchy
 from understudy.export.identifiers import make_identifiers
 from understudy.export.javascript_text import JavaScriptText
 from understudy.export.target_files import ExportJob
+from understudy.model.behaviors import StateEffect
 
 MOST_STATES = 10_000
 """The largest number of states of a statechart."""
@@ -72,7 +73,7 @@ class ChartState:
     basic: int | None
     begins: int | None
     owner: int | None
-    effects: tuple[Effect, ...]
+    effects: tuple[StateEffect, ...]
     states: tuple[ChartState, ...]
     transitions: tuple[ChartTransition, ...]
 

@@ -175,7 +175,7 @@ class TreeWriter:
         if state.child.is_automaton:
             lines += self.start(state.child.index)
         for effect in state.effects:
-            key = memory[number, effect.of, effect.index]
+            key = memory[number, effect.of, automaton.find_memory(effect)]
             if effect.of == "counter":
                 value = write_script_real(0.0 if effect.action == "reset" else effect.value)
                 lines.append(f"{key} {'+=' if effect.action == 'increment' else ':='} {value}")

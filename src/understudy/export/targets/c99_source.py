@@ -198,8 +198,8 @@ class CSource(RoutineText):
                     f"start_{self.names.automata[self.hierarchy.automata[state.child.index].name]}(m, now);"
                 )
             for effect in state.effects:
-                kept = f"m->{called}.{effect.of}s[{effect.index}]"
-                is_set = f"m->{called}.is_set[{effect.index}]"
+                at = automaton.find_memory(effect)
+                kept, is_set = f"m->{called}.{effect.of}s[{at}]", f"m->{called}.is_set[{at}]"
                 if effect.of == "counter":
                     value = str(int(effect.value)) if self.single else self.write_real(effect.value)
                     value = "0" if effect.action == "reset" else value

@@ -230,7 +230,7 @@ class PythonSource(RoutineText):
         for index, state in enumerate(automaton.states):
             lines = [f"_start_{state.child.index}(m, now)"] if state.child.is_automaton else []
             for effect in state.effects:
-                kept = f"m.{effect.of}s[{number}][{effect.index}]"
+                kept = f"m.{effect.of}s[{number}][{automaton.find_memory(effect)}]"
                 if effect.of == "counter":
                     value = self.write_real(effect.value) if effect.action != "reset" else "0.0"
                     lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value}")

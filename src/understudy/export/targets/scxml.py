@@ -116,7 +116,7 @@ class _ScxmlDocument:
         memory = self.text.memory(state.owner)
         yield f"{memory}.entered = now;"
         for effect in state.effects:
-            kept = ".".join((memory, *self.text.find_memory(state.owner, effect.of, effect.index)))
+            kept = ".".join((memory, *self.text.find_memory(state.owner, effect)))
             value = write_number(effect.value)
             if effect.of == "timer":
                 value = "now" if effect.action == "set" else "null"

@@ -101,7 +101,7 @@ class _Machine:
             return
         yield _act("enter", {"automaton": self._memory(state.owner)})
         for effect in state.effects:
-            of, name = self.text.find_memory(state.owner, effect.of, effect.index)
+            of, name = self.text.find_memory(state.owner, effect)
             changed = {"automaton": self._memory(state.owner), "of": of, "name": name}
             yield _act(effect.action, {**changed, "value": effect.value})
 
