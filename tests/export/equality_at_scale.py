@@ -23,16 +23,16 @@ from tests.export.exports import count_mismatches, draw_job, load_python, read_c
 from tests.export.peers import list_peers, run_peer
 
 from understudy.errors import DefinitionError
-from understudy.export.conformance import Conformance, ConformanceTick
-from understudy.export.export_automaton import TARGETS, link_ground, prepare_export
-from understudy.export.reference_run import ReferenceRun, ReferenceTick
+from understudy.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
+from understudy.export.export_automaton import link_ground, prepare_export
 from understudy.export.target_files import ExportJob
-from understudy.export.targets.c99_names import name_for_c
+from understudy.export.targets import TARGETS
 from understudy.export.targets.c99_source import CSource
+from understudy.export.targets.cpp_names import name_for_c
 from understudy.export.walks import ReadingWalk
 from understudy.model.kinds import Categorical
 from understudy.runtime.program import Program, link
-from understudy.ui.cli.export_library import open_library_to_export
+from understudy.ui.cli.commands.export import open_library_to_export
 
 RUN = 64
 """A behavior starts again after so many ticks."""
@@ -214,7 +214,7 @@ def list_jobs(arguments: argparse.Namespace) -> Iterator[tuple[str, ExportJob, P
             targets = list(library.kit.targets)
             binding = dict.fromkeys(library.parameters(name), targets[0]) if targets else {}
             try:
-                job, _ = prepare_export(
+                job = prepare_export(
                     library,
                     name,
                     to=arguments.to,

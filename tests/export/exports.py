@@ -17,8 +17,9 @@ from tests.runtime import random_libraries
 from tests.runtime.random_libraries import Played, draw_library
 
 from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import TARGETS, prepare_export
+from understudy.export.export_automaton import prepare_export
 from understudy.export.target_files import ExportJob
+from understudy.export.targets import TARGETS
 from understudy.learning.fit import learn as learn_from
 from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
 from understudy.model.features import Feature
@@ -65,7 +66,7 @@ def _draw_job(seed: int, *, levels: int, single: bool, as_documents: bool) -> Ex
             library = keep_arcs_on_circles(library)
         name = list(library.taught)[-1]
         binding = {each: random.choice(Played.targets) for each in library.parameters(name)}
-        job, _ = prepare_export(
+        job = prepare_export(
             library, name, to=to, binding=binding, body=BODY, fingerprint="drawn", single_precision=single
         )
         if job.conformance.leaves[0] >= LIVELY:
@@ -107,7 +108,7 @@ def open_fixture() -> tuple[Library, BodyInterface]:
 
 def write_job(folder: Path, job: ExportJob, *, to: str) -> Path:
     """Write the files of a job without its manifest."""
-    made = TARGETS[to](job)
+    made = TARGETS[to].make_files(job)
     for name, content in {
         **made.files,
         **{name: file.write() for name, file in made.by_hand.items()},
@@ -120,7 +121,7 @@ def write_job(folder: Path, job: ExportJob, *, to: str) -> Path:
 
 def load_python(job: ExportJob) -> Any:
     """Load the exported Python module, without files."""
-    files = TARGETS["python"](job).files
+    files = TARGETS["python"].make_files(job).files
     text = next(
         content for name, content in files.items() if name.endswith(".py") and name != "conformance.py"
     )

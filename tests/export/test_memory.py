@@ -54,7 +54,7 @@ def prepare(to: str, *, single: bool = False, stateless: bool = False) -> Export
     transitions = dict.fromkeys(names, draw_tree()) if stateless else {name: draw_tree() for name in names}
     automaton = Automaton("a", STATES, FEATURES, (), stateless, transitions)
     library = Library.from_automata(WHOLE_KIT, automaton)
-    job, _ = prepare_export(
+    job = prepare_export(
         library, "a", to=to, binding={}, body=BODY, fingerprint="drawn", single_precision=single
     )
     reached, leaves = job.conformance.leaves

@@ -50,9 +50,9 @@ from tests.export.test_translation import WANDERING, WRITTEN
 from tests.ui.cli.commands import run, run_json
 
 from understudy.errors import FileError, SettingError
+from understudy.export.body_interface import describe_robot
 from understudy.export.export_automaton import ExportResult, export_automaton
-from understudy.export.robot_interface import describe_robot
-from understudy.export.templates import TEMPLATES
+from understudy.export.target_files import TEMPLATES
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target

@@ -88,7 +88,7 @@ def test_orders_of_a_coordinator(runner: str, ask: Ask, tmp_path: Path) -> None:
     )
     body = BodyInterface((Reading("share", Continuous()),), ORDER_CHANNELS)
     library = Library.from_automata(Kit.from_parts(gather, *orders), automaton)
-    job, _ = prepare_export(library, "a", to=target, binding={}, body=body, fingerprint="drawn")
+    job = prepare_export(library, "a", to=target, binding={}, body=body, fingerprint="drawn")
     assert {tick.expected.commands[1] for tick in job.conformance.ticks} == {0.0, 1.0}
     check(ask, tmp_path, job, runner)
 

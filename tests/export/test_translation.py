@@ -103,7 +103,7 @@ LIBRARY = draw(
 
 
 def prepare(to: str, *, single: bool = False) -> ExportJob:
-    job, _ = prepare_export(
+    job = prepare_export(
         LIBRARY, "a", to=to, binding={}, body=BODY, fingerprint="drawn", single_precision=single
     )
     assert job.hierarchy.functions_to_write == ()
@@ -242,7 +242,7 @@ def test_numbers_of_numpy_compute_the_same_in_c(
     states = (START, State("follow", "follow"))
     automaton = Automaton("a", states, (BoundFeature(computed),), transitions={"start": tree, "follow": tree})
     body = BodyInterface((Reading("speed", Continuous()),), (Channel("drive"),))
-    job, _ = prepare_export(
+    job = prepare_export(
         Library.from_automata(kit, automaton),
         "a",
         to="c99",

@@ -54,7 +54,7 @@ EDITS = [  # a file, text in place of its last line, whether rows of the study `
     ("understudy/learning/tree_growth.py", "# a remark", False),
     ("understudy/learning/tree_growth.py", '"""A text that is no statement."""', False),
     ("understudy/ui/web/server.py", "CHANGED = 1", False),
-    ("understudy/export/robot_interface.py", "CHANGED = 1", False),
+    ("understudy/export/body_interface.py", "CHANGED = 1", False),
     ("understudy/robots/safety/watchdog.py", "CHANGED = 1", False),
     ("understudy_lab/novices/study.py", "CHANGED = 1", False),
 ]

@@ -1,14 +1,19 @@
-"""Text of questions about values, for targets whose comparisons look like those of C."""
+"""Text of routines, questions and expressions, for targets whose conditions look like those of C."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, isfinite
 
 from understudy.export.conformance import MS_PER_S
-from understudy.export.decisions import ValueCondition
+from understudy.export.decisions import Answer, Branch, Continuation, Step, ValueCondition
+from understudy.export.expressions import Number
+from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
 from understudy.export.single_precision import MOST_COUNT
+
+INDENT = "    "
 
 MOST_MS = 2**32
 """One more than the largest time, in ms, that an unsigned number of 32 bits holds."""
@@ -47,30 +52,84 @@ C_WORDS = ("&&", "||", "!", "1", "0")
 PYTHON_WORDS = ("and", "or", "not ", "True", "False")
 
 
-def write_operation(name: str, operands: Sequence[str], functions: Mapping[str, str]) -> str:
-    """Write an operation of a translated function in a language with the operators of C.
+C_BLOCKS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
+PYTHON_BLOCKS = ("if {}:", "elif {}:", "else:", "")
 
-    Parameters
-    ----------
-    name
-        The operation: an operator, `neg`, `where`, or one of `functions`.
-    operands
-        The text of each operand.
-    functions
-        The names of the functions for the other operations.
 
-    Returns
-    -------
-    str
-        The expression.
+class ExpressionText(ABC):
+    """A writer of the expressions of a hierarchy in one programming language.
+
+    `functions` has the names of the functions for operations that are no operators.
     """
-    if name in ("+", "-", "*", "/", "<", "<=", ">", ">="):
-        return f"({operands[0]} {name} {operands[1]})"
-    if name == "neg":
-        return f"(-{operands[0]})"
-    if name == "where":
-        return f"({operands[0]} ? {operands[1]} : {operands[2]})"
-    return f"{functions[name]}({', '.join(operands)})"
+
+    hierarchy: Hierarchy
+    spelling: Spelling
+    functions: Mapping[str, str]
+
+    @abstractmethod
+    def write_slot(self, slot: int) -> str:
+        """Write a reading in an expression, as a number."""
+
+    def write_choice(self, condition: str, yes: str, no: str) -> str:
+        """Write an expression that is one of two."""
+        return f"({condition} ? {yes} : {no})"
+
+    def write_expression(self, expression: GroundExpression) -> str:
+        """Write an expression of readings."""
+        if isinstance(expression, Number):
+            return f"({self.spelling.real(expression.value)})"
+        if isinstance(expression, SlotValue):
+            return self.write_slot(expression.slot)
+        name, operands = expression.name, [self.write_expression(each) for each in expression.operands]
+        if name in self.functions:
+            return f"{self.functions[name]}({', '.join(operands)})"
+        if name == "neg":
+            return f"(-{operands[0]})"
+        return self.write_choice(*operands) if name == "where" else f"({operands[0]} {name} {operands[1]})"
+
+
+class RoutineText(ExpressionText):
+    """A writer of the routines of trees in one programming language, beside their expressions.
+
+    `blocks` are the lines of a chain of conditions: the first, the following ones, the last, and its end, if any.
+    """
+
+    blocks: tuple[str, str, str, str]
+
+    @abstractmethod
+    def write_operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Write the value of a feature of an automaton, for the tree of a state; None is the tree of all states."""
+
+    @abstractmethod
+    def write_answer(self, answer: Answer) -> Sequence[str]:
+        """Write the end of a routine."""
+
+    @abstractmethod
+    def write_call(self, routine: str) -> str:
+        """Write that another routine goes on."""
+
+    def write_step(
+        self, step: Step, number: int, state: int | None, called: str, indent: int
+    ) -> Iterator[str]:
+        """Write what follows at a place of a tree; `called` begins the names of its routines."""
+        pad = INDENT * indent
+        if isinstance(step, Continuation):
+            yield f"{pad}{self.write_call(f'{called}_{step.routine}')}"
+        if isinstance(step, Answer):
+            yield from (f"{pad}{line}" for line in self.write_answer(step))
+        if not isinstance(step, Branch):
+            return
+        features = self.hierarchy.automata[number].features
+        begin, following, last, end = self.blocks
+        while isinstance(step, Branch):
+            operand = self.write_operand(number, state, features[step.condition.feature])
+            yield f"{pad}{begin.format(write_condition(step.condition, operand, self.spelling))}"
+            yield from self.write_step(step.yes, number, state, called, indent + 1)
+            begin, step = following, step.no
+        yield f"{pad}{last}"
+        yield from self.write_step(step, number, state, called, indent + 1)
+        if end:
+            yield f"{pad}{end}"
 
 
 def write_condition(condition: ValueCondition, operand: Operand, spelling: Spelling) -> str:

@@ -6,19 +6,24 @@ lessons, and from walks that look for the boundaries of trees, absent values and
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
+import numpy as np
+
 from understudy.errors import UnderstudyError
 from understudy.export.hierarchy import Hierarchy
-from understudy.export.reference_run import ReferenceRun, ReferenceTick
-from understudy.export.single_precision import round_to_single
+from understudy.export.single_precision import compute_in_single, round_to_single
 from understudy.export.walks import ReadingWalk
+from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.runtime.body import Commands, Reading
+from understudy.runtime.interpreter import RunningAutomaton, RunningBehavior
 from understudy.runtime.program import Program
+from understudy.runtime.run_loop import Run
 
 TICKS = 60
 """The number of ticks of a walk."""
@@ -32,6 +37,86 @@ CLOCKS_S = (0.0, 0.0, 0.0, 1e5 / 3, 1_700_000_000.0)
 """Times at which walks begin, in s: clocks of robots, and one that counts from 1970."""
 CLOCKS_MS = (0, 0, 0, 33_333_333, 2**32 - 2_000)
 """Times at which walks begin on a clock in ms; the last one overflows soon."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceTick:
+    """The answer to one row of readings.
+
+    `path` has the index of the state of every level, the root first; `flags` the flag that each level has raised, as an
+    index of `Hierarchy.flags`, -1 if none; `commands` a value for each channel.
+    """
+
+    path: tuple[int, ...]
+    flags: tuple[int, ...]
+    basic: int
+    commands: tuple[float, ...]
+
+
+class RowBody:
+    """A body of one agent that senses the rows it is given, in the order of `Hierarchy.readings`.
+
+    With `single_precision`, readings are 32-bit floats.
+    """
+
+    agents = 1
+
+    def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
+        self.readings = tuple(
+            Reading(each.reading, each.kind, each.unit, each.target is not None)
+            for each in hierarchy.readings
+        )
+        bindings = [each.binding for each in program.features] + [each.binding for each in program.basics]
+        self.targets = tuple(dict.fromkeys(target for each in bindings for target in each.values()))
+        self.channels, self.tick_s, self.time_s = hierarchy.channels, hierarchy.tick_s, 0.0
+        self._keys = [(each.reading, each.target) for each in hierarchy.readings]
+        self._type = np.float32 if single_precision else np.float64
+        self.row: Sequence[float] = [float("nan")] * len(self._keys)
+
+    def sense(self, keys: Sequence[ReadingKey]) -> Percept:
+        """Return all readings of the row."""
+        return {key: np.array([value], self._type) for key, value in zip(self._keys, self.row, strict=True)}
+
+    def act(self, commands: Commands) -> None:
+        """Do nothing: the next row does not depend on commands."""
+
+
+class ReferenceRun:
+    """A run that answers rows of readings, by which exported code is measured.
+
+    With `single_precision`, functions compute in 32-bit floats.
+    """
+
+    def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
+        if single_precision:
+            program = compute_in_single(program)
+        self.hierarchy, self.is_coordinator = hierarchy, hierarchy.is_coordinator
+        self.body = RowBody(program, hierarchy, single_precision=single_precision)
+        self.run = Run.from_program(self.body, program)
+        self.interpreter = self.run.interpreters[0]
+
+    def start(self, now: float) -> None:
+        """Start the root again at a time, s."""
+        self.interpreter.start(now)
+
+    def pulse(self, readings: Sequence[float], now: float) -> ReferenceTick:
+        """Return the answer to a row of readings at a time, s; UnderstudyError if a function cannot use them."""
+        self.body.row, self.body.time_s = readings, now
+        with np.errstate(all="ignore"):
+            commands = self.run.decide(self.body.sense(self.run.keys))
+        active, hierarchy = self.interpreter.active, self.hierarchy
+        behavior = active[-1].active if active else self.interpreter.root
+        basic = behavior.index if isinstance(behavior, RunningBehavior) else 0
+        values = tuple(float(commands[channel.name][0]) for channel in hierarchy.channels)
+        if self.is_coordinator:  # an export numbers orders by their behavior, and says when one is new
+            is_new = self.interpreter.behavior_start_s == now
+            values = (float(basic if hierarchy.basics[basic].order is not None else 0), float(is_new))
+        return ReferenceTick(
+            tuple(machine.state for machine in active),
+            tuple(-1 if each.flag is None else hierarchy.flags.index(each.flag) for each in active),
+            basic,
+            values,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +184,14 @@ def make_conformance(
         lambda machine, state, _, values: walker.note(machine, state, values)
     )
     clock = ConformanceClock(hierarchy.tick_s, single_precision)
-    recorder = _Recorder(reference, clock, random, single_precision)
+    recorder = _Recorder(reference, clock, random)
+    convert = round_to_single if single_precision else float
     for rows in list_recorded_rows(hierarchy, library):
-        recorder.record(rows)
+        recorder.follow(len(rows), (tuple(map(convert, row)) for row in rows).__next__)
     recorded = len(recorder.ticks)
     enough = min(MOST_TICKS, 20 * TICKS + 10 * len(walker.boundaries))
     while len(recorder.ticks) < recorded + enough and recorder.failures < MOST_TICKS:
-        recorder.walk(walker)
+        recorder.follow(TICKS, lambda: walker.advance(recorder.active))
     return Conformance(
         tuple(recorder.ticks),
         recorded,
@@ -115,28 +201,22 @@ def make_conformance(
 
 
 class _Recorder:
-    def __init__(
-        self, reference: ReferenceRun, clock: ConformanceClock, random: Random, single_precision: bool
-    ) -> None:
+    def __init__(self, reference: ReferenceRun, clock: ConformanceClock, random: Random) -> None:
         self.reference, self.clock, self.random = reference, clock, random
-        self.single = single_precision
         self.ticks: list[ConformanceTick] = []
-        self.failures = 0
+        self.failures, self.starts = 0, True
 
-    def record(self, rows: Sequence[Sequence[float]]) -> None:
-        times = self.clock.list_times(self.random)
-        starts = True
-        for row in rows:
-            starts = not self.add(
-                starts, next(times), tuple(map(round_to_single, row)) if self.single else tuple(row)
-            )
+    @property
+    def active(self) -> tuple[RunningAutomaton, ...]:
+        """The automata that are active before the next tick, none before a start."""
+        return () if self.starts else self.reference.interpreter.active
 
-    def walk(self, walker: ReadingWalk) -> None:
+    def follow(self, ticks: int, take_row: Callable[[], tuple[float, ...]]) -> None:
+        """Answer the rows of a walk, which starts again where a row cannot be answered."""
         times = self.clock.list_times(self.random)
-        starts = True
-        for _ in range(TICKS):
-            active = () if starts else self.reference.interpreter.active
-            starts = not self.add(starts, next(times), walker.advance(active))
+        self.starts = True
+        for _ in range(ticks):
+            self.starts = not self.add(self.starts, next(times), take_row())
 
     def add(self, starts: bool, time: tuple[float, float], row: tuple[float, ...]) -> bool:
         now, read = time
@@ -196,10 +276,12 @@ def _list_example_rows(hierarchy: Hierarchy, library: Library) -> Iterator[list[
 
 
 def format_conformance(
-    conformance: Conformance, hierarchy: Hierarchy, readings: Sequence[str], channels: Sequence[str]
+    conformance: Conformance, hierarchy: Hierarchy, names: Mapping[str, Mapping[str, str]]
 ) -> bytes:
-    """Format a conformance file, with the names of columns that a target uses for readings and channels."""
+    """Format a conformance file, with the identifiers of a target for readings and channels, where it has some."""
     labels = [isinstance(slot.kind, Categorical) for slot in hierarchy.readings]
+    readings = [names.get("readings", {}).get(str(slot), str(slot)) for slot in hierarchy.readings]
+    channels = [names.get("channels", {}).get(each.name, each.name) for each in hierarchy.channels]
     columns = ("starts", "time", *readings, "path", "flags", "basic", *channels)
     lines = [",".join(" ".join(each.replace(",", ";").split()) for each in columns)]
     for tick in conformance.ticks:

@@ -60,6 +60,22 @@ class Branch:
 Step: TypeAlias = Branch | Answer | Continuation
 
 
+@dataclass(frozen=True, slots=True)
+class TreeRoutines:
+    """How some states of an automaton decide, by their indices: with one tree as routines, of which the first begins.
+
+    `state` is the state if it is the only one, and None if several share the tree.
+    """
+
+    states: tuple[int, ...]
+    routines: tuple[Step, ...]
+
+    @property
+    def state(self) -> int | None:
+        """The only state, or None."""
+        return self.states[0] if len(self.states) == 1 else None
+
+
 def make_routines(tree: Tree, can_be_absent: Callable[[int], bool]) -> tuple[Step, ...]:
     """Write a tree as routines of two-way branches, of which the first is the beginning.
 

@@ -1,4 +1,10 @@
-"""Export of an automaton of a library, with everything below it, to a folder of files that run without Understudy."""
+"""Export of an automaton of a library, with everything below it, to a folder of files that run without Understudy.
+
+An export goes one way, in which each step takes what the last one made: the cuts of the automata are rounded, if
+single precision is asked for; the program is linked, and flattened to plain tables (`hierarchy`); a run of the program
+answers rows of readings (`conformance`); a target makes files of all that (`targets`); and these are written into the
+folder, with a manifest (`export_folder`).
+"""
 
 from __future__ import annotations
 
@@ -7,39 +13,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from understudy.errors import SettingError, UnknownName, join_names
-from understudy.export.body_interface import BodyInterface, describe_body, describe_kit
+from understudy.export.body_interface import BodyInterface, RobotInterface, describe_body, describe_kit
 from understudy.export.conformance import MS_PER_S, make_conformance
-from understudy.export.export_folder import check_export_folder, write_export
+from understudy.export.export_folder import MANIFEST, check_export_folder, make_manifest, write_export
 from understudy.export.hierarchy import Hierarchy, flatten_program
-from understudy.export.manifest import MANIFEST, make_manifest
-from understudy.export.robot_interface import RobotInterface
 from understudy.export.single_precision import RoundedCut, round_library
-from understudy.export.target_files import ExportJob, MakeFiles
-from understudy.export.targets.btcpp import make_btcpp_files
-from understudy.export.targets.c99 import make_c99_files
-from understudy.export.targets.json_documents import make_json_files
-from understudy.export.targets.python_module import make_python_files
-from understudy.export.targets.ros2 import make_ros2_files
-from understudy.export.targets.scxml import make_scxml_files
-from understudy.export.targets.xstate import make_xstate_files
+from understudy.export.target_files import ExportJob
+from understudy.export.targets import TARGETS
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.runtime.body import Body
 from understudy.runtime.program import Program, link
 from understudy.storage.document import fingerprint_automaton, hash_content
-
-TARGETS: Mapping[str, MakeFiles] = {
-    "c99": make_c99_files,
-    "python": make_python_files,
-    "scxml": make_scxml_files,
-    "xstate": make_xstate_files,
-    "json": make_json_files,
-    "btcpp": make_btcpp_files,
-    "ros2": make_ros2_files,
-}
-"""The targets by name."""
-SINGLE = ("c99",)
-"""The targets that can be written in single precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,37 +110,31 @@ def export_automaton(
         raise UnknownName(what="target", name=to, where="export", known=list(TARGETS))
     check_export_folder(folder)
     robot = body if isinstance(body, RobotInterface) else None
-    interface = (
-        describe_kit(library) if body is None else body.body if isinstance(body, RobotInterface) else body
-    )
-    if not isinstance(interface, BodyInterface):
-        interface = describe_body(interface)
-    used = list_exported_automata(library, name)
-    fingerprints = {each: fingerprint_automaton(library.taught[each]) for each in used}
-    job, rounded = prepare_export(
+    if isinstance(body, RobotInterface):
+        body = body.body
+    elif not isinstance(body, BodyInterface):
+        body = describe_kit(library) if body is None else describe_body(body)
+    fingerprints = fingerprint_automata(library, name)
+    job = prepare_export(
         library,
         name,
         to=to,
         binding=binding,
-        body=interface,
+        body=body,
         fingerprint=combine_fingerprints(fingerprints),
         single_precision=single_precision,
         robot=robot,
     )
-    made = TARGETS[to](job)
-    manifest = make_manifest(job, made, target=to, fingerprints=fingerprints, rounded=rounded)
+    made = TARGETS[to].make_files(job)
+    manifest = make_manifest(job, made, target=to, fingerprints=fingerprints)
     files = write_export(folder, {**made.files, MANIFEST: manifest}, made.by_hand)
-    hierarchy = job.hierarchy
     return ExportResult(
         Path(folder),
         to,
         {each: len(content) for each, content in sorted(files.items())},
         len(job.conformance.ticks),
-        tuple(
-            (what, tuple(str(hierarchy.readings[slot]) for slot in slots), problem)
-            for what, slots, problem in hierarchy.functions_to_write
-        ),
-        rounded,
+        tuple((each.name, each.readings, each.problem) for each in job.hierarchy.functions_to_write),
+        job.rounded,
         made.notes,
     )
 
@@ -170,16 +149,15 @@ def prepare_export(
     fingerprint: str,
     single_precision: bool = False,
     robot: RobotInterface | None = None,
-) -> tuple[ExportJob, tuple[RoundedCut, ...]]:
-    """Prepare what a target is written from; also return the cuts that single precision decides otherwise."""
-    program, hierarchy = link_ground(library, name, binding, body)
+) -> ExportJob:
+    """Prepare what a target is written from: round the cuts if need be, link, flatten, and answer rows of readings."""
     rounded: tuple[RoundedCut, ...] = ()
     if single_precision:
         _check_single(to, body.tick_s)
         library, rounded = round_library(library, list_exported_automata(library, name))
-        program, hierarchy = link_ground(library, name, binding, body)
+    program, hierarchy = link_ground(library, name, binding, body)
     conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
-    return ExportJob(hierarchy, conformance, library, fingerprint, single_precision, robot), rounded
+    return ExportJob(hierarchy, conformance, library, fingerprint, single_precision, robot, rounded)
 
 
 def list_exported_automata(library: Library, name: str) -> list[str]:
@@ -192,6 +170,12 @@ def list_exported_automata(library: Library, name: str) -> list[str]:
                 found.add(below)
                 waiting.append(library.automaton(below))
     return sorted(found)
+
+
+def fingerprint_automata(library: Library, name: str) -> dict[str, str]:
+    """Return the fingerprint of each automaton of a library that an automaton consists of."""
+    used = list_exported_automata(library, name)
+    return {each: fingerprint_automaton(library.taught[each]) for each in used}
 
 
 def combine_fingerprints(fingerprints: Mapping[str, str]) -> str:
@@ -208,8 +192,9 @@ def link_ground(
 
 
 def _check_single(to: str, tick_s: float) -> None:
-    if to not in SINGLE:
-        remedy = f"leave it out, or export to {join_names(SINGLE)}"
+    if not TARGETS[to].single_precision:
+        offering = [each for each, target in TARGETS.items() if target.single_precision]
+        remedy = f"leave it out, or export to {join_names(offering)}"
         raise SettingError(
             where=f"target {to}", setting="single precision", problem="is not offered", remedy=remedy
         )

@@ -1,4 +1,10 @@
-"""Reading of the traces that exported code writes (`trace_format.py`), and what their indices stand for."""
+"""The traces that exported code writes: their first line, their reading, and what their indices stand for.
+
+The first line names the automaton, its binding and the fingerprint of its library, with %XX for the characters that
+separate them. Every other line is a tick: the time, and for each level AUTOMATON.BEFORE.LEAF.AFTER, where AUTOMATON and
+the states are indices, and LEAF is the index of the leaf's node, -1 if the values were never shown, or -2 if the state
+has no tree.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +15,26 @@ from urllib.parse import unquote
 
 from understudy.errors import FileError
 from understudy.export.hierarchy import Hierarchy
-from understudy.export.trace_format import TRACE
+from understudy.export.target_files import ExportJob
 from understudy.storage.atomic_write import convert_os_errors
+
+TRACE = "# understudy exported trace 1"
+"""How the first line of a trace begins."""
+SEPARATORS = "%;,=\r\n"
+"""Characters of names that the first line spells as %XX."""
+NO_TREE = -2
+
+
+def format_trace_header(job: ExportJob) -> str:
+    """Format the first line of the traces of an export."""
+    binding = ",".join(
+        f"{_quote(parameter)}={_quote(target)}" for parameter, target in job.hierarchy.binding.items()
+    )
+    return ";".join((TRACE, _quote(job.hierarchy.name), binding, job.fingerprint))
+
+
+def _quote(name: str) -> str:
+    return "".join(f"%{ord(each):02X}" if each in SEPARATORS else each for each in name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +121,7 @@ def _exists(decision: ExportedDecision, hierarchy: Hierarchy) -> bool:
     if not (0 <= decision.before < len(states) and 0 <= decision.after < len(states)):
         return False
     tree = states[decision.before].tree
-    return -2 <= decision.leaf < (0 if tree is None else len(tree.nodes))
+    return NO_TREE <= decision.leaf < (0 if tree is None else len(tree.nodes))
 
 
 def find_tick(ticks: Sequence[ExportedTick], time: float) -> ExportedTick | None:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.export.body_interface import ORDER_CHANNELS, BodyInterface
+from understudy.export.decisions import TreeRoutines, make_routines
 from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
 from understudy.model.behaviors import Command, StateEffect
 from understudy.model.binding import Binding, format_bound_name
@@ -91,16 +92,6 @@ class FeatureSource:
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
-    """A change of a counter or timer of the automaton, by index, when a state is entered."""
-
-    action: str  # "set", "increment" or "reset"
-    of: str  # "counter" or "timer"
-    index: int
-    value: float
-
-
-@dataclass(frozen=True, slots=True)
 class ChildRef:
     """What a state runs: an automaton or a basic behavior, by its index."""
 
@@ -116,7 +107,7 @@ class GroundState:
     child: ChildRef
     flag: int | None
     tree: Tree | None
-    effects: tuple[Effect, ...]
+    effects: tuple[StateEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +119,14 @@ class GroundAutomaton:
     binding: Binding
     stateless: bool
     states: tuple[GroundState, ...]
+    decisions: tuple[TreeRoutines, ...]
     features: tuple[FeatureSource, ...]
     counters: tuple[str, ...]
     timers: tuple[str, ...]
+
+    def find_memory(self, effect: StateEffect) -> int:
+        """Find the counter or timer that a state changes when it is entered, by its index."""
+        return (self.counters if effect.of == "counter" else self.timers).index(effect.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +145,26 @@ class GroundBasic:
     order: Order | None
     slots: tuple[int, ...] = ()
     problem: str = ""
+
+    @property
+    def is_function(self) -> bool:
+        """True if its command depends on readings."""
+        return bool(self.problem or self.computed)
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionToWrite:
+    """A function of a feature or behavior that could not be translated, with the readings that it looks at, and why."""
+
+    name: str
+    slots: tuple[int, ...]
+    readings: tuple[str, ...]
+    problem: str
+
+    def refuse(self, remedy: str) -> str:
+        """Say that it is missing, and what is to be done about it."""
+        read = ", ".join(self.readings) or "unknown readings"
+        return f"{self.name} of {read} could not be translated ({self.problem}): {remedy}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,15 +190,32 @@ class Hierarchy:
         return any(basic.order is not None for basic in self.basics)
 
     @property
-    def functions_to_write(self) -> tuple[tuple[str, tuple[int, ...], str], ...]:
-        """The functions that cannot be translated: name, readings and reason of each."""
-        features = [
-            (f"feature {each.name}", each.slots, each.problem) for each in self.computed if each.problem
-        ]
-        return (
-            *features,
-            *((f"behavior {each.name}", each.slots, each.problem) for each in self.basics if each.problem),
+    def functions_to_write(self) -> tuple[FunctionToWrite, ...]:
+        """The functions that cannot be translated."""
+        functions: list[tuple[str, ComputedValue | GroundBasic]] = []
+        functions += [(f"feature {each.name}", each) for each in self.computed]
+        functions += [(f"behavior {each.name}", each) for each in self.basics]
+        return tuple(
+            FunctionToWrite(
+                name, each.slots, tuple(str(self.readings[slot]) for slot in each.slots), each.problem
+            )
+            for name, each in functions
+            if each.problem
         )
+
+    @property
+    def feature_functions(self) -> list[int]:
+        """The computed values that are features of automata, by their index."""
+        sources = [source for each in self.automata for source in each.features]
+        return sorted({source.index for source in sources if source.sort == "computed"})
+
+    def find_raising(self, number: int, state: int, flag: int) -> list[tuple[int, int]]:
+        """Find the states that raise a flag to a state which runs their automaton: its index, and that of each."""
+        child = self.automata[number].states[state].child
+        if not child.is_automaton:
+            return []
+        states = self.automata[child.index].states
+        return [(child.index, index) for index, each in enumerate(states) if each.flag == flag]
 
     @property
     def depth(self) -> int:
@@ -233,7 +266,7 @@ class _Flattener:
             features,
         )
 
-    def slot(self, reading: str, target: str | None, wanted: Feature | None = None) -> int:
+    def slot(self, reading: str, target: str | None) -> int:
         key = (reading, target)
         if key not in self.slots:
             known = {each.name: each for each in self.body.readings}
@@ -242,12 +275,6 @@ class _Flattener:
                 raise UnknownName(what="reading", name=reading, where="the body", known=list(known))
             found = found or Reading(reading, Continuous())
             self.slots[key] = ReadingSlot(reading, target, found.kind, found.unit, found.doc)
-        if wanted is not None and wanted.kind != self.slots[key].kind:
-            raise DefinitionError(
-                what=f"feature {wanted.name!r}",
-                problem=f"it is {wanted.kind}, but the body's reading {reading!r} is {self.slots[key].kind}",
-                remedy="give the feature the reading's kind",
-            )
         return list(self.slots).index(key)
 
     def feature(self, bound: BoundFeature) -> int:
@@ -256,7 +283,7 @@ class _Flattener:
             return 0
         if feature.function is None:
             target = bound.binding[feature.of] if feature.of else None
-            return self.slot(feature.reading or "", target, feature)
+            return self.slot(feature.reading or "", target)
         translated = translate_function(feature.function, feature.parameters)
         slots = self.look(translated.readings, bound.binding)
         expression, problem = None, translated.problem
@@ -341,27 +368,28 @@ class _Flattener:
                     problem=f"state {state.name!r} decides with a {type(tree).__name__}, which cannot be exported",
                     remedy="learn it with decision trees",
                 )
-            changes = tuple(
-                Effect(
-                    each.action,
-                    each.of,
-                    (counters if each.of == "counter" else timers).index(each.name),
-                    each.value,
-                )
-                for each in instance.changes[index]
-            )
             flag = None if state.flag is None else self.flags.setdefault(state.flag, len(self.flags))
-            states.append(GroundState(state.name, children[index], flag, tree, changes))
+            states.append(GroundState(state.name, children[index], flag, tree, instance.changes[index]))
         features = tuple(
             self.source(source, bound, counters, timers)
             for source, bound in zip(instance.sources, automaton.features, strict=True)
         )
+        trees: dict[int, list[int]] = {}  # states may share one
+        for index, made in enumerate(states):
+            if made.tree is not None:
+                trees.setdefault(id(made.tree), []).append(index)
+        decisions = [
+            TreeRoutines(tuple(of), make_routines(tree, lambda feature: features[feature].can_be_absent))
+            for of in trees.values()
+            if (tree := states[of[0]].tree) is not None
+        ]
         return GroundAutomaton(
             format_bound_name(automaton.name, instance.binding, automaton.parameters),
             automaton.name,
             instance.binding,
             automaton.stateless,
             tuple(states),
+            tuple(decisions),
             features,
             tuple(counters),
             tuple(timers),

@@ -6,15 +6,15 @@ It keeps to ECMAScript 5, as the ECMAScript data model of SCXML does.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from math import isinf
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
+from understudy.export.code_text import C_WORDS, ExpressionText, Operand, Spelling, write_condition
 from understudy.export.decisions import ValueCondition
-from understudy.export.expressions import Number
-from understudy.export.hierarchy import FeatureSource, GroundExpression, Hierarchy, SlotValue
+from understudy.export.hierarchy import FeatureSource, Hierarchy
 from understudy.export.identifiers import make_identifiers
-from understudy.export.templates import TEMPLATES
+from understudy.export.target_files import TEMPLATES
+from understudy.model.behaviors import StateEffect
 from understudy.model.kinds import Categorical, Toroidal
 
 FAILED = "failed"
@@ -32,12 +32,14 @@ JAVASCRIPT_FUNCTIONS = {
 """The functions of operations in JavaScript."""
 
 
-class JavaScriptText:
+class JavaScriptText(ExpressionText):
     """A writer of JavaScript for one hierarchy.
 
     Conditions refer to `now`, `readings.NAME`, and `memory.AUTOMATON` with `entered`, `counters.NAME` and
     `timers.NAME`.
     """
+
+    functions = JAVASCRIPT_FUNCTIONS
 
     def __init__(self, hierarchy: Hierarchy) -> None:
         self.hierarchy = hierarchy
@@ -52,11 +54,11 @@ class JavaScriptText:
         self.timers = [
             make_identifiers(each.timers, what=f"timers of {each.name!r}") for each in hierarchy.automata
         ]
-        self._spelling = Spelling(*C_WORDS[:3], "true", "false", write_number, str, str)
+        self.spelling = Spelling(*C_WORDS[:3], "true", "false", write_number, str, str)
 
     def condition(self, condition: ValueCondition, number: int, source: FeatureSource) -> str:
         """Write a question about a value of an automaton, by its index; not about a flag."""
-        return write_condition(condition, self._operand(number, source), self._spelling)
+        return write_condition(condition, self._operand(number, source), self.spelling)
 
     def _operand(self, number: int, source: FeatureSource) -> Operand:
         memory = self.memory(number)
@@ -69,7 +71,7 @@ class JavaScriptText:
             return Operand("real", text, f"absent({text})")
         text = f"value_{source.index}(readings)"
         if source.sort == "reading":
-            text = self._reading(source.index)
+            text = self.write_slot(source.index)
         if source.fresh is not None:
             text = f"({memory}.entered === now ? {write_number(source.fresh)} : {text})"
         sort = "label" if isinstance(source.kind, Categorical) else "real"
@@ -85,22 +87,14 @@ class JavaScriptText:
     def _timer(self, number: int, index: int) -> str:
         return self.timers[number][self.hierarchy.automata[number].timers[index]]
 
-    def find_memory(self, number: int, of: str, index: int) -> tuple[str, str]:
+    def find_memory(self, number: int, effect: StateEffect) -> tuple[str, str]:
         """Return where a counter or timer is kept: "counters" or "timers", and its identifier."""
-        name = self._counter(number, index) if of == "counter" else self._timer(number, index)
-        return f"{of}s", name
+        kept = self.counters if effect.of == "counter" else self.timers
+        return f"{effect.of}s", kept[number][effect.name]
 
-    def _reading(self, slot: int) -> str:
+    def write_slot(self, slot: int) -> str:
+        """Write a reading."""
         return f"readings.{self.readings[str(self.hierarchy.readings[slot])]}"
-
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression on readings."""
-        if isinstance(expression, Number):
-            return f"({write_number(expression.value)})"
-        if isinstance(expression, SlotValue):
-            return self._reading(expression.slot)
-        operands = [self.expression(each) for each in expression.operands]
-        return write_operation(expression.name, operands, JAVASCRIPT_FUNCTIONS)
 
     def commands(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return the value of each channel, by its identifier, where a command sets some."""
@@ -109,34 +103,26 @@ class JavaScriptText:
             for each in self.hierarchy.channels
         }
 
-    def functions(self) -> Iterator[str]:
+    def write_functions(self) -> Iterator[str]:
         """Write the functions that conditions and commands call, as lines."""
         yield from (TEMPLATES / FUNCTIONS).read_text(encoding="utf-8").splitlines()
         yield from ("", "function take(given) {", "  return {")
         yield from (f"    {name}: number(given.{name})," for name in self.readings.values())
         yield from ("  };", "}")
-        used = {
-            source.index
-            for each in self.hierarchy.automata
-            for source in each.features
-            if source.sort == "computed"
-        }
-        for index in sorted(used):
+        for index in self.hierarchy.feature_functions:
             yield from self._value(index)
         for index, basic in enumerate(self.hierarchy.basics):
-            if basic.problem or basic.computed:
+            if basic.is_function:
                 yield from self._command(index)
 
     def _value(self, index: int) -> Iterator[str]:
         value = self.hierarchy.computed[index]
         yield from ("", f"// {_comment(value.name)}")
         if value.expression is None:
-            yield refuse_function(
-                self.hierarchy, f"feature {value.name}", value.slots, value.problem, f"value_{index}"
-            )
+            yield self._refuse(f"feature {value.name}", f"value_{index}")
             text = "NaN"
         else:
-            text = self.expression(value.expression)
+            text = self.write_expression(value.expression)
             if isinstance(value.kind, Categorical):
                 text = f"label({text}, {len(value.kind.labels)})"
             elif isinstance(value.kind, Toroidal):
@@ -149,18 +135,21 @@ class JavaScriptText:
         basic = self.hierarchy.basics[index]
         yield from ("", f"// {_comment(basic.name)}")
         if basic.problem:
-            yield refuse_function(
-                self.hierarchy, f"behavior {basic.name}", basic.slots, basic.problem, f"command_{index}"
-            )
+            yield self._refuse(f"behavior {basic.name}", f"command_{index}")
         fields = []
         for channel in self.hierarchy.channels:
             usual = text = write_number(basic.command.get(channel.name, channel.rest))
             at = basic.computed.get(channel.name)
             expression = None if at is None else self.hierarchy.computed[at].expression
             if expression is not None:
-                text = f"finite({self.expression(expression)}, {usual})"
+                text = f"finite({self.write_expression(expression)}, {usual})"
             fields.append(f"{self.channels[channel.name]}: {text}")
         yield from (f"function command_{index}(readings) {{", f"  return {{{', '.join(fields)}}};", "}")
+
+    def _refuse(self, name: str, called: str) -> str:
+        """Write a statement that keeps the code from being loaded until a function is written."""
+        function = next(each for each in self.hierarchy.functions_to_write if each.name == name)
+        return f"throw new Error({json.dumps(function.refuse(f'write {called} and remove this line'))});"
 
 
 def write_number(value: float) -> str:
@@ -168,13 +157,6 @@ def write_number(value: float) -> str:
     if isinf(value):
         return "Infinity" if value > 0 else "-Infinity"
     return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
-
-
-def refuse_function(hierarchy: Hierarchy, name: str, slots: Sequence[int], problem: str, called: str) -> str:
-    """Write a statement that keeps the code from being loaded until a function is written."""
-    read = ", ".join(str(hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-    text = f"{name} of {read} could not be translated ({problem}): write {called} and remove this line"
-    return f"throw new Error({json.dumps(text)});"
 
 
 def _comment(text: str) -> str:

@@ -6,22 +6,25 @@ rounding up changes nothing. A recorded example is a double, however, and roundi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
+from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
 from understudy.learning.explain import find_rows_by_node
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
-from understudy.model.features import CounterFeature, Feature
+from understudy.model.behaviors import Behavior
+from understudy.model.features import CounterFeature, Feature, ReadingsView
 from understudy.model.kinds import Categorical
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree
+from understudy.runtime.program import Program
 
 MOST_COUNT = 2**31
 """One more than the largest number that a counter of 32 bits holds."""
@@ -45,6 +48,26 @@ class RoundedCut:
 
 
 Values: TypeAlias = NDArray[np.float64]
+Part = TypeVar("Part", Feature, Behavior)
+Single: TypeAlias = NDArray[Any]
+
+OPERATIONS: Mapping[str, Callable[..., Single]] = {
+    "+": np.add,
+    "-": np.subtract,
+    "*": np.multiply,
+    "/": np.divide,
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "neg": np.negative,
+    "abs": np.abs,
+    "isnan": np.isnan,
+    "sqrt": np.sqrt,
+    "minimum": np.minimum,
+    "maximum": np.maximum,
+    "where": np.where,
+}
 
 
 def round_to_single(value: float) -> float:
@@ -177,3 +200,46 @@ def _is_rounded(automaton: Automaton, feature: int) -> bool:
     if isinstance(bound.feature, CounterFeature) or isinstance(bound.kind, Categorical):
         return False
     return isinstance(bound.feature, Feature)
+
+
+def compute_in_single(program: Program) -> Program:
+    """Return a program whose translated functions compute in 32-bit floats, as exported code of single precision does.
+
+    NumPy computes with a number of its own, such as `np.float64(0.1)` or `np.sqrt(2.0)`, in double precision even
+    beside readings that are 32-bit floats, so that the Python function itself is no reference for single precision.
+    """
+    features = tuple(
+        replace(bound, feature=_compute_part(bound.feature)) if isinstance(bound.feature, Feature) else bound
+        for bound in program.features
+    )
+    basics = tuple(replace(ground, behavior=_compute_part(ground.behavior)) for ground in program.basics)
+    return Program(program.root, features, basics)
+
+
+def _compute_part(part: Part) -> Part:
+    if part.function is None:
+        return part
+    return replace(part, function=_compute_function(part.function, part.parameters))
+
+
+def _compute_function(function: Callable[..., Any], parameters: Sequence[str]) -> Callable[..., Any]:
+    """Return a function that computes in 32-bit floats; the function itself if it cannot be translated."""
+    translated = translate_function(function, parameters)
+    if translated.problem:
+        return function
+
+    def computed(*views: ReadingsView) -> Any:
+        by_owner = dict(zip((None, *parameters), views, strict=True))
+        found = {name: _evaluate(each, by_owner) for name, each in translated.results.items()}
+        return found[""] if set(found) == {""} else found
+
+    return computed
+
+
+def _evaluate(expression: Expression, views: Mapping[str | None, ReadingsView]) -> Single:
+    if isinstance(expression, Number):
+        return np.array([expression.value], np.float32)
+    if isinstance(expression, ReadingValue):
+        value: Single = getattr(views[expression.parameter], expression.reading)
+        return value.astype(np.float32)
+    return OPERATIONS[expression.name](*(_evaluate(each, views) for each in expression.operands))

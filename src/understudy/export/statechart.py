@@ -15,12 +15,13 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from understudy.errors import DefinitionError
-from understudy.export.decisions import Answer, Continuation, Step, ValueCondition, make_routines
-from understudy.export.hierarchy import Effect, GroundAutomaton, Hierarchy
+from understudy.export.decisions import Answer, Continuation, Step, ValueCondition
+from understudy.export.exported_trace import NO_TREE, format_trace_header
+from understudy.export.hierarchy import GroundAutomaton, Hierarchy
 from understudy.export.identifiers import make_identifiers
 from understudy.export.javascript_text import JavaScriptText
 from understudy.export.target_files import ExportJob
-from understudy.export.trace_format import NO_TREE, format_trace_header
+from understudy.model.behaviors import StateEffect
 
 MOST_STATES = 10_000
 """The largest number of states of a statechart."""
@@ -72,7 +73,7 @@ class ChartState:
     basic: int | None
     begins: int | None
     owner: int | None
-    effects: tuple[Effect, ...]
+    effects: tuple[StateEffect, ...]
     states: tuple[ChartState, ...]
     transitions: tuple[ChartTransition, ...]
 
@@ -183,7 +184,7 @@ class Statechart:
         if state.tree is None:
             yield self._transition(event, (), number, index, Answer(-1, NO_TREE), depth)
         else:
-            routines = make_routines(state.tree, lambda feature: automaton.features[feature].can_be_absent)
+            routines = next(each.routines for each in automaton.decisions if index in each.states)
             for parts, answer in self._rules(routines, number, index, here):
                 yield self._transition(event, parts, number, index, answer, depth)
         if state.child.is_automaton:
@@ -241,13 +242,10 @@ class Statechart:
         source = automaton.features[condition.feature]
         if source.sort != "flag":
             return self.text.condition(condition, number, source)
-        is_raised, child = condition.low != 0.0, automaton.states[index].child
-        if not child.is_automaton:
-            return not is_raised
+        is_raised, automata = condition.low != 0.0, self.hierarchy.automata
         raising = tuple(
-            f"{here}.{self._states[child.index][state.name]}"
-            for state in self.hierarchy.automata[child.index].states
-            if state.flag == source.index
+            f"{here}.{self._states[below][automata[below].states[state].name]}"
+            for below, state in self.hierarchy.find_raising(number, index, source.index)
         )
         return FlagQuestion(raising, is_raised) if raising else not is_raised
 

@@ -1,24 +1,32 @@
-"""The seam of a target: what it is given, and what it returns."""
+"""The seam of a target: what it is given, what it returns, and the templates that it fills in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import TypeAlias
+from pathlib import Path
+from string import Template
+from typing import Any
 
+import msgspec
+
+from understudy.export.body_interface import RobotInterface
 from understudy.export.conformance import Conformance
 from understudy.export.hierarchy import Hierarchy
-from understudy.export.robot_interface import RobotInterface
+from understudy.export.single_precision import RoundedCut
 from understudy.model.library import Library
+
+TEMPLATES = Path(__file__).parent / "templates"
+"""The folder of templates of exported files."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExportJob:
     """Everything that a target is written from.
 
-    `library` has the automata of the hierarchy, rounded if `single_precision`. `fingerprint` identifies the automata.
-    `robot` is the robot that it is for, if a robot's file was given.
+    `library` has the automata of the hierarchy, rounded if `single_precision`; `rounded` are the cuts that this decides
+    otherwise. `fingerprint` identifies the automata. `robot` is the robot that it is for, if a robot's file was given.
     """
 
     hierarchy: Hierarchy
@@ -27,6 +35,7 @@ class ExportJob:
     fingerprint: str
     single_precision: bool = False
     robot: RobotInterface | None = None
+    rounded: tuple[RoundedCut, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,5 +78,16 @@ class TargetFiles:
     by_hand: Mapping[str, FileByHand] = field(default_factory=dict)
 
 
-MakeFiles: TypeAlias = Callable[[ExportJob], TargetFiles]
-"""A target: a function from a job to its files. Beside those, every export gets a manifest."""
+def fill_template(name: str, values: Mapping[str, str]) -> bytes:
+    """Fill in a template: `$name` and `${name}` stand for values, `$$` for a dollar sign."""
+    return Template((TEMPLATES / name).read_text(encoding="utf-8")).substitute(values).encode()
+
+
+def fill_templates(folder: str, values: Mapping[str, str], *names: str) -> dict[str, bytes]:
+    """Fill in templates of a target's folder, which keep their names."""
+    return {name: fill_template(f"{folder}/{name}", values) for name in names}
+
+
+def format_json(content: Any) -> bytes:
+    """Format a file of JSON, for people, too."""
+    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"

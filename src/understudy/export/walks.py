@@ -41,20 +41,19 @@ class ReadingWalk:
         self.boundaries: set[Boundary] = set()
         self.waiting: dict[tuple[int, int], set[Boundary]] = {}
         self.reached: set[tuple[int, int, int]] = set()
-        self._first: dict[tuple[int, int], int] = {}
+        self._first: dict[tuple[int, int], int] = {}  # a stateless automaton has one tree
         for number, automaton in enumerate(hierarchy.automata):
-            for index, state in enumerate(automaton.states):
-                if state.tree is not None:
-                    self._add_tree(number, index, automaton, state.tree)
+            for decision in automaton.decisions:
+                first = decision.states[0]
+                self._first |= {(number, state): first for state in decision.states}
+                tree = automaton.states[first].tree
+                if tree is not None:
+                    self._add_tree(number, first, automaton, tree)
         for boundary in self.boundaries:
             self.waiting.setdefault(boundary[:2], set()).add(boundary)
         self.indices = {each.name: number for number, each in enumerate(hierarchy.automata)}
 
     def _add_tree(self, number: int, index: int, automaton: GroundAutomaton, tree: Tree) -> None:
-        first = self._first.setdefault((number, id(tree)), index)  # a stateless automaton has one tree
-        self._first[number, -1 - index] = first
-        if first != index:
-            return
         self.paths[number, index] = _find_paths(tree)
         for at, node in enumerate(tree.nodes):
             if node.test == TestKind.LEAF:
@@ -121,7 +120,7 @@ class ReadingWalk:
             return None
         machine = self.random.choice(active)
         number = self.indices[str(machine.instance)]
-        index = self._first.get((number, -1 - machine.state), -1)
+        index = self._first.get((number, machine.state), -1)
         near = sorted(self.waiting.get((number, index), ()))
         return self.random.choice(near) if near else None
 
@@ -148,7 +147,7 @@ class ReadingWalk:
     def note(self, machine: RunningAutomaton, state: int, values: Sequence[float]) -> None:
         """Note what a query reached: the leaf, and boundaries on the way."""
         number = self.indices[str(machine.instance)]
-        index = self._first[number, -1 - state]
+        index = self._first[number, state]
         tree = self.hierarchy.automata[number].states[index].tree
         if tree is None:
             return

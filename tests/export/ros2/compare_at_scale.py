@@ -19,8 +19,8 @@ from tests.export.ros2.robots import (
     write_robot,
 )
 
+from understudy.export.body_interface import describe_robot
 from understudy.export.export_automaton import export_automaton, prepare_export
-from understudy.export.robot_interface import describe_robot
 from understudy.robots.robot_file import load_robot
 
 
@@ -39,7 +39,7 @@ def main() -> int:
             folder = Path(place)
             path, library = write_robot(folder), draw_library(seed)
             interface = describe_robot(load_robot(path), path=path)
-            job, _ = prepare_export(
+            job = prepare_export(
                 library, "a2", to="ros2", binding={}, body=interface.body, fingerprint="", robot=interface
             )
             if job.conformance.leaves[0] < 2 * LIVELY or len(job.hierarchy.automata) < 2:

@@ -19,9 +19,9 @@ from tests.robots.rovers import Wire
 from tests.runtime.random_libraries import draw_library as draw_random_library
 from tests.simulated_clock import ReadOnlyClock
 
+from understudy.export.body_interface import RobotInterface
+from understudy.export.conformance import ReferenceRun
 from understudy.export.export_automaton import link_ground
-from understudy.export.reference_run import ReferenceRun
-from understudy.export.robot_interface import RobotInterface
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import Feature, FlagFeature, TimeInState

@@ -5,16 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree.ElementTree import indent, tostring
 
-from understudy.export.conformance import format_conformance
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
-from understudy.export.targets.btcpp_names import TreeNames, name_for_trees
+from understudy.export.code_text import INDENT
+from understudy.export.exported_trace import format_trace_header
+from understudy.export.target_files import (
+    TEMPLATES,
+    ExportJob,
+    FileByHand,
+    TargetFiles,
+    fill_template,
+    fill_templates,
+)
 from understudy.export.targets.btcpp_nodes import NodeWriter
 from understudy.export.targets.btcpp_tree import TreeWriter
-from understudy.export.targets.c99_source import INDENT, write_comment
+from understudy.export.targets.c99_source import write_comment
+from understudy.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.export.targets.python_module import ARITHMETIC, PythonSource
-from understudy.export.templates import TEMPLATES, fill_template
-from understudy.export.trace_format import format_trace_header
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.kinds import Categorical
 
 
 def make_btcpp_files(job: ExportJob) -> TargetFiles:
@@ -40,18 +46,8 @@ def make_btcpp_files(job: ExportJob) -> TargetFiles:
         "conformance.py": fill_template("btcpp/conformance.py.in", values),
         "conformance.cpp": fill_template("btcpp/conformance.cpp.in", values),
     }
-    files |= {name: fill_template(f"btcpp/{name}", values) for name in ("Makefile", "README.md")}
-    readings = [c.readings[str(slot)] for slot in job.hierarchy.readings]
-    channels = [c.channels[channel.name] for channel in job.hierarchy.channels]
-    files["conformance.csv"] = format_conformance(job.conformance, job.hierarchy, readings, channels)
-    spelled = {
-        "readings": c.readings,
-        "channels": c.channels,
-        "basics": c.basics,
-        "automata": c.automata,
-        "states": c.states,
-    }
-    return TargetFiles(files, spelled, ("conformance", "trace.csv"), by_hand=by_hand)
+    files |= fill_templates("btcpp", values, "Makefile", "README.md")
+    return TargetFiles(files, c.by_sort, ("conformance", "trace.csv"), by_hand=by_hand)
 
 
 def _list_values(
@@ -85,9 +81,9 @@ def _list_values(
         "arithmetic": ARITHMETIC,
         "code": "\n".join(rows.write()),
         "notes": "".join(
-            f"\nWrite {name} yourself, in `{p}_functions.hpp` and, for `make test`, in `{p}_functions.py`: {problem}. "
-            "Later exports keep these files.\n"
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{p}_functions.hpp` and, for `make test`, in `{p}_functions.py`: "
+            f"{each.problem}. Later exports keep these files.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
 
@@ -150,12 +146,7 @@ class _ConformanceTables:
         value = self.hierarchy.computed[index]
         if value.expression is None:
             return f"lambda r: {self.names.c.functions[f'feature {value.name}']}(**r)"
-        text = self.python.expression(value.expression)
-        if isinstance(value.kind, Categorical):
-            return f"lambda r: _to_label({text}, {len(value.kind.labels)})"
-        if isinstance(value.kind, Toroidal):
-            return f"lambda r: _wrap({text}, {value.kind.period!r})"
-        return f"lambda r: _finite({text}, ABSENT)"
+        return f"lambda r: {self.python.write_value(value.kind, value.expression)}"
 
     def _command(self, index: int) -> str:
         """Write the function from the ports of a basic behavior to its commands."""
@@ -176,18 +167,20 @@ class _ConformanceTables:
             if channel.name in basic.computed:
                 expression = hierarchy.computed[basic.computed[channel.name]].expression
                 if expression is not None:
-                    text = f"_finite({self.python.expression(expression)}, {text})"
+                    text = f"_finite({self.python.write_expression(expression)}, {text})"
             items.append(f"{channels[channel.name]!r}: {text}")
         return f"lambda r: {{{', '.join(items)}}}"
 
     def write_functions(self) -> FileByHand | None:
         """Write the module of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            called = self.names.c.functions[name]
-            takes = ", ".join(self.names.c.readings[str(self.hierarchy.readings[slot])] for slot in slots)
+        for function in self.hierarchy.functions_to_write:
+            name, called = function.name, self.names.c.functions[function.name]
+            takes = ", ".join(self.names.c.readings[each] for each in function.readings)
             returns = "the value" if name.startswith("feature ") else "a dictionary of commands by channel"
-            text = f"{name} could not be translated ({problem}): return {returns} and remove this line"
+            text = (
+                f"{name} could not be translated ({function.problem}): return {returns} and remove this line"
+            )
             stubs[called] = (
                 f"\nraise NotImplementedError({text!r})\n\n\ndef {called}({takes}):\n{INDENT}pass\n"
             )

@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from understudy.export.code_text import INDENT
 from understudy.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.export.target_files import FileByHand
-from understudy.export.targets.btcpp_names import TreeNames
 from understudy.export.targets.btcpp_tree import clean
-from understudy.export.targets.c99_source import INDENT, CSource, quote_for_c, write_comment
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.export.targets.c99_source import (
+    CSource,
+    describe_slot,
+    quote_for_c,
+    write_comment,
+    write_error,
+)
+from understudy.export.targets.cpp_names import TreeNames
+from understudy.model.kinds import Categorical
 
 SHARED = {
     "IsAbsent": ("Condition", ("value",)),
@@ -52,7 +59,7 @@ class NodeWriter:
             if self.hierarchy.is_coordinator:
                 for port in ("order", "since", "now"):
                     SubElement(model, "input_port", name=port, type="double")
-            elif basic.problem or basic.computed:
+            elif basic.is_function:
                 self._read_ports(model, basic.slots)
             else:
                 for channel in self.hierarchy.channels:
@@ -81,7 +88,7 @@ class NodeWriter:
         for slot in hierarchy.readings:
             is_label = isinstance(slot.kind, Categorical)
             kind, absent = ("int", "-1") if is_label else ("double", "understudy::ABSENT")
-            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {_describe(slot.kind, slot.unit)} */"
+            yield f"{INDENT}{kind} {names.readings[str(slot)]} = {absent}; /* {describe_slot(slot)} */"
         yield from ("};", "", "/* What the basic behavior that runs commands. */", "struct commands", "{")
         for channel in hierarchy.channels:
             rest = self.source.write_real(channel.rest)
@@ -130,16 +137,9 @@ class NodeWriter:
             text = f"{called}({', '.join(self._take(value.slots))})"
         else:
             yield from self._gather(value.slots)
-            text = self._kind(value, self.source.expression(value.expression))
+            text = self.source.write_value(value.kind, value.expression)
         yield f'{INDENT * 2}setOutput<{kind}>("value", {text});'
         yield from (f"{INDENT * 2}return BT::NodeStatus::SUCCESS;", f"{INDENT}}}", "};", "")
-
-    def _kind(self, value: ComputedValue, text: str) -> str:
-        if isinstance(value.kind, Categorical):
-            return f"to_label({text}, {len(value.kind.labels)})"
-        if isinstance(value.kind, Toroidal):
-            return f"wrap(finite_or_absent({text}), {self.source.write_real(value.kind.period)})"
-        return f"finite_or_absent({text})"
 
     def _basic(self, index: int, basic: GroundBasic) -> Iterator[str]:
         hierarchy, names = self.hierarchy, self.names.c
@@ -147,7 +147,7 @@ class NodeWriter:
         yield f"/* {write_comment(basic.name)} */"
         yield from (f"class {called} : public Behavior", "{", "public:")
         yield from (f"{INDENT}using Behavior::Behavior;", "")
-        constant = not (hierarchy.is_coordinator or basic.problem or basic.computed)
+        constant = not (hierarchy.is_coordinator or basic.is_function)
         if hierarchy.is_coordinator:
             ports = ", ".join(f'BT::InputPort<double>("{each}")' for each in ("order", "since", "now"))
             yield from self._ports((), ports)
@@ -193,7 +193,7 @@ class NodeWriter:
                 expression = self.hierarchy.computed[basic.computed[channel.name]].expression
                 if expression is not None:
                     rest = self.source.write_real(channel.rest)
-                    text = f"or_rest({self.source.expression(expression)}, {rest})"
+                    text = f"or_rest({self.source.write_expression(expression)}, {rest})"
                     yield f"{INDENT * 2}commands_->{self.names.c.channels[channel.name]} = {text};"
 
     def _ports(self, slots: Sequence[int], more: str) -> Iterator[str]:
@@ -228,23 +228,15 @@ class NodeWriter:
         """Write the header of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
         kinds = {f"feature {each.name}": each.kind for each in self.hierarchy.computed}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            called, takes = self.names.c.functions[name], self._declare(slots)
-            kind = "int" if isinstance(kinds.get(name), Categorical) else "double"
-            if name.startswith("behavior "):
+        for function in self.hierarchy.functions_to_write:
+            called, takes = self.names.c.functions[function.name], self._declare(function.slots)
+            kind = "int" if isinstance(kinds.get(function.name), Categorical) else "double"
+            if function.name.startswith("behavior "):
                 kind, takes = "void", ["commands &commands", *takes]
             declared = f"inline {kind} {called}({', '.join(takes)})"
-            error = self.source.write_error(name, slots, problem)
+            error = write_error(function)
             stubs[called] = f"namespace {self.names.c.prefix}\n{{\n{declared}\n{{\n{error}\n}}\n}}\n"
-        begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
-        return FileByHand(begin, stubs) if stubs else None
+        return self.source.keep_by_hand(stubs)
 
     def _declare(self, slots: Sequence[int]) -> list[str]:
         return [f"{'int' if is_label else 'double'} {key}" for key, is_label in self._keys(slots)]
-
-
-def _describe(kind: object, unit: str) -> str:
-    if isinstance(kind, Categorical):
-        return write_comment(", ".join(f"{index} {label}" for index, label in enumerate(kind.labels)))
-    period = f"in [0, {kind.period!r}), " if isinstance(kind, Toroidal) else ""
-    return write_comment(f"{period}{unit or 'no unit'}")

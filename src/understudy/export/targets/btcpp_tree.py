@@ -12,18 +12,11 @@ from math import copysign, isinf
 from xml.etree.ElementTree import Element, SubElement
 
 from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition
-from understudy.export.decisions import (
-    Answer,
-    Branch,
-    Continuation,
-    Step,
-    ValueCondition,
-    make_routines,
-)
-from understudy.export.hierarchy import FeatureSource, GroundAutomaton, Hierarchy
-from understudy.export.targets.btcpp_names import TreeNames, is_measured
+from understudy.export.decisions import Answer, Branch, Continuation, Step, TreeRoutines, ValueCondition
+from understudy.export.hierarchy import FeatureSource, Hierarchy
+from understudy.export.targets.cpp_names import TreeNames, is_measured
 from understudy.model.kinds import Categorical
-from understudy.model.tree import STAY, Tree
+from understudy.model.tree import STAY
 
 ABSENT = "0.0 / 0.0"
 """NaN, as a script can write it."""
@@ -46,11 +39,10 @@ SPELLING = Spelling(*C_WORDS[:3], "true", "false", write_script_real, str, str)
 
 @dataclass(frozen=True, slots=True)
 class StateTree:
-    """A place at which a tree decides: of one state, or of all states that have the same tree (`state` is None)."""
+    """A decision of an automaton, by its index, and the name of its tree."""
 
     number: int
-    state: int | None
-    states: tuple[int, ...]
+    decision: TreeRoutines
     called: str
 
 
@@ -102,16 +94,9 @@ class TreeWriter:
         called = self.names.c.automata[automaton.name]
         both = SubElement(self._tree(called), "ReactiveSequence", name=clean(automaton.name))
         decide: dict[int, Element] = {}
-        groups: dict[int, list[int]] = {}
-        for index, state in enumerate(automaton.states):
-            if state.tree is not None:
-                groups.setdefault(id(state.tree), []).append(index)
-        for states in groups.values():
-            of = states[0] if len(states) == 1 else None
-            place = StateTree(
-                number, of, tuple(states), f"{called}_in_{self.names.state(automaton, states[0])}"
-            )
-            decide |= self._decide(place)
+        for each in automaton.decisions:
+            tree = StateTree(number, each, f"{called}_in_{self.names.state(automaton, each.states[0])}")
+            decide |= self._decide(tree)
         stay = Element("AlwaysSuccess", name="stay")
         both.append(self.switch(number, "decide", sorted(decide.items()), stay))
         run = [(index, self._run(number, index)) for index in range(len(automaton.states))]
@@ -128,9 +113,9 @@ class TreeWriter:
             return rest
         if len(cases) == 1:
             state, child = cases[0]
-            asked = f"{key} == '{self.names.state(automaton, state)}'"
+            asked, described = self._is_in(number, state), clean(automaton.states[state].name)
             choice = Element("IfThenElse", name=name)
-            SubElement(choice, "ScriptCondition", name=clean(automaton.states[state].name), code=asked)
+            SubElement(choice, "ScriptCondition", name=described, code=asked)
             choice.extend((child, rest))
             return choice
         if len(cases) > MOST_CASES:
@@ -153,7 +138,7 @@ class TreeWriter:
         if hierarchy.is_coordinator:
             order = child.index if basic.order is not None else 0
             ports = {"order": str(order), "since": self._key(number, "entered"), "now": "{now}"}
-        elif basic.problem or basic.computed:
+        elif basic.is_function:
             ports = self._read(basic.slots)
         else:
             ports = {
@@ -190,7 +175,7 @@ class TreeWriter:
         if state.child.is_automaton:
             lines += self.start(state.child.index)
         for effect in state.effects:
-            key = memory[number, effect.of, effect.index]
+            key = memory[number, effect.of, automaton.find_memory(effect)]
             if effect.of == "counter":
                 value = write_script_real(0.0 if effect.action == "reset" else effect.value)
                 lines.append(f"{key} {'+=' if effect.action == 'increment' else ':='} {value}")
@@ -202,9 +187,7 @@ class TreeWriter:
 
     def _decide(self, place: StateTree) -> Iterator[tuple[int, Element]]:
         """Write what decides in the states of a place: the tree itself, or one that they share."""
-        automaton = self.hierarchy.automata[place.number]
-        tree = automaton.states[place.states[0]].tree or Tree(())
-        routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
+        routines = place.decision.routines
         asked = {feature for each in routines for feature in _list_features(each)}
         steps = [*self._measure(place.number, sorted(asked)), self.step(routines[0], place)]
         decision = steps[0]
@@ -213,11 +196,11 @@ class TreeWriter:
             decision.extend(steps)
         for index, routine in enumerate(routines[1:], 1):
             self._tree(f"{place.called}_{index}").append(self.step(routine, place))
-        if place.state is not None:
-            yield place.state, decision
+        if place.decision.state is not None:
+            yield place.decision.state, decision
             return
         self._tree(place.called).append(decision)
-        for state in place.states:
+        for state in place.decision.states:
             yield state, self._subtree(place.called)
 
     def _measure(self, number: int, features: Sequence[int]) -> Iterator[Element]:
@@ -263,16 +246,15 @@ class TreeWriter:
     def _answer(self, answer: Answer, place: StateTree) -> Element:
         automaton = self.hierarchy.automata[place.number]
         leaf = f"{self.names.memory[place.number, 'leaf', 0]} := {answer.leaf}"
-        if answer.outcome in (STAY, place.state):
+        if answer.outcome in (STAY, place.decision.state):
             return Element("Script", name="stay", code=leaf)
         called = clean(automaton.states[answer.outcome].name)
         entering = self.enter(place.number, answer.outcome)
-        if place.state is not None:
+        if place.decision.state is not None:
             return Element("Script", name=f"to {called}", code="; ".join([leaf, *entering]))
-        key = self.names.memory[place.number, "state", 0]
         both = Element("Sequence", name=called)
         SubElement(both, "Script", name="leaf", code=leaf)
-        there = f"{key} == '{self.names.state(automaton, answer.outcome)}'"
+        there = self._is_in(place.number, answer.outcome)
         SubElement(both, "Script", name=f"to {called}", code="; ".join(entering), _skipIf=there)
         return both
 
@@ -305,26 +287,17 @@ class TreeWriter:
 
     def _flag(self, place: StateTree, flag: int) -> str:
         """Write whether the automaton that the current state runs has raised a flag, as a script."""
-        automaton = self.hierarchy.automata[place.number]
-        key = self.names.memory[place.number, "state", 0]
         found = []
-        for state in place.states:
-            raising = self._raising(automaton, state, flag)
-            here = f"{key} == '{self.names.state(automaton, state)}' && "
-            found += [each if place.state is not None else f"({here}{each})" for each in raising]
+        for state in place.decision.states:
+            raising = [self._is_in(*each) for each in self.hierarchy.find_raising(place.number, state, flag)]
+            here = f"{self._is_in(place.number, state)} && "
+            found += [each if place.decision.state is not None else f"({here}{each})" for each in raising]
         return " || ".join(found) or "false"
 
-    def _raising(self, automaton: GroundAutomaton, state: int, flag: int) -> list[str]:
-        child = automaton.states[state].child
-        if not child.is_automaton:
-            return []
-        below = self.hierarchy.automata[child.index]
-        key = self.names.memory[child.index, "state", 0]
-        return [
-            f"{key} == '{self.names.state(below, index)}'"
-            for index, each in enumerate(below.states)
-            if each.flag == flag
-        ]
+    def _is_in(self, number: int, state: int) -> str:
+        """Write whether an automaton is in a state, as a script."""
+        automaton, key = self.hierarchy.automata[number], self.names.memory[number, "state", 0]
+        return f"{key} == '{self.names.state(automaton, state)}'"
 
 
 def _ask(described: str, code: str) -> Element:

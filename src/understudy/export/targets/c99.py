@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from understudy.export.conformance import ConformanceTick, format_conformance
-from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.code_text import INDENT
+from understudy.export.conformance import MS_PER_S, ConformanceTick
+from understudy.export.exported_trace import format_trace_header
+from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99_code import CCode
-from understudy.export.targets.c99_header import CHeader
-from understudy.export.targets.c99_names import CNames, name_for_c
-from understudy.export.targets.c99_source import INDENT, CSource, write_comment
-from understudy.export.templates import fill_template
+from understudy.export.targets.c99_source import (
+    GENERATED,
+    CSource,
+    describe_slot,
+    quote_for_c,
+    write_comment,
+)
+from understudy.export.targets.cpp_names import CNames, name_for_c
 from understudy.model.kinds import Categorical
 
 MADE = (
@@ -24,6 +30,9 @@ MADE = (
 )
 """What the Makefile makes."""
 
+ZEPHYR = ("CMakeLists.txt", "prj.conf", "src/main.c")
+"""The files of a program for Zephyr."""
+
 MOST_EMBEDDED_BYTES = 14_000
 """The space for conformance rows in the flash of an ATmega328P, beside the program."""
 
@@ -35,13 +44,7 @@ def make_c99_files(job: ExportJob) -> TargetFiles:
     functions = writer.source.write_functions()
     return TargetFiles(
         writer.make_files(),
-        {
-            "readings": names.readings,
-            "channels": names.channels,
-            "basics": names.basics,
-            "automata": names.automata,
-            "states": names.states,
-        },
+        names.by_sort,
         (*MADE, *(f"{names.prefix}-{name}" for name in ("m3.o", "avr.o"))),
         by_hand={} if functions is None else {f"{names.prefix}_functions.h": functions},
     )
@@ -58,22 +61,14 @@ class _CFiles:
         p = self.names.prefix
         values = self.values()
         header = "".join(f"{line}\n" for line in CHeader(self.job, self.names, self.source).write()).encode()
-        source = CCode(self.job, self.names, self.source).write().encode()
+        source = CCode(self.job, self.names, self.source).write()
         files = {f"{p}.h": header, f"{p}.c": source}
-        for name in ("conformance.c", "embedded.c", "Makefile", "README.md"):
-            files[name] = fill_template(f"c99/{name}", values)
-        for name in ("cortex-m3/start.c", "cortex-m3/m3.ld"):
-            files[name] = fill_template(f"c99/{name}", {})
-        for name in ("zephyr/CMakeLists.txt", "zephyr/prj.conf", "zephyr/src/main.c"):
-            files[name] = fill_template(f"c99/{name}", values)
+        files |= fill_templates("c99", values, "conformance.c", "embedded.c", "Makefile", "README.md")
+        files |= fill_templates("c99", {}, "cortex-m3/start.c", "cortex-m3/m3.ld")
+        files |= fill_templates("c99", values, *(f"zephyr/{name}" for name in ZEPHYR))
         files[f"arduino/{p}/{p}.ino"] = fill_template("c99/arduino.ino", values)
         files |= {f"arduino/{p}/{p}.h": header, f"arduino/{p}/{p}.c": source}
         files["embedded_rows.h"] = self.rows().encode()
-        readings = [self.names.readings[str(slot)] for slot in self.hierarchy.readings]
-        channels = [self.names.channels[channel.name] for channel in self.hierarchy.channels]
-        files["conformance.csv"] = format_conformance(
-            self.job.conformance, self.hierarchy, readings, channels
-        )
         return files
 
     def values(self) -> dict[str, str]:
@@ -89,8 +84,8 @@ class _CFiles:
         ]
         used = [f"(void)commands.{channel};" for channel in channels]
         notes = [
-            f"\nWrite {name} yourself, in `{p}_functions.h`, which later exports keep: {problem}."
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{p}_functions.h`, which later exports keep: {each.problem}."
+            for each in hierarchy.functions_to_write
         ]
         if self.single:
             notes.append("\nNumbers are single precision, times whole milliseconds.")
@@ -154,3 +149,84 @@ def _choose_rows(ticks: Sequence[ConformanceTick], recorded: int, most: int) -> 
     """Choose rows that fit into a small memory: half from lessons, half from walks, each from the start of a run."""
     lessons = list(ticks[: min(recorded, most // 2)])
     return [*lessons, *ticks[recorded : recorded + most - len(lessons)]]
+
+
+class CHeader:
+    """A writer of the header."""
+
+    def __init__(self, job: ExportJob, names: CNames, source: CSource) -> None:
+        self.job, self.names, self.source = job, names, source
+        self.hierarchy, self.single = job.hierarchy, job.single_precision
+
+    def write(self) -> Iterator[str]:
+        """Write the header, line by line."""
+        p, hierarchy = self.names.prefix, self.hierarchy
+        guard = f"{p.upper()}_H"
+        yield from (
+            f"/* {write_comment(hierarchy.name)}, {GENERATED} */",
+            f"#ifndef {guard}", f"#define {guard}", "", "#include <math.h>", "#include <stdint.h>", "",
+            "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
+        )  # fmt: skip
+        yield f"typedef {'float' if self.single else 'double'} {p}_real;"
+        if self.single:
+            yield f"typedef uint32_t {p}_time; /* ms; it may overflow */"
+            yield f"typedef int32_t {p}_count;"
+        else:
+            yield f"typedef double {p}_time; /* s */"
+            yield f"typedef double {p}_count;"
+        kinds = [each.kind for each in hierarchy.readings]
+        most = max((len(kind.labels) for kind in kinds if isinstance(kind, Categorical)), default=0)
+        yield f"typedef {'int8_t' if most < 128 else 'int16_t'} {p}_label; /* the index of a label, -1 if absent */"
+        yield f"typedef uint8_t {p}_state;"
+        yield ""
+        yield f"#define {p.upper()}_LEVELS {hierarchy.depth} /* the most automata that are active at a time */"
+        tick_ms = max(1, round(hierarchy.tick_s * MS_PER_S))
+        yield f"#define {p.upper()}_TICK_MS {tick_ms} /* the tick with which it was taught */"
+        yield f'#define {p.upper()}_TRACE_HEADER "{quote_for_c(format_trace_header(self.job))}"'
+        yield ""
+        yield "/* The basic behaviors. */"
+        yield "enum {"
+        for index, basic in enumerate(hierarchy.basics):
+            yield f"{INDENT}{p.upper()}_{self.names.basics[basic.name].upper()} = {index},"
+        yield from ("};", "", "/* The states of each automaton. */", "enum {")
+        for automaton in hierarchy.automata:
+            for index, state in enumerate(automaton.states):
+                of = self.names.automata[automaton.name].upper()
+                called = self.names.states[f"{automaton.name}/{state.name}"].upper()
+                yield f"{INDENT}{p.upper()}_{of}_IN_{called} = {index},"
+        yield from ("};", "", "typedef struct {")
+        for slot in hierarchy.readings:
+            is_label = isinstance(slot.kind, Categorical)
+            kind = f"{p}_label" if is_label else f"{p}_real"
+            yield f"{INDENT}{kind} {self.names.readings[str(slot)]}; /* {describe_slot(slot)} */"
+        if not hierarchy.readings:
+            yield f"{INDENT}uint8_t nothing;"
+        yield from (f"}} {p}_readings;", "", "typedef struct {")
+        for channel in hierarchy.channels:
+            unit = f" {write_comment(channel.unit)}" if channel.unit else ""
+            yield f"{INDENT}{p}_real {self.names.channels[channel.name]}; /*{unit} {channel.rest:g} at rest */"
+        if not hierarchy.channels:
+            yield f"{INDENT}{p}_real nothing;"
+        yield from (f"}} {p}_commands;", "", "typedef struct {")
+        for number, automaton in enumerate(hierarchy.automata):
+            yield f"{INDENT}struct {{"
+            yield from (f"{INDENT * 2}{line}" for line in self.source.write_memory(number))
+            yield f"{INDENT}}} {self.names.automata[automaton.name]};"
+        if hierarchy.is_coordinator:
+            yield f"{INDENT}uint8_t issued;"
+        yield from (
+            f"#ifdef {p.upper()}_TRACE", f"{INDENT}int leaf;", f"{INDENT}uint8_t traced;",
+            f"{INDENT}struct {{", f"{INDENT * 2}int automaton, before, leaf, after;",
+            f"{INDENT}}} trace[{p.upper()}_LEVELS];", "#endif", f"}} {p}_machine;", "",
+        )  # fmt: skip
+        yield from (
+            "/* Begin at a time. */",
+            f"void {p}_start({p}_machine *m, {p}_time now);",
+            "/* Make all readings absent. */",
+            f"void {p}_clear_readings({p}_readings *r);",
+            "/* Decide on one snapshot of readings and write the commands; return the basic behavior that runs. */",
+            f"uint8_t {p}_step({p}_machine *m, const {p}_readings *r, {p}_time now, {p}_commands *commands);",
+            "/* Write the state of every level, the root first, and the flag that it has raised, from 1 (0: none). */",
+            f"uint8_t {p}_path(const {p}_machine *m, uint8_t *states, uint8_t *flags);",
+            "", "#ifdef __cplusplus", "}", "#endif", "#endif",
+        )  # fmt: skip

@@ -2,125 +2,48 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
-from understudy.export.target_files import ExportJob
-from understudy.export.targets.c99_header import GENERATED
-from understudy.export.targets.c99_names import CNames
-from understudy.export.targets.c99_source import INDENT, CSource, write_comment
+from understudy.export.code_text import INDENT
+from understudy.export.target_files import ExportJob, fill_template
+from understudy.export.targets.c99_source import GENERATED, CSource, write_comment
+from understudy.export.targets.cpp_names import CNames
 from understudy.model.kinds import Categorical
-
-HELPERS = {
-    "elapsed(": """/* The rounding is that of Understudy, so that equally many ticks always give the same number. */
-static double elapsed(double now, double since)
-{
-    const double steps = now < 4194304.0 ? 1e9 : 1e6;
-    return floor((now - since) * steps + 0.5) / steps;
-}
-""",
-    "finite_or_absent(": """static $real finite_or_absent($real x)
-{
-    return is_absent(x - x) ? ($real)NAN : x;
-}
-""",
-    "wrap(": """static $real wrap($real x, $real period)
-{
-    $real wrapped = $fmod(x, period);
-    if (wrapped < 0)
-        wrapped += period;
-    return wrapped >= period ? 0 : wrapped;
-}
-""",
-    "to_label(": """static int to_label($real x, int labels)
-{
-    return x >= 0 && x < ($real)labels ? (int)x : -1;
-}
-""",
-    "absolute(": """static $real absolute($real x)
-{
-    return $fabs(x);
-}
-""",
-    "root(": """static $real root($real x)
-{
-    return $sqrt(x);
-}
-""",
-    "lesser(": """static $real lesser($real x, $real y)
-{
-    return is_absent(x) || is_absent(y) ? ($real)NAN : x < y ? x : y;
-}
-""",
-    "greater(": """static $real greater($real x, $real y)
-{
-    return is_absent(x) || is_absent(y) ? ($real)NAN : x > y ? x : y;
-}
-""",
-    "or_rest(": """static $real or_rest($real x, $real rest)
-{
-    return is_absent(x - x) ? rest : x;
-}
-""",
-}
-"""Functions that a source contains if it calls them."""
 
 
 class CCode:
     """A writer of the source."""
 
     def __init__(self, job: ExportJob, names: CNames, source: CSource) -> None:
-        self.job, self.names, self.source = job, names, source
-        self.hierarchy, self.single = job.hierarchy, job.single_precision
-        self.real = "float" if self.single else "double"
-
-    def write(self) -> str:
-        """Write the source."""
-        p = self.names.prefix
-        body = "\n".join(self._body())
-        functions = {"$real": self.real, "$fmod": "fmod", "$fabs": "fabs", "$sqrt": "sqrt"}
-        if self.single:
-            functions |= {"$fmod": "fmodf", "$fabs": "fabsf", "$sqrt": "sqrtf"}
-        helpers = []
-        for called, text in HELPERS.items():
-            if f" {called}" in body or f"({called}" in body:
-                for key, value in functions.items():
-                    text = text.replace(key, value)
-                helpers.append(text)
-        check = (
-            "" if self.single else f"typedef char {p}_needs_64_bit_double[sizeof(double) == 8 ? 1 : -1];\n"
+        self.names, self.source, self.hierarchy, self.single = (
+            names,
+            source,
+            job.hierarchy,
+            job.single_precision,
         )
-        return "\n".join([f"{self._begin()}{check}", *helpers, body]) + "\n"
 
-    def _begin(self) -> str:
-        p = self.names.prefix
-        functions = f'#include "{p}_functions.h"\n' if self.hierarchy.functions_to_write else ""
-        return f"""/* {write_comment(self.hierarchy.name)}, {GENERATED} */
+    def write(self) -> bytes:
+        """Write the source."""
+        p, body = self.names.prefix, "\n".join(self._body())
+        check = f"typedef char {p}_needs_64_bit_double[sizeof(double) == 8 ? 1 : -1];\n"
+        values = {
+            "title": write_comment(self.hierarchy.name),
+            "generated": GENERATED,
+            "name": p,
+            "NAME": p.upper(),
+            "functions": f'#include "{p}_functions.h"\n' if self.hierarchy.functions_to_write else "",
+            "code": "\n".join(["" if self.single else check, *self._list_helpers(body), body]),
+        }
+        return fill_template("c99/source.c.in", values)
 
-#include "{p}.h"
-{functions}
-#ifdef __FAST_MATH__
-#error "absent readings are NaN, which -ffast-math does not allow"
-#endif
-
-#define STAY (-1)
-#define NO_TREE (-2)
-#define is_absent(x) ((x) != (x))
-
-#ifdef {p.upper()}_TRACE
-#define ANSWER(number, outcome) do {{ m->leaf = (number); return (outcome); }} while (0)
-#define BEFORE(number, state_before) \\
-    const uint8_t level = m->traced++; \\
-    m->trace[level].automaton = (number); \\
-    m->trace[level].before = (int)(state_before)
-#define AFTER(state_after) \\
-    m->trace[level].leaf = m->leaf; \\
-    m->trace[level].after = (int)(state_after)
-#else
-#define ANSWER(number, outcome) return (outcome)
-#define BEFORE(number, state_before) ((void)0)
-#define AFTER(state_after) ((void)0)
-#endif
-"""
+    def _list_helpers(self, body: str) -> Iterator[str]:
+        """Yield the functions of the template that a body calls."""
+        real, f = ("float", "f") if self.single else ("double", "")
+        for helper in fill_template("c99/helpers.c.in", {"real": real, "f": f}).decode().split("\n\n"):
+            found = re.search(r"\w+\(", helper)
+            if found is not None and (f" {found[0]}" in body or f"({found[0]}" in body):
+                yield f"{helper.rstrip()}\n"
 
     def _body(self) -> Iterator[str]:
         p, hierarchy = self.names.prefix, self.hierarchy
@@ -176,7 +99,7 @@ class CCode:
                 expression = hierarchy.computed[computed].expression
                 at_rest = next(each.rest for each in hierarchy.channels if each.name == computes)
                 if expression is not None:
-                    text = self.source.expression(expression)
+                    text = self.source.write_expression(expression)
                     called = self.names.channels[computes]
                     lines.append(f"commands->{called} = or_rest({text}, {self.source.write_real(at_rest)});")
             if basic.problem:

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from understudy.export.code_text import C_WORDS, Operand, Spelling, write_condition, write_operation
-from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
-from understudy.export.expressions import Number
+from understudy.export.code_text import C_BLOCKS, C_WORDS, INDENT, Operand, RoutineText, Spelling
+from understudy.export.decisions import Answer, TreeRoutines
 from understudy.export.hierarchy import (
     FeatureSource,
+    FunctionToWrite,
     GroundAutomaton,
     GroundExpression,
     Hierarchy,
-    SlotValue,
+    ReadingSlot,
 )
 from understudy.export.single_precision import round_to_single
 from understudy.export.target_files import FileByHand
-from understudy.export.targets.c99_names import CNames
-from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import STAY, Tree
+from understudy.export.targets.cpp_names import CNames
+from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.tree import STAY
 
-INDENT = "    "
+GENERATED = "exported by Understudy. This file was generated: teach it again instead of editing it."
 
 C_FUNCTIONS = {
     "abs": "absolute",
@@ -34,8 +34,10 @@ C_FUNCTIONS = {
 """The functions of operations in exported C."""
 
 
-class CSource:
+class CSource(RoutineText):
     """A writer of the parts of the source that depend on the hierarchy."""
+
+    blocks, functions = C_BLOCKS, C_FUNCTIONS
 
     def __init__(self, hierarchy: Hierarchy, names: CNames, *, single_precision: bool) -> None:
         self.hierarchy, self.names, self.single = hierarchy, names, single_precision
@@ -73,8 +75,8 @@ class CSource:
 
     # Values
 
-    def operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
-        """Return the value of a feature, for the tree of a state; None is the tree of all states."""
+    def write_operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Write the value of a feature of an automaton, for the tree of a state; None is the tree of all states."""
         automaton = self.hierarchy.automata[number]
         memory = f"m->{self.names.automata[automaton.name]}"
         if source.sort == "flag":
@@ -107,41 +109,21 @@ class CSource:
 
     def _flag(self, number: int, state: int | None, flag: int) -> str:
         """Write whether the automaton that a state runs has raised a flag."""
-        automaton = self.hierarchy.automata[number]
+        called = [self.names.automata[each.name] for each in self.hierarchy.automata]
         if state is None:
-            return f"flag_{flag}_{self.names.automata[automaton.name]}(m)"
-        child = automaton.states[state].child
-        if not child.is_automaton:
-            return "0"
-        below = self.hierarchy.automata[child.index]
-        memory = f"m->{self.names.automata[below.name]}.state"
-        raising = [f"{memory} == {index}" for index, each in enumerate(below.states) if each.flag == flag]
-        return " || ".join(raising) or "0"
+            return f"flag_{flag}_{called[number]}(m)"
+        raising = self.hierarchy.find_raising(number, state, flag)
+        return " || ".join(f"m->{called[below]}.state == {index}" for below, index in raising) or "0"
 
     # Trees
 
-    def write_step(
-        self, step: Step, number: int, state: int | None, called: str, indent: int
-    ) -> Iterator[str]:
-        """Write what follows at a place of a tree; `called` begins the names of its routines."""
-        pad = INDENT * indent
-        if isinstance(step, Continuation):
-            yield f"{pad}return {called}_{step.routine}(m, r, now);"
-            return
-        if isinstance(step, Answer):
-            yield f"{pad}ANSWER({step.leaf}, {'STAY' if step.outcome == STAY else step.outcome});"
-            return
-        features = self.hierarchy.automata[number].features
-        word = "if"
-        while isinstance(step, Branch):
-            source = features[step.condition.feature]
-            condition = write_condition(step.condition, self.operand(number, state, source), self.spelling)
-            yield f"{pad}{word} ({condition or '0'}) {{"
-            yield from self.write_step(step.yes, number, state, called, indent + 1)
-            word, step = "} else if", step.no
-        yield f"{pad}}} else {{"
-        yield from self.write_step(step, number, state, called, indent + 1)
-        yield f"{pad}}}"
+    def write_answer(self, answer: Answer) -> Sequence[str]:
+        """Write the end of a routine."""
+        return [f"ANSWER({answer.leaf}, {'STAY' if answer.outcome == STAY else answer.outcome});"]
+
+    def write_call(self, routine: str) -> str:
+        """Write that another routine goes on."""
+        return f"return {routine}(m, r, now);"
 
     def write_automaton(self, number: int) -> Iterator[str]:
         """Write the functions of an automaton: start, next state, enter a state, pulse."""
@@ -150,19 +132,15 @@ class CSource:
         yield f"/* {write_comment(automaton.name)} */"
         yield from self._write_start(number, called)
         takes = f"({p}_machine *m, const {p}_readings *r, {p}_time now)"
-        trees: dict[int, list[int]] = {}
-        for index, state in enumerate(automaton.states):
-            if state.tree is not None:
-                trees.setdefault(id(state.tree), []).append(index)
-        for states in trees.values():
-            yield from self._write_tree(number, states, called, takes)
+        for decision in automaton.decisions:
+            yield from self._write_tree(number, decision, called, takes)
         yield f"static int next_{called}{takes}"
         yield "{"
         yield from (f"{INDENT}(void)m; (void)r; (void)now;", f"{INDENT}switch (m->{called}.state) {{")
-        for states in trees.values():
-            for index in states:
+        for decision in automaton.decisions:
+            for index in decision.states:
                 yield f"{INDENT}case {index}: /* {write_comment(automaton.states[index].name)} */"
-            yield f"{INDENT * 2}return tree_{called}_{states[0]}_0(m, r, now);"
+            yield f"{INDENT * 2}return tree_{called}_{decision.states[0]}_0(m, r, now);"
         yield from (f"{INDENT}default:", f"{INDENT * 2}ANSWER(NO_TREE, STAY);", f"{INDENT}}}", "}", "")
         yield from self._write_enter(number, called)
         yield from self._write_pulse(number, called, takes)
@@ -179,23 +157,20 @@ class CSource:
             yield f"{INDENT}m->{called}.is_set[{index}] = 0;"
         yield from ("}", "")
 
-    def _write_tree(self, number: int, states: Sequence[int], called: str, takes: str) -> Iterator[str]:
+    def _write_tree(self, number: int, decision: TreeRoutines, called: str, takes: str) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
-        tree = automaton.states[states[0]].tree or Tree(())
-        shared = len(states) > 1
-        routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
-        name = f"tree_{called}_{states[0]}"
+        name = f"tree_{called}_{decision.states[0]}"
         lines = []
-        for index, routine in enumerate(routines):
+        for index, routine in enumerate(decision.routines):
             lines += [f"static int {name}_{index}{takes}", "{", f"{INDENT}(void)m; (void)r; (void)now;"]
-            lines += [*self.write_step(routine, number, None if shared else states[0], name, 1), "}", ""]
-        if shared:
+            lines += [*self.write_step(routine, number, decision.state, name, 1), "}", ""]
+        if decision.state is None:
             text = "\n".join(lines)
             flags = dict.fromkeys(each.index for each in automaton.features if each.sort == "flag")
             for flag in flags:
                 if f"flag_{flag}_{called}(m)" in text:
-                    yield from self._write_flag(number, states, called, flag)
-        for index in range(1, len(routines)):
+                    yield from self._write_flag(number, decision.states, called, flag)
+        for index in range(1, len(decision.routines)):
             yield f"static int {name}_{index}{takes};"
         yield from lines
 
@@ -223,8 +198,8 @@ class CSource:
                     f"start_{self.names.automata[self.hierarchy.automata[state.child.index].name]}(m, now);"
                 )
             for effect in state.effects:
-                kept = f"m->{called}.{effect.of}s[{effect.index}]"
-                is_set = f"m->{called}.is_set[{effect.index}]"
+                at = automaton.find_memory(effect)
+                kept, is_set = f"m->{called}.{effect.of}s[{at}]", f"m->{called}.is_set[{at}]"
                 if effect.of == "counter":
                     value = str(int(effect.value)) if self.single else self.write_real(effect.value)
                     value = "0" if effect.action == "reset" else value
@@ -278,53 +253,47 @@ class CSource:
             yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
             yield from ("{", f"{INDENT}return {self.names.functions[f'feature {value.name}']}(r);", "}", "")
             return
-        text = self.expression(value.expression)
         yield f"/* {write_comment(value.name)} */"
         yield f"static {'int' if is_label else f'{p}_real'} value_{index}(const {p}_readings *r)"
         yield from ("{", f"{INDENT}(void)r;")
-        if is_label:
-            yield f"{INDENT}return to_label({text}, {len(value.kind.labels)});"  # type: ignore[union-attr]
-        elif isinstance(value.kind, Toroidal):
-            yield f"{INDENT}return wrap(finite_or_absent({text}), {self.write_real(value.kind.period)});"
-        else:
-            yield f"{INDENT}return finite_or_absent({text});"
-        yield from ("}", "")
+        yield from (f"{INDENT}return {self.write_value(value.kind, value.expression)};", "}", "")
+
+    def write_value(self, kind: Kind, expression: GroundExpression) -> str:
+        """Write the value of an expression as one of a kind."""
+        text = self.write_expression(expression)
+        if isinstance(kind, Categorical):
+            return f"to_label({text}, {len(kind.labels)})"
+        if isinstance(kind, Toroidal):
+            return f"wrap(finite_or_absent({text}), {self.write_real(kind.period)})"
+        return f"finite_or_absent({text})"
 
     def write_functions(self) -> FileByHand | None:
         """Write the header of the functions that could not be translated; None if there are none."""
         p, stubs = self.names.prefix, {}
         kinds = {f"feature {each.name}": each.kind for each in self.hierarchy.computed}
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            is_label = isinstance(kinds.get(name), Categorical)
-            called = self.names.functions[name]
+        for function in self.hierarchy.functions_to_write:
+            is_label = isinstance(kinds.get(function.name), Categorical)
+            called = self.names.functions[function.name]
             declared = f"{'int' if is_label else f'{p}_real'} {called}(const {p}_readings *r)"
             last = f"{INDENT}return {'-1' if is_label else f'({p}_real)NAN'};\n"
-            if name.startswith("behavior "):
+            if function.name.startswith("behavior "):
                 declared, last = f"void {called}(const {p}_readings *r, {p}_commands *commands)", ""
-            error = self.write_error(name, slots, problem)
+            error = write_error(function)
             stubs[called] = f"static inline {declared}\n{{\n{INDENT}(void)r;\n{error}\n{last}}}\n"
+        return self.keep_by_hand(stubs, f"arduino/{p}/{p}_functions.h")
+
+    def keep_by_hand(self, stubs: Mapping[str, str], *copies: str) -> FileByHand | None:
+        """Make the header of functions to write out of what stands for each; None if there are none."""
         begin = f"/* Functions of {write_comment(self.hierarchy.name)} to write. Later exports keep this file. */\n"
-        return FileByHand(begin, stubs, (f"arduino/{p}/{p}_functions.h",)) if stubs else None
+        return FileByHand(begin, stubs, copies) if stubs else None
 
-    def write_error(self, name: str, slots: Sequence[int], problem: str) -> str:
-        """Write what keeps a function from compiling that could not be translated."""
-        read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-        text = f"{name} of {read} could not be translated ({problem}): write it in place of this line"
-        plain = write_comment(text).replace("\\", "/").replace('"', "'")
-        return f'#error "{plain}"'
-
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression; comparisons give 1 or 0."""
-        if isinstance(expression, Number):
-            return f"({self.write_real(expression.value)})"
-        if isinstance(expression, SlotValue):
-            slot = self.hierarchy.readings[expression.slot]
-            text, p = f"r->{self.names.readings[str(slot)]}", self.names.prefix
-            if isinstance(slot.kind, Categorical):
-                return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
-            return text
-        operands = [self.expression(each) for each in expression.operands]
-        return write_operation(expression.name, operands, C_FUNCTIONS)
+    def write_slot(self, slot: int) -> str:
+        """Write a reading in an expression, as a number."""
+        reading, p = self.hierarchy.readings[slot], self.names.prefix
+        text = f"r->{self.names.readings[str(reading)]}"
+        if isinstance(reading.kind, Categorical):
+            return f"({text} < 0 ? ({p}_real)NAN : ({p}_real){text})"
+        return text
 
 
 def quote_for_c(text: str) -> str:
@@ -333,6 +302,21 @@ def quote_for_c(text: str) -> str:
         chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
         for byte in text.encode("utf-8")
     )
+
+
+def describe_slot(slot: ReadingSlot) -> str:
+    """Describe the values of a reading in a comment of C: its labels, or its range and unit."""
+    if isinstance(slot.kind, Categorical):
+        return write_comment(", ".join(f"{index} {label}" for index, label in enumerate(slot.kind.labels)))
+    period = f"in [0, {slot.kind.period!r}), " if isinstance(slot.kind, Toroidal) else ""
+    return write_comment(f"{period}{slot.unit or 'no unit'}")
+
+
+def write_error(function: FunctionToWrite) -> str:
+    """Write what keeps a function from compiling that could not be translated."""
+    text = write_comment(function.refuse("write it in place of this line"))
+    plain = text.replace("\\", "/").replace('"', "'")
+    return f'#error "{plain}"'
 
 
 def write_comment(text: str) -> str:

@@ -6,11 +6,9 @@ from typing import Any
 
 import msgspec
 
-from understudy.export.conformance import format_conformance
+from understudy.export.exported_trace import format_trace_header
 from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
-from understudy.export.target_files import ExportJob, TargetFiles
-from understudy.export.templates import TEMPLATES, fill_template
-from understudy.export.trace_format import format_trace_header
+from understudy.export.target_files import TEMPLATES, ExportJob, TargetFiles, fill_templates, format_json
 from understudy.model.behaviors import Behavior
 from understudy.model.features import Feature
 from understudy.model.library import TrainedAutomaton
@@ -22,27 +20,19 @@ from understudy.storage.schema import make_document_schema
 def make_json_files(job: ExportJob) -> TargetFiles:
     """Make the files of an export as documents."""
     hierarchy = job.hierarchy
-    readings = [str(slot) for slot in hierarchy.readings]
-    channels = [channel.name for channel in hierarchy.channels]
     files = {
         f"library/{make_file_stem(name)}.json": encode_document(TrainedAutomaton(job.library.automaton(name)))
         for name in sorted({each.automaton for each in hierarchy.automata})
     }
     notes = "".join(
-        f"\nThe reader refuses {name}, which could not be translated: {problem}.\n"
-        for name, _, problem in hierarchy.functions_to_write
+        f"\nThe reader refuses {each.name}, which could not be translated: {each.problem}.\n"
+        for each in hierarchy.functions_to_write
     )
-    files["parts.json"] = _format(_describe_parts(job))
-    files["library.schema.json"] = _format(make_document_schema())
+    files["parts.json"] = format_json(_describe_parts(job))
+    files["library.schema.json"] = format_json(make_document_schema())
     files["reader.mjs"] = (TEMPLATES / "json" / "reader.mjs").read_bytes()
-    for name in ("Makefile", "README.md"):
-        files[name] = fill_template(f"json/{name}", {"title": hierarchy.name, "notes": notes})
-    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, readings, channels)
+    files |= fill_templates("json", {"title": hierarchy.name, "notes": notes}, "Makefile", "README.md")
     return TargetFiles(files, makes=("trace.csv",))
-
-
-def _format(content: Any) -> bytes:
-    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
 
 
 def _describe_parts(job: ExportJob) -> dict[str, Any]:

@@ -7,25 +7,37 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
-from understudy.export.code_text import PYTHON_WORDS, Operand, Spelling, write_condition
-from understudy.export.conformance import format_conformance
-from understudy.export.decisions import Answer, Branch, Continuation, Step, make_routines
-from understudy.export.expressions import Number
-from understudy.export.hierarchy import FeatureSource, GroundExpression, SlotValue
+from understudy.export.code_text import INDENT, PYTHON_BLOCKS, PYTHON_WORDS, Operand, RoutineText, Spelling
+from understudy.export.decisions import Answer
+from understudy.export.exported_trace import format_trace_header
+from understudy.export.hierarchy import FeatureSource, GroundExpression
 from understudy.export.identifiers import make_identifier, make_identifiers
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
-from understudy.export.targets.c99_names import name_functions
-from understudy.export.templates import TEMPLATES, fill_template
-from understudy.export.trace_format import format_trace_header
-from understudy.model.kinds import Categorical, Toroidal
-from understudy.model.tree import Tree
+from understudy.export.target_files import (
+    TEMPLATES,
+    ExportJob,
+    FileByHand,
+    TargetFiles,
+    fill_template,
+    fill_templates,
+)
+from understudy.export.targets.cpp_names import name_functions
+from understudy.model.kinds import Categorical, Kind, Toroidal
 
-INDENT = "    "
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
 MODULES = (
     RESERVED | {each.lower() for each in sys.stdlib_module_names} | {"machine", "micropython", "network"}
 )
 """Modules that `import` finds before, or that others would miss: those of the standard library and of MicroPython."""
+
+PYTHON_FUNCTIONS = {
+    "/": "_divide",
+    "abs": "abs",
+    "isnan": "_is_absent",
+    "sqrt": "_root",
+    "minimum": "_lesser",
+    "maximum": "_greater",
+}
+"""The functions of operations in exported Python."""
 
 ARITHMETIC = (TEMPLATES / "python" / "arithmetic.py.in").read_text(encoding="utf-8").rstrip()
 """Functions that translated expressions call."""
@@ -51,21 +63,21 @@ def make_python_files(job: ExportJob) -> TargetFiles:
         "functions": f"\nfrom {module}_functions import {', '.join(called)}\n" if called else "",
         "code": "\n".join(source.write()),
         "notes": "".join(
-            f"\nWrite {name} yourself, in `{module}_functions.py`, which later exports keep: {problem}.\n"
-            for name, _, problem in hierarchy.functions_to_write
+            f"\nWrite {each.name} yourself, in `{module}_functions.py`, which later exports keep: {each.problem}.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
     files = {f"{module}.py": fill_template("python/module.py.in", values)}
     files["conformance.py"] = fill_template("python/conformance.py.in", values)
-    files |= {name: fill_template(f"python/{name}", values) for name in ("Makefile", "README.md")}
+    files |= fill_templates("python", values, "Makefile", "README.md")
     by_hand = {} if functions is None else {f"{module}_functions.py": functions}
-    names = [readings[str(slot)] for slot in hierarchy.readings]
-    files["conformance.csv"] = format_conformance(job.conformance, hierarchy, names, list(channels))
     return TargetFiles(files, {"readings": readings, "channels": channels}, ("trace.csv",), by_hand=by_hand)
 
 
-class PythonSource:
+class PythonSource(RoutineText):
     """A writer of the parts of the module that depend on the hierarchy."""
+
+    blocks, functions = PYTHON_BLOCKS, PYTHON_FUNCTIONS
 
     def __init__(self, job: ExportJob, readings: Mapping[str, str]) -> None:
         self.job, self.hierarchy, self.readings = job, job.hierarchy, readings
@@ -104,13 +116,7 @@ class PythonSource:
             flags = [-1 if state.flag is None else state.flag for state in automaton.states]
             yield f"{INDENT}({_items(flags)}),"
         yield from (")", f"_ROOT = {hierarchy.root.index}", "")
-        used = {
-            source.index
-            for each in hierarchy.automata
-            for source in each.features
-            if source.sort == "computed"
-        }
-        for index in sorted(used):
+        for index in hierarchy.feature_functions:
             yield from self._computed(index)
         for number in range(len(hierarchy.automata)):
             yield from self._automaton(number)
@@ -126,28 +132,29 @@ class PythonSource:
         if value.expression is None:
             yield f"_value_{index} = {name_functions(self.hierarchy)[f'feature {value.name}']}"
             return
-        text = self.expression(value.expression)
-        if isinstance(value.kind, Categorical):
-            text = f"_to_label({text}, {len(value.kind.labels)})"
-        elif isinstance(value.kind, Toroidal):
-            text = f"_wrap({text}, {value.kind.period!r})"
-        else:
-            text = f"_finite({text}, ABSENT)"
         yield from (
             "",
             f"def _value_{index}(r):",
             f"{INDENT}# {_comment(value.name)}",
-            f"{INDENT}return {text}",
+            f"{INDENT}return {self.write_value(value.kind, value.expression)}",
             "",
         )
+
+    def write_value(self, kind: Kind, expression: GroundExpression) -> str:
+        """Write the value of an expression as one of a kind."""
+        text = self.write_expression(expression)
+        if isinstance(kind, Categorical):
+            return f"_to_label({text}, {len(kind.labels)})"
+        if isinstance(kind, Toroidal):
+            return f"_wrap({text}, {kind.period!r})"
+        return f"_finite({text}, ABSENT)"
 
     def write_functions(self) -> FileByHand | None:
         """Write the module of the functions that could not be translated; None if there are none."""
         stubs: dict[str, str] = {}
         called = name_functions(self.hierarchy)
-        for name, slots, problem in self.hierarchy.functions_to_write:
-            read = ", ".join(str(self.hierarchy.readings[slot]) for slot in slots) or "unknown readings"
-            text = f"{name} of {read} could not be translated ({problem}): write it and remove this line"
+        for function in self.hierarchy.functions_to_write:
+            name, text = function.name, function.refuse("write it and remove this line")
             declared, last = f"def {called[name]}(r):", 'return float("nan")'
             if name.startswith("behavior "):
                 declared, last = f"def {called[name]}(r, command):", "pass  # set the channels of command"
@@ -157,24 +164,16 @@ class PythonSource:
         begin = f'"""Functions of {title} to write. Later exports keep this file."""\n'
         return FileByHand(begin, stubs) if stubs else None
 
-    def expression(self, expression: GroundExpression) -> str:
-        """Write an expression of readings, which are in the dictionary `r`."""
-        if isinstance(expression, Number):
-            return f"({self.write_real(expression.value)})"
-        if isinstance(expression, SlotValue):
-            return f"r[{self.readings[str(self.hierarchy.readings[expression.slot])]!r}]"
-        operands = [self.expression(each) for each in expression.operands]
-        if expression.name in ("+", "-", "*", "<", "<=", ">", ">="):
-            return f"({operands[0]} {expression.name} {operands[1]})"
-        if expression.name == "neg":
-            return f"(-{operands[0]})"
-        if expression.name == "where":
-            return f"({operands[1]} if {operands[0]} else {operands[2]})"
-        name = {"/": "_divide", "abs": "abs", "isnan": "_is_absent", "sqrt": "_root"}
-        name |= {"minimum": "_lesser", "maximum": "_greater"}
-        return f"{name[expression.name]}({', '.join(operands)})"
+    def write_slot(self, slot: int) -> str:
+        """Write a reading in an expression; `r` has them by their identifier."""
+        return f"r[{self.readings[str(self.hierarchy.readings[slot])]!r}]"
 
-    def _operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+    def write_choice(self, condition: str, yes: str, no: str) -> str:
+        """Write an expression that is one of two."""
+        return f"({yes} if {condition} else {no})"
+
+    def write_operand(self, number: int, state: int | None, source: FeatureSource) -> Operand:
+        """Write the value of a feature of an automaton, for the tree of a state; None is the tree of all states."""
         if source.sort == "flag":
             return Operand("flag", self._flag(number, state, source.index))
         if source.sort == "counter":
@@ -186,7 +185,7 @@ class PythonSource:
             return Operand("real", f"_elapsed(now, {timer})", f"{timer} is None", f"{timer} is not None")
         text = f"_value_{source.index}(r)"
         if source.sort == "reading":
-            text = f"r[{self.readings[str(self.hierarchy.readings[source.index])]!r}]"
+            text = self.write_slot(source.index)
         if source.fresh is not None:
             text = f"({source.fresh!r} if m.entered[{number}] == now else {text})"
         sort = "label" if isinstance(source.kind, Categorical) else "real"
@@ -195,51 +194,28 @@ class PythonSource:
     def _flag(self, number: int, state: int | None, flag: int) -> str:
         if state is None:
             return f"m.flag_below({number}) == {flag}"
-        child = self.hierarchy.automata[number].states[state].child
-        if not child.is_automaton:
-            return "False"
-        states = self.hierarchy.automata[child.index].states
-        raising = [
-            f"m.states[{child.index}] == {index}" for index, each in enumerate(states) if each.flag == flag
-        ]
-        return " or ".join(raising) or "False"
+        raising = self.hierarchy.find_raising(number, state, flag)
+        return " or ".join(f"m.states[{below}] == {index}" for below, index in raising) or "False"
 
-    def _step(self, step: Step, number: int, state: int | None, called: str, indent: int) -> Iterator[str]:
-        pad = INDENT * indent
-        if isinstance(step, Continuation):
-            yield f"{pad}return {called}_{step.routine}(m, r, now)"
-            return
-        if isinstance(step, Answer):
-            yield from (f"{pad}m.leaf = {step.leaf}", f"{pad}return {step.outcome}")
-            return
-        features = self.hierarchy.automata[number].features
-        word = "if"
-        while isinstance(step, Branch):
-            source = features[step.condition.feature]
-            condition = write_condition(step.condition, self._operand(number, state, source), self.spelling)
-            yield f"{pad}{word} {condition}:"
-            yield from self._step(step.yes, number, state, called, indent + 1)
-            word, step = "elif", step.no
-        yield f"{pad}else:"
-        yield from self._step(step, number, state, called, indent + 1)
+    def write_answer(self, answer: Answer) -> Sequence[str]:
+        """Write the end of a routine."""
+        return [f"m.leaf = {answer.leaf}", f"return {answer.outcome}"]
+
+    def write_call(self, routine: str) -> str:
+        """Write that another routine goes on."""
+        return f"return {routine}(m, r, now)"
 
     def _automaton(self, number: int) -> Iterator[str]:
         automaton = self.hierarchy.automata[number]
-        trees: dict[int, list[int]] = {}
-        for index, state in enumerate(automaton.states):
-            if state.tree is not None:
-                trees.setdefault(id(state.tree), []).append(index)
         which: dict[int, str] = {}
-        for states in trees.values():
-            called = f"_tree_{number}_{states[0]}"
-            tree = automaton.states[states[0]].tree or Tree(())
-            which |= dict.fromkeys(states, f"{called}_0")
-            routines = make_routines(tree, lambda feature: automaton.features[feature].can_be_absent)
-            for index, routine in enumerate(routines):
-                names = ", ".join(automaton.states[state].name for state in states)
+        for decision in automaton.decisions:
+            called = f"_tree_{number}_{decision.states[0]}"
+            which |= dict.fromkeys(decision.states, f"{called}_0")
+            for index, routine in enumerate(decision.routines):
+                names = ", ".join(automaton.states[state].name for state in decision.states)
                 yield from ("", f"def {called}_{index}(m, r, now):")
                 yield f"{INDENT}# {_comment(f'{automaton.name} in {names}')}"
-                yield from self._step(routine, number, states[0] if len(states) == 1 else None, called, 1)
+                yield from self.write_step(routine, number, decision.state, called, 1)
                 yield ""
         trees_text = [which.get(index, "None") for index in range(len(automaton.states))]
         yield f"_TREES_{number} = ({', '.join(trees_text)},)"
@@ -254,7 +230,7 @@ class PythonSource:
         for index, state in enumerate(automaton.states):
             lines = [f"_start_{state.child.index}(m, now)"] if state.child.is_automaton else []
             for effect in state.effects:
-                kept = f"m.{effect.of}s[{number}][{effect.index}]"
+                kept = f"m.{effect.of}s[{number}][{automaton.find_memory(effect)}]"
                 if effect.of == "counter":
                     value = self.write_real(effect.value) if effect.action != "reset" else "0.0"
                     lines.append(f"{kept} {'+=' if effect.action == 'increment' else '='} {value}")
@@ -299,7 +275,7 @@ class PythonSource:
                 for channel, computed in basic.computed.items():
                     expression = hierarchy.computed[computed].expression
                     if expression is not None:
-                        text = self.expression(expression)
+                        text = self.write_expression(expression)
                         yield f"{INDENT * 2}command[{channel!r}] = _finite({text}, command[{channel!r}])"
         yield f"{INDENT}return command"
 

@@ -9,13 +9,12 @@ from dataclasses import replace
 from xml.sax.saxutils import escape
 
 from understudy.errors import SettingError, join_names
-from understudy.export.robot_interface import RobotInterface
-from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.body_interface import RobotInterface
+from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.c99 import make_c99_files
-from understudy.export.targets.c99_names import CNames, name_for_c
 from understudy.export.targets.c99_source import quote_for_c, write_comment
+from understudy.export.targets.cpp_names import CNames, name_for_c
 from understudy.export.targets.ros2_readings import STEP, NodeReadings, write_cpp_type
-from understudy.export.templates import fill_template
 
 HEADERS = ("message_values.hpp", "derived_readings.hpp", "motion_guard.hpp")
 ALWAYS = ("diagnostic_msgs", "rcl_interfaces", "rclcpp", "std_msgs", "std_srvs")
@@ -63,13 +62,11 @@ class _PackageFiles:
             f"src/{p}.c": c99.files[f"{p}.c"],
             f"src/{self.node}_node.cpp": fill_template("ros2/node.cpp", values),
             "test/conformance.c": c99.files["conformance.c"],
-            "conformance.csv": c99.files["conformance.csv"],
             f"launch/{self.node}.launch.py": fill_template("ros2/launch.py.in", values),
             f"config/{self.node}.yaml": self.write_parameters().encode(),
         }
         files |= {f"src/{name}": fill_template(f"ros2/{name}", {}) for name in HEADERS}
-        for name in ("package.xml", "CMakeLists.txt", "Makefile", "README.md"):
-            files[name] = fill_template(f"ros2/{name}", values)
+        files |= fill_templates("ros2", values, "package.xml", "CMakeLists.txt", "Makefile", "README.md")
         by_hand = {f"src/{name}": replace(file, copies=()) for name, file in c99.by_hand.items()}
         return TargetFiles(
             files,
@@ -144,8 +141,9 @@ class _PackageFiles:
         messages = [each for each in packages if each != "rclcpp"]
         notes = list(self.list_notes())
         notes += [
-            f"write {name} yourself, in src/{self.names.prefix}_functions.h, which later exports keep: {problem}"
-            for name, _, problem in self.hierarchy.functions_to_write
+            f"write {each.name} yourself, in src/{self.names.prefix}_functions.h, which later exports keep: "
+            f"{each.problem}"
+            for each in self.hierarchy.functions_to_write
         ]
         return {
             "title": write_comment(self.hierarchy.name),

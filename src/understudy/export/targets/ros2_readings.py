@@ -8,11 +8,11 @@ from functools import cached_property
 from math import radians
 
 from understudy.errors import SettingError, join_names
+from understudy.export.body_interface import RobotInterface
 from understudy.export.hierarchy import Hierarchy, ReadingSlot
 from understudy.export.identifiers import make_identifier
-from understudy.export.robot_interface import RobotInterface
-from understudy.export.targets.c99_names import CNames
 from understudy.export.targets.c99_source import quote_for_c
+from understudy.export.targets.cpp_names import CNames
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Categorical, Kind, Toroidal
 from understudy.robots.inputs import PLACE, TopicInput

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-import msgspec
-
-from understudy.export.conformance import format_conformance
 from understudy.export.javascript_text import FAILED, write_number
 from understudy.export.statechart import (
     ChartState,
@@ -17,8 +14,7 @@ from understudy.export.statechart import (
     join_parts,
     spell_part,
 )
-from understudy.export.target_files import ExportJob, TargetFiles
-from understudy.export.templates import fill_template
+from understudy.export.target_files import ExportJob, TargetFiles, fill_templates, format_json
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
 FUNCTIONS_HERE = "functions"
@@ -39,21 +35,14 @@ def make_scxml_files(job: ExportJob) -> TargetFiles:
         "root": chart.root.identifier,
         "tick_s": f"{hierarchy.tick_s:g}",
         "notes": "".join(
-            f"\nPut in {what} yourself, where `{name}` says so: {problem}.\n"
-            for what, _, problem in hierarchy.functions_to_write
+            f"\nPut in {each.name} yourself, where `{name}` says so: {each.problem}.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
     files = {name: _ScxmlDocument(job, chart).write()}
-    described = msgspec.json.encode(describe_states(job, chart))
-    files["states.json"] = msgspec.json.format(described, indent=2) + b"\n"
-    for template in ("Makefile", "README.md", "package.json", "conformance.cjs", "conformance.cpp"):
-        files[template] = fill_template(f"scxml/{template}", values)
-    files["conformance.csv"] = format_conformance(
-        job.conformance,
-        hierarchy,
-        list(chart.text.readings.values()),
-        list(chart.text.channels.values()),
-    )
+    files["states.json"] = format_json(describe_states(job, chart))
+    templates = ("Makefile", "README.md", "package.json", "conformance.cjs", "conformance.cpp")
+    files |= fill_templates("scxml", values, *templates)
     return TargetFiles(files, chart.names, ("trace.csv", "conformance-qt", *MADE_BY_NPM))
 
 
@@ -63,7 +52,7 @@ class _ScxmlDocument:
     def __init__(self, job: ExportJob, chart: Statechart) -> None:
         self.hierarchy, self.chart, self.text = job.hierarchy, chart, chart.text
         self.rest = self.text.commands({})
-        self.computes = any(basic.problem or basic.computed for basic in self.hierarchy.basics)
+        self.computes = any(basic.is_function for basic in self.hierarchy.basics)
 
     def write(self) -> bytes:
         root = self.chart.root
@@ -76,7 +65,7 @@ class _ScxmlDocument:
         _assign(SubElement(failed, "onentry"), "commands", write_object(self.rest))
         indent(document)
         text = tostring(document, encoding="unicode")
-        functions = "".join(f"\n    {line}".rstrip(" ") for line in (*self.text.functions(), "", *NOTE))
+        functions = "".join(f"\n    {line}".rstrip(" ") for line in (*self.text.write_functions(), "", *NOTE))
         functions = functions.replace("]]>", "]]\\u003e")
         text = text.replace(f">{FUNCTIONS_HERE}<", f"><![CDATA[{functions}\n  ]]><", 1)
         return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
@@ -110,7 +99,7 @@ class _ScxmlDocument:
             element.append(entry)
         if not state.path:
             self._take_events(element, state)
-        if state.basic is not None and self._is_computed(state.basic):
+        if state.basic is not None and self.hierarchy.basics[state.basic].is_function:
             self._command(SubElement(element, "transition", event="act"), state.basic)
         beside = state.id.rpartition(".")[0]
         for transition in state.transitions:
@@ -127,7 +116,7 @@ class _ScxmlDocument:
         memory = self.text.memory(state.owner)
         yield f"{memory}.entered = now;"
         for effect in state.effects:
-            kept = ".".join((memory, *self.text.find_memory(state.owner, effect.of, effect.index)))
+            kept = ".".join((memory, *self.text.find_memory(state.owner, effect)))
             value = write_number(effect.value)
             if effect.of == "timer":
                 value = "now" if effect.action == "set" else "null"
@@ -153,10 +142,6 @@ class _ScxmlDocument:
         _assign(SubElement(element, "transition", event="trace"), "trace", "[]")
         SubElement(element, "transition", event="error", target=FAILED)
 
-    def _is_computed(self, index: int) -> bool:
-        basic = self.hierarchy.basics[index]
-        return bool(basic.problem or basic.computed)
-
     def _command(self, parent: Element, index: int) -> None:
         basic = self.hierarchy.basics[index]
         if self.hierarchy.is_coordinator:
@@ -164,7 +149,7 @@ class _ScxmlDocument:
             given = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
             _assign(parent, "commands", write_object(self.text.commands(given)))
             _assign(parent, "issued_at", "now")
-        elif self._is_computed(index):
+        elif basic.is_function:
             _assign(parent, "commands", f"command_{index}(readings)")
         else:
             _assign(parent, "commands", write_object(self.text.commands(basic.command)))

@@ -6,9 +6,6 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import msgspec
-
-from understudy.export.conformance import format_conformance
 from understudy.export.statechart import (
     ChartState,
     ChartTransition,
@@ -19,9 +16,8 @@ from understudy.export.statechart import (
     join_parts,
     spell_part,
 )
-from understudy.export.target_files import ExportJob, TargetFiles
+from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates, format_json
 from understudy.export.targets.scxml import MADE_BY_NPM
-from understudy.export.templates import fill_template
 
 
 def make_xstate_files(job: ExportJob) -> TargetFiles:
@@ -34,32 +30,21 @@ def make_xstate_files(job: ExportJob) -> TargetFiles:
         "title": hierarchy.name,
         "root": chart.root.identifier,
         "tick_s": f"{hierarchy.tick_s:g}",
-        "functions": "\n".join(chart.text.functions()),
+        "functions": "\n".join(chart.text.write_functions()),
         "guards": "\n".join(machine.write_guards()),
         "actions": "\n".join(machine.write_actions()),
         "notes": "".join(
-            f"\nPut in {what} yourself, where `machine.mjs` says so: {problem}.\n"
-            for what, _, problem in hierarchy.functions_to_write
+            f"\nPut in {each.name} yourself, where `machine.mjs` says so: {each.problem}.\n"
+            for each in hierarchy.functions_to_write
         ),
     }
     files = {
-        "machine.json": _format(config),
-        "states.json": _format(describe_states(job, chart)),
+        "machine.json": format_json(config),
+        "states.json": format_json(describe_states(job, chart)),
         "machine.mjs": fill_template("xstate/machine.mjs.in", values),
+        **fill_templates("xstate", values, "Makefile", "README.md", "package.json", "conformance.mjs"),
     }
-    for template in ("Makefile", "README.md", "package.json", "conformance.mjs"):
-        files[template] = fill_template(f"xstate/{template}", values)
-    files["conformance.csv"] = format_conformance(
-        job.conformance,
-        hierarchy,
-        list(chart.text.readings.values()),
-        list(chart.text.channels.values()),
-    )
     return TargetFiles(files, chart.names, ("trace.csv", *MADE_BY_NPM))
-
-
-def _format(content: Any) -> bytes:
-    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"
 
 
 class _Machine:
@@ -94,7 +79,7 @@ class _Machine:
         if entry:
             made["entry"] = entry
         on = self._outside_events(state) if not state.path else {}
-        if state.basic is not None and self._is_computed(state.basic):
+        if state.basic is not None and self.hierarchy.basics[state.basic].is_function:
             on["act"] = {"actions": [self._command(state.basic)]}
         for transition in state.transitions:
             on.setdefault(transition.event, []).append(self._transition(transition))
@@ -116,16 +101,12 @@ class _Machine:
             return
         yield _act("enter", {"automaton": self._memory(state.owner)})
         for effect in state.effects:
-            of, name = self.text.find_memory(state.owner, effect.of, effect.index)
+            of, name = self.text.find_memory(state.owner, effect)
             changed = {"automaton": self._memory(state.owner), "of": of, "name": name}
             yield _act(effect.action, {**changed, "value": effect.value})
 
     def _memory(self, number: int) -> str:
         return self.text.memory(number).removeprefix("memory.")
-
-    def _is_computed(self, index: int) -> bool:
-        basic = self.hierarchy.basics[index]
-        return bool(basic.problem or basic.computed)
 
     def _command(self, index: int) -> Any:
         basic = self.hierarchy.basics[index]
@@ -133,12 +114,12 @@ class _Machine:
             order, issued = (each.name for each in self.hierarchy.channels)
             given = {order: 0.0 if basic.order is None else float(index), issued: 1.0}
             return _act("order", self.text.commands(given))
-        if self._is_computed(index):
+        if basic.is_function:
             return f"command_{index}"
         return _act("command", self.text.commands(basic.command))
 
     def _outside_events(self, root: ChartState) -> dict[str, Any]:
-        first = ["raise act"] if any(map(self._is_computed, range(len(self.hierarchy.basics)))) else []
+        first = ["raise act"] if any(each.is_function for each in self.hierarchy.basics) else []
         raised = [*first, "raise decide.0"]
         self.raised |= {name.removeprefix("raise "): None for name in raised}
         return {
@@ -175,8 +156,8 @@ class _Machine:
         """Write the actions that the configuration names and that differ between exports."""
         for event in self.raised:
             yield f'  "raise {event}": raise({{ type: "{event}" }}),'
-        for index in range(len(self.hierarchy.basics)):
-            if self._is_computed(index):
+        for index, basic in enumerate(self.hierarchy.basics):
+            if basic.is_function:
                 name = f"command_{index}"
                 yield f"  {name}: assign(({{ context }}) => ({{ commands: {name}(context.readings) }})),"
         if self.hierarchy.is_coordinator:

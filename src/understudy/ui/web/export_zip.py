@@ -16,10 +16,15 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from understudy.errors import SessionError, SettingError, UnderstudyError
-from understudy.export.body_interface import BodyInterface, describe_body, describe_kit
+from understudy.export.body_interface import (
+    BodyInterface,
+    RobotInterface,
+    describe_body,
+    describe_kit,
+    describe_robot,
+)
 from understudy.export.export_automaton import ExportResult, export_automaton
 from understudy.export.identifiers import make_identifier
-from understudy.export.robot_interface import RobotInterface, describe_robot
 from understudy.model.library import Library
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.twin import DigitalTwin

@@ -13,7 +13,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from understudy import __version__
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
-from understudy.export.export_automaton import TARGETS
+from understudy.export.targets import TARGETS
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.ui.controller.arming import RobotStatus

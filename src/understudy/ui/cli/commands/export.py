@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
+from understudy.errors import SettingError, join_names
+from understudy.export.targets import TARGETS
 from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
 if TYPE_CHECKING:
-    from understudy.export.body_interface import BodyInterface
+    from understudy.export.body_interface import BodyInterface, RobotInterface
     from understudy.export.export_automaton import ExportResult
-    from understudy.export.robot_interface import RobotInterface
-    from understudy.export.single_precision import RoundedCut
+    from understudy.model.library import Kit, Library
+    from understudy.sim.scenario.schema import Scenario
 
 AUTOMATON, DATA = "automaton", "data"
 HELP = ("--help", "-h")
@@ -70,9 +71,7 @@ def export_behavior(
     ],
     to: Annotated[
         str,
-        typer.Option(
-            "--to", metavar="TARGET", help="Target: c99, python, btcpp, scxml, xstate, json or ros2."
-        ),
+        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(TARGETS, word='or')}."),
     ],
     out: Annotated[
         Path,
@@ -111,7 +110,6 @@ def export_behavior(
     [dim]understudy export servo --library library --to ros2 --robot rover.toml --out servo-ros2[/]
     """
     from understudy.export.export_automaton import export_automaton
-    from understudy.ui.cli.export_library import open_library_for_robot, open_library_to_export
     from understudy.ui.cli.options import parse_bindings
     from understudy.ui.cli.output import print_json
 
@@ -124,50 +122,93 @@ def export_behavior(
         known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
     )
     if as_json:
-        print_json(_make_result(name, found))
+        print_json(_describe(name, found))
     else:
         _show(name, found)
 
 
-@dataclass(frozen=True, kw_only=True)
-class UntranslatedFunction:
-    """A Python function that the exported code lacks, and why."""
+def open_library_to_export(
+    folder: Path, name: str, world: str | None, kit: str | None
+) -> tuple[Library, str, BodyInterface]:
+    """Open the library of an automaton named NAME or SORT/NAME; also return its own name, and its body.
 
-    name: str
-    readings: Sequence[str]
-    problem: str
+    Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named. The same goes for
+    a function that makes a body: it has no scenario.
+    """
+    from understudy.export.body_interface import BodyInterface, describe_kit
+    from understudy.sim.kit import list_readings, make_channels
+    from understudy.ui.cli.library_data import find_fitting_world
+    from understudy.ui.cli.options import find_kit, find_optional_scenario
+
+    named = world or (find_fitting_world(folder) if kit is None else None)
+    where = find_optional_scenario(named)
+    library, name = _open_library(folder, name, where, find_kit(kit, named or ""))
+    if where is None:
+        return library, name, describe_kit(library)
+    if _is_for_coordinators(library):
+        return library, name, describe_kit(library, tick_s=where.tick_s)
+    body = BodyInterface(tuple(list_readings(where)), make_channels(where), where.tick_s)
+    return library, name, body
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportReport:
-    """What was exported: the number of bytes by file, and what could not be exported and why."""
+def open_library_for_robot(
+    folder: Path, name: str, robot: Path, world: str | None, kit: str | None
+) -> tuple[Library, str, RobotInterface]:
+    """Open the library of an automaton for the robot of a file, whose world it is taught in.
 
-    name: str
-    target: str
-    folder: Path
-    files: Mapping[str, int]
-    ticks: int
-    """Number of ticks of the conformance file."""
-    untranslated: Sequence[UntranslatedFunction]
-    rounded_cuts: Sequence[RoundedCut]
-    notes: Sequence[str]
-    """What one should know before it runs."""
+    A world is named only if the file names none; without either, the first built-in scenario that fits is taken.
+    """
+    from understudy.export.body_interface import describe_robot
+    from understudy.robots.robot import find_robot_scenario
+    from understudy.robots.robot_file import load_robot
+    from understudy.sim.kit import make_scenario_kit
+    from understudy.ui.cli.library_data import find_fitting_world
+    from understudy.ui.cli.options import find_kit, open_scenario
+    from understudy.ui.cli.robot_options import find_robots_file
+
+    file = load_robot(robot)
+    where, _ = find_robot_scenario(file, robot)
+    if where is not None:
+        find_robots_file(robot, None, world=world)
+    else:
+        where = open_scenario(world or find_fitting_world(folder))
+    parts = make_scenario_kit(where) if kit is None else find_kit(kit, "")
+    library, name = _open_library(folder, name, where, parts)
+    if _is_for_coordinators(library):
+        problem = f"is for one robot, and {name!r} coordinates a squad"
+        raise SettingError(where="--robot", setting=str(robot), problem=problem, remedy="leave it out")
+    return library, name, describe_robot(file, path=robot, scenario=where if file.world is None else None)
 
 
-def _make_result(name: str, found: ExportResult) -> ExportReport:
-    return ExportReport(
-        name=name,
-        target=found.target,
-        folder=found.folder,
-        files=found.files,
-        ticks=found.ticks,
-        untranslated=[
-            UntranslatedFunction(name=what, readings=readings, problem=problem)
-            for what, readings, problem in found.untranslated
-        ],
-        rounded_cuts=found.rounded,
-        notes=found.notes,
-    )
+def _open_library(folder: Path, name: str, where: Scenario | None, parts: Kit) -> tuple[Library, str]:
+    from understudy.ui.cli.library_data import find_listed, open_all_libraries
+    from understudy.ui.cli.options import import_learner
+
+    listings = open_all_libraries(folder, where, parts, import_learner())
+    prefix, name = find_listed(listings, name)
+    listing = listings[prefix]
+    if name not in listing.opened:
+        raise listing.problems[f"{name}.json"]
+    return listing.library, name
+
+
+def _is_for_coordinators(library: Library) -> bool:
+    return any(each.order is not None for each in library.kit.behaviors.values())
+
+
+def _describe(name: str, found: ExportResult) -> dict[str, Any]:
+    """Describe an export: bytes by file, ticks of the conformance file, and what could not be exported and why."""
+    parts = ("name", "readings", "problem")
+    return {
+        "name": name,
+        "target": found.target,
+        "folder": found.folder,
+        "files": found.files,
+        "ticks": found.ticks,
+        "untranslated": [dict(zip(parts, each, strict=True)) for each in found.untranslated],
+        "rounded_cuts": found.rounded,
+        "notes": found.notes,
+    }
 
 
 def _show(name: str, found: ExportResult) -> None:

@@ -43,19 +43,15 @@ def explain_exported(
     trace: Path, folder: Path, *, time: float | None, world: str | None, kit: str | None, as_json: bool
 ) -> None:
     """Explain every switch in a trace of exported code, or all decisions of the tick at a time."""
-    from understudy.export.export_automaton import combine_fingerprints, link_ground, list_exported_automata
+    from understudy.export.export_automaton import combine_fingerprints, fingerprint_automata, link_ground
     from understudy.export.exported_trace import check_trace, find_tick, read_exported_trace
-    from understudy.storage.document import fingerprint_automaton
-    from understudy.ui.cli.export_library import open_library_to_export
+    from understudy.ui.cli.commands.export import open_library_to_export
     from understudy.ui.cli.output import make_console, print_json
 
     read = read_exported_trace(trace)
     library, name, body = open_library_to_export(folder, read.name, world, kit)
-    marks = {
-        each: fingerprint_automaton(library.taught[each]) for each in list_exported_automata(library, name)
-    }
     _, hierarchy = link_ground(library, name, read.binding, body)
-    check_trace(read, hierarchy, combine_fingerprints(marks))
+    check_trace(read, hierarchy, combine_fingerprints(fingerprint_automata(library, name)))
     ticks = list(read.ticks)
     if time is not None:
         found = find_tick(ticks, time)
