@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.export.exports import FIXTURE, open_fixture
-from tests.ui.cli.commands import run, said
+from tests.ui.cli.commands import run, run_json
 
 from understudy.errors import SettingError
 from understudy.export.export_automaton import export_automaton
@@ -50,7 +50,11 @@ def test_a_target_is_a_function_and_a_line(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("outline")
 def test_commands_know_it(tmp_path: Path) -> None:
     arguments = ["export", "deposit", "--library", FIXTURE, "--out", tmp_path / "out", "--to"]
-    assert list(said(*arguments, "outline")["files"]) == ["conformance.csv", "manifest.json", "outline.txt"]
+    assert list(run_json(*arguments, "outline")["files"]) == [
+        "conformance.csv",
+        "manifest.json",
+        "outline.txt",
+    ]
     refused = run(*arguments, "rust")
     assert "json, btcpp, ros2 and outline" in refused.stderr
 

@@ -85,7 +85,7 @@ def test_watched_stays_beyond_all_presses_limit_a_decision(
 def test_what_silence_limits_was_shown() -> None:
     """It ends at a leaf: it does not stay there because nothing was shown."""
     rows = [Row((0.0,), 0, 0), Row((0.97,), 1, 1), *(Row((value,), 0, 2) for value in STAYS)]
-    tree = tree_of(rows, [Continuous()], current=0, silence=True)
+    tree = learn_tree(rows, [Continuous()], current=0, silence=True)
     assert tree.path([2.0])[1] != STAY
     assert tree.decide([2.0]) == 0
 
