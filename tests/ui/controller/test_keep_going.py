@@ -356,10 +356,10 @@ def choose_a_situation(trainer: Trainer) -> None:
 
 @pytest.mark.parametrize("go_on", [go_on_to_the_next_world, choose_a_situation])
 def test_no_world_that_was_seen_after_a_mistake_is_evidence(
-    opened: OpenSession, monkeypatch: pytest.MonkeyPatch, go_on: Callable[[Trainer], None]
+    open_session: OpenSession, monkeypatch: pytest.MonkeyPatch, go_on: Callable[[Trainer], None]
 ) -> None:
     """It goes wrong in the last world of its test, so the next worlds are those that are tested next."""
-    trainer = opened.trainer
+    trainer = open_session.trainer
     begin_with_press(trainer)
 
     def fail(worlds: NewWorlds, *_: object, **__: object) -> NewWorldsResult:
@@ -376,7 +376,7 @@ def test_no_world_that_was_seen_after_a_mistake_is_evidence(
     assert following in trainer.seen_seeds
     press(trainer, "rotate_left")
     assert trainer.seen_seeds.isdisjoint(list_seeds(trainer, monkeypatch))
-    opened.close()
+    open_session.close()
 
 
 def test_while_it_is_tested_it_is_not_tested_again(
