@@ -110,7 +110,27 @@ def _grow(number: int) -> bytes:
         )
         for shown, flags in ((outcomes, ()), (outcomes, (1,)), (apart, (3,)))
     ]
-    return repr([*trees, _limit_decisions(random)]).encode()
+    return repr(
+        [*trees, _limit_decisions(random), *(_tell_two_flags_apart(each) for each in (False, True))]
+    ).encode()
+
+
+def _tell_two_flags_apart(default_among: bool) -> Tree:
+    """Grow a tree with two flags that no one test tells from all else, but each alone; or with a default beside one."""
+    rows = [
+        (5.0, 0.0, 0, 0),
+        (4.0, 0.0, 1, 1),
+        (1.1, 0.0, 0, 0),
+        (0.9, 0.0, 1, 1),
+        (0.3, 0.0, 2, 1),
+        (2.2, 1.0, 3, 1),
+    ]
+    rows += [(2.5, 1.0, 0, 0), (0.35, 0.0, 0, 0)] if default_among else []
+    x, y, outcomes, groups = (np.array(column) for column in zip(*rows, strict=True))
+    kinds: list[Kind] = [Continuous(), Categorical(("no", "yes"))]
+    return grow_tree(
+        np.stack([x, y], axis=1), outcomes, groups, kinds, states=4, current=0, silence=True, flags=(2, 3)
+    )
 
 
 def _limit_decisions(random: Random) -> Tree:
