@@ -34,7 +34,9 @@ def begin(page: Page, group: str, reading: str, *, flags: str | None = None) -> 
     form = page.locator("form.choice")
     form.get_by_role("textbox", name="Name", exact=True).fill("lead")
     for label in ("wander", reading):
-        form.get_by_role("checkbox", name=label, exact=True).check()
+        box = form.get_by_role("checkbox", name=label, exact=True)
+        expect(box).to_have_count(1)  # the form may still be that of the group before
+        box.check()
     if flags is not None:
         form.get_by_label("Flags").fill(flags)
     teacher.click("Begin")
