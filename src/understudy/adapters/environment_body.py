@@ -34,10 +34,10 @@ SourceT = TypeVar("SourceT")
 
 
 class EnvironmentStep(NamedTuple):
-    """What a step of an environment, or its reset, gave its agents, by their names."""
+    """The results of a step or reset of an environment, by the names of its agents."""
 
     observations: Mapping[Any, Any]
-    """What is observed now. Who is left out observes nothing: NaN."""
+    """The present observations. An agent that is left out observes nothing: NaN."""
     present: Collection[Any]
     """The agents that take part in the next step."""
     rewards: Mapping[Any, Any] = {}
@@ -85,7 +85,7 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
     checker: ClassVar[str]
     environment_class: ClassVar[type]
     sources: ClassVar[str]
-    """What `make` may be, for error messages, and what is right if it returned something else."""
+    """For errors: the kinds of `make` that are accepted, and the remedy if it returned something else."""
     returned: ClassVar[str]
     targets: Sequence[str] = ()
 
@@ -176,7 +176,7 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
 
     @property
     def is_over(self) -> NDArray[np.bool_]:
-        """Whether the part of each agent has ended [N of all environments]."""
+        """A flag per agent [N of all environments]: true if its episode has ended."""
         over: NDArray[np.bool_] = ~self._active
         return over
 

@@ -77,7 +77,7 @@ class BehaviorRun(ABC):
 
     @property
     def knows_times(self) -> bool:
-        """Whether `find_raised_s` tells later when a flag was raised."""
+        """True if `find_raised_s` can be called at any time after a flag was raised."""
         return False
 
     @property
@@ -205,7 +205,7 @@ class ProgramRun(BehaviorRun):
 
     @property
     def knows_times(self) -> bool:
-        """Whether the time at which a flag was raised can be read later: in simulated worlds."""
+        """True in simulated worlds, where the time at which a flag was raised can be read later."""
         return isinstance(self.body, World)
 
     def _advance(self, ticks: int, *, to_goal: bool, ended: NDArray[np.bool_] | None) -> None:

@@ -1,4 +1,4 @@
-"""What counts as success in runs, and what is measured in them; and runs judged by it.
+"""Criteria of success and metrics of runs, and the results of runs by them.
 
 Where goals and metrics are named, many worlds run side by side. Functions are given the run of a single world. The
 results are the same.
@@ -53,7 +53,7 @@ TICKS_BETWEEN_READINGS = 10
 
 @dataclass(frozen=True)
 class Criteria:
-    """How runs are judged and measured.
+    """The criteria by which runs succeed, and the values that are measured in them.
 
     Parameters
     ----------

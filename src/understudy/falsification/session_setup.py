@@ -44,7 +44,7 @@ class CoordinatorRun(TeamRun):
 
     @property
     def knows_times(self) -> bool:
-        """Whether `find_raised_s` tells later when a flag was raised."""
+        """True if `find_raised_s` can be called at any time after a flag was raised."""
         return True
 
     def _advance(self, ticks: int, *, to_goal: bool, ended: NDArray[np.bool_] | None) -> None:

@@ -5,6 +5,7 @@ Many worlds are watched side by side. What only concerns the scenario's goal or 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 
@@ -154,7 +155,7 @@ def is_goal(condition: Condition) -> bool:
     return clause is not None and clause.comparison is ClauseTest.REACHED and not clause.negated
 
 
-class Watch(Monitor):
+class Watch(Monitor, ABC):
     """What observes a property in B worlds.
 
     `failed` and `reached` are the ticks [B] at which the property failed, or what it demands was reached; -1 before.
@@ -166,9 +167,9 @@ class Watch(Monitor):
         self.run, self.ends, self.worlds, self.tick_s = run, ends, run.worlds, run.body.tick_s
         self.failed, self.reached = np.full(self.worlds, -1), np.full(self.worlds, -1)
 
+    @abstractmethod
     def finish(self, last: int) -> NDArray[np.float64]:
         """Decide what is open after the last tick; return the robustness [B]."""
-        raise NotImplementedError
 
     def make_outcomes(self, last: int) -> PropertyOutcomes:
         """Make the outcomes of the property after the last tick."""
