@@ -200,6 +200,40 @@ def test_the_world_stands_still_where_nobody_sees_it(jupyter: Jupyter, page: Pag
     wait_until(page, stands_still)
 
 
+def test_what_a_press_changed_is_shown_and_undone_and_the_score_turned_off(
+    jupyter: Jupyter, page: Page, snap: Callable[[Page, str], None]
+) -> None:
+    live = BEGIN.replace("live=False", "live=True").replace(
+        '"distance_to(A)"', '"distance_to(A)", "angle_to(A)"'
+    )
+    write_notebook(jupyter.folder / "changed.ipynb", live, SHOWN, "session.delete(3)")
+    notebook = jupyter.open(page, "changed.ipynb")
+    for cell in (0, 1):
+        notebook.run(cell)
+    widget = notebook.widget
+    widget.scroll_into_view_if_needed()
+    press(notebook, "rotate_left")
+    press(notebook, "forward")
+    score = widget.get_by_label("In new worlds")
+    expect(score).to_contain_text(re.compile(r"goto works in \d+ of \d+ new worlds|not measured: choose"))
+    notebook.run(2)
+    changed = widget.locator(".changed")
+    expect(changed).to_contain_text("Changed: rotate_left no longer goes to forward")
+    conditions = changed.get_by_text("− ")
+    expect(conditions).to_be_hidden()
+    changed.get_by_role("button", name="Show me").click()
+    expect(conditions).to_be_visible()
+    snap(page, "notebook-changed")
+    page.keyboard.press("D")
+    expect(conditions).to_be_hidden()
+    score.get_by_role("button", name="turn off").click()
+    expect(score).to_contain_text("not measured: turned off")
+    snap(page, "notebook-score-off")
+    changed.get_by_role("button", name="Undo").click()
+    expect(changed).to_be_hidden()
+    expect(widget.locator(".count")).to_have_text("4 examples")
+
+
 def read_times(notebook: Notebook) -> tuple[float, float]:
     """Return the world's time and the kernel's, s."""
     time, now = notebook.read(3).split()

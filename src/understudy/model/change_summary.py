@@ -73,6 +73,11 @@ class TransitionChange:
     share: float
     looks: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
+    def list_differences(self) -> tuple[list[str], list[str]]:
+        """List the conditions that are gone, and those that are new, in words."""
+        gone = [when for when in self.was if when not in self.now]
+        return gone, [when for when in self.now if when not in self.was]
+
 
 @dataclass(frozen=True, slots=True)
 class ChangeSummary:

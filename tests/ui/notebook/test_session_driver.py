@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from understudy.storage.library_folder import open_library
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 from understudy.ui.controller.interrupted_sessions import is_same_lesson
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.notebook.session_driver import SILENT_S, SessionDriver
 from understudy.ui.notebook.view_data import describe_panel
 
@@ -311,17 +313,55 @@ def test_what_a_change_says_beyond_itself_is_shown_until_it_is_undone(tmp_path: 
     hand.press("rotate_left")
     hand.wait(3)
 
-    def read_changes() -> str:
-        said: str = describe_panel(hand.driver.trainer, can_save=True)["changed"]
-        return said
+    def read_changes() -> object:
+        return describe_panel(hand.driver.trainer, can_save=True)["changed"]
 
-    assert read_changes() == ""
+    assert read_changes() is None
     assert hand.ask(action="save") == f"Saved in {tmp_path / 'goto.json'}"
     hand.session.delete(3)
-    assert read_changes() == "forward no longer goes to rotate_left"
+    said = "forward no longer goes to rotate_left"
+    decision = {"said": said, "gone": ["distance_to(A) is below 1.94 m"], "new": []}
+    assert read_changes() == {"line": said, "decisions": [decision]}
     hand.ask(action="undo")
-    assert read_changes() == ""
+    assert read_changes() is None
     hand.ask(action="redo")
     assert hand.ask(action="save").endswith(
         ". Since it was last saved: forward no longer goes to rotate_left"
     )
+
+
+def test_a_score_is_shown_when_it_was_taken_and_turned_off_by_a_request() -> None:
+    hand = Hand(make_goto_session(live=True))
+    waiting: list[Callable[[], None]] = []
+    hand.driver.trainer.score = LessonScoreKeeper(hand.session, begin=waiting.append, worlds=2)
+    hand.press("forward")
+    hand.wait(3)
+    hand.ask(action="pause")
+    hand.wait()
+    before = hand.driver.version
+    hand.driver.beat()
+    assert hand.driver.version == before, "nothing is new"
+    assert score_of(hand) == {"text": "", "trend": "", "on": True}
+    waiting.pop()()
+    hand.driver.beat()
+    assert hand.driver.version == before + 1
+    assert re.fullmatch(r"goto works in \d of 2 new worlds.*", score_of(hand)["text"])
+    hand.ask(action="pause")
+    for state in ("rotate_left", "forward"):
+        hand.press(state)
+        hand.wait(3)
+        waiting.pop()()
+        hand.driver.beat()
+    assert hand.status[1] == "correction"
+    assert hand.ask(action="toggle_score") == "Runs in new worlds after each press: off"
+    assert score_of(hand) == {"text": "not measured: turned off", "trend": "", "on": False}
+    hand.press("rotate_left")
+    hand.wait(3)
+    assert waiting == []
+
+
+def score_of(hand: Hand) -> dict[str, Any]:
+    """What the widget shows of the score in new worlds."""
+    score = describe_panel(hand.driver.trainer, can_save=False)["score"]
+    assert isinstance(score, dict)
+    return score

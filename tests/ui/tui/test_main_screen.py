@@ -242,9 +242,20 @@ async def test_what_changed_is_said_and_asked_before_it_is_saved(tmp_path: Path)
         assert "Changed:" not in hand.read_part("said")
         hand.trainer.delete(3)
         hand.teach_screen.draw()
-        assert "± Changed: forward no longer goes to turn left  u undo" in hand.read_part("said")
-        await hand.press("u")
+        assert "± Changed: forward no longer goes to turn left  u undo  D show me" in hand.read_part("said")
+        await hand.press("D")
+        assert hand.read_part("lower").splitlines() == [
+            "What changed  D shows the examples again",
+            "forward no longer goes to turn left",
+            "  − distance to A is at least 5.31 m",
+        ]
+        await hand.press("D")
+        assert hand.read_part("lower").startswith("Examples")
+        await hand.press("D", "u")
         assert "Changed:" not in hand.read_part("said")
+        assert hand.read_part("lower").startswith("Examples"), "what is undone is not shown"
+        await hand.press("D")
+        assert hand.status_text == "Nothing changed beyond what the last press or edit says itself"
         await hand.press("U")
         hand.trainer.delete(1)
         await hand.press("s")

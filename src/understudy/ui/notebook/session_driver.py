@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from understudy.errors import SessionError, SettingError
+from understudy.falsification.lesson_score import ScoreChange
 from understudy.robots.twin import DigitalTwin
 from understudy.training.session import Session
 from understudy.ui.controller.clock import RealTimeClock, check_speed
@@ -56,6 +57,7 @@ class SessionDriver:
         self.trainer.suspend(True)
         self.version = 0
         self._views: dict[str, float] = {}
+        self._score: tuple[ScoreChange | None, str, bool] = (None, "", False)
         self._seen = self._note()
 
     @property
@@ -93,6 +95,7 @@ class SessionDriver:
         """Take the ticks that are due; on an error, pause, and let the status say why."""
         try:
             self._notice_changes()
+            self._notice_score()
             self._suspend_unseen()
             for _ in self.trainer.ticks():
                 self.version += 1
@@ -123,6 +126,13 @@ class SessionDriver:
             self.trainer.seed = self.trainer.body.seeds[0]
             self.trainer.refresh_view()
             self.trainer.suspend(self.trainer.suspended)  # it may be paused now, or no longer
+
+    def _notice_score(self) -> None:
+        """Show a score that was taken since the last beat, in a thread of its own."""
+        score, (shown, *others) = self.trainer.score, self._score
+        if score.change is not shown or [score.problem, score.is_running] != others:
+            self._score = score.change, score.problem, score.is_running
+            self.version += 1
 
     def _note(self) -> tuple[object, ...]:
         """Return what differs after every change of the session."""

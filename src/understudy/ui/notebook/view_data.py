@@ -9,6 +9,7 @@ import numpy as np
 
 from understudy.coaching.queries import QueryPolicy
 from understudy.model.automaton import Automaton, Transition
+from understudy.model.change_summary import ChangeSummary
 from understudy.model.describe import BY_CLASSIFIER, format_value, list_shown_vectors
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
@@ -144,10 +145,21 @@ def describe_moment(trainer: Trainer, view: WorldView) -> PlainData:
     }
 
 
+def describe_changes(change: ChangeSummary | None) -> PlainData | None:
+    """Describe what is decided otherwise than before: a line, and each decision with its conditions."""
+    if change is None:
+        return None
+    decisions = [(each.said, *each.list_differences()) for each in change.changes]
+    return {
+        "line": str(change),
+        "decisions": [{"said": said, "gone": gone, "new": new} for said, gone, new in decisions],
+    }
+
+
 def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
     """Describe what the buttons and the status line show."""
     seen, question = trainer.session_view, trainer.coach.question
-    said, changed = trainer.status, trainer.session.last_change
+    said, score = trainer.status, trainer.score
     return {
         "title": f"{trainer.name}{formatting.format_targets(seen)}",
         "mode": seen.mode.value,
@@ -163,7 +175,8 @@ def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
         if question is None
         else {"sentence": question.sentence, "answers": list(question.answers), "state": question.state},
         "status": {"text": said.text, "tone": said.tone},
-        "changed": "" if changed is None else str(changed),
+        "changed": describe_changes(trainer.session.last_change),
+        "score": {"text": score.describe(), "trend": score.trend, "on": score.enabled},
         "can_save": can_save,
         "unsaved": trainer.has_unsaved_changes,
     }

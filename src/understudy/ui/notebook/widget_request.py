@@ -15,7 +15,7 @@ from understudy.ui.controller.trainer import Trainer
 
 Action: TypeAlias = Literal[
     "press", "confirm", "toggle_mode", "pause", "step", "restart", "new_world", "undo", "redo", "ask", "save",
-    "show", "hide",
+    "toggle_score", "show", "hide",
 ]  # fmt: skip
 
 
@@ -65,5 +65,6 @@ ACTIONS: Mapping[str, Callable[[Trainer], object]] = {
     "redo": Trainer.redo,
     "ask": toggle_questions,
     "save": Trainer.save,
+    "toggle_score": Trainer.toggle_score,
 }
 """What the trainer does on a request that has neither state nor view."""

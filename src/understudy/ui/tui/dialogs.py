@@ -86,6 +86,7 @@ KEYS = {
         ("K", "all that the coach suggests, and what a check of the automaton finds"),
         ("W", "failing worlds: whether they still fail; enter opens one where it goes wrong"),
         ("?", "show why it does what it does, instead of the examples"),
+        ("D", "show what the last press or edit changed beyond what it says, instead of the examples"),
         ("l", "all examples and what was learned; delete some"),
         ("c", "change states, features, flags and options"),
         ("s, q", "save to the library; quit"),

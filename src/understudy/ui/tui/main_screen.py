@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from rich.text import Text
 from textual import events
@@ -69,7 +69,8 @@ class TeachingScreen(Screen[str]):
     BINDINGS: ClassVar[list[BindingType]] = [
         *(Binding(key, f"trainer('{action}')", show=False) for key, action in ACTIONS.items()),
         Binding("s", "save", show=False),
-        Binding("question_mark", "why", show=False),
+        Binding("question_mark", "show('why')", show=False),
+        Binding("D", "show('changes')", show=False),
         Binding("S", "goal", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
@@ -96,7 +97,7 @@ class TeachingScreen(Screen[str]):
         self.trainer, self._wall = trainer, wall
         self._show_failures = show_failures
         self.robots = RobotArming(trainer.body, wall, place="the terminal")
-        self.explaining = False
+        self.lower: Literal["examples", "why", "changes"] = "examples"
         self._is_arming = False
         self._drawn: dict[str, Text] = {}
 
@@ -198,9 +199,14 @@ class TeachingScreen(Screen[str]):
         self._guarded(lambda: choose_next_goal(self.trainer))
         self.draw()
 
-    def action_why(self) -> None:
-        """Show or hide the explanation in place of the examples."""
-        self.explaining = not self.explaining
+    def action_show(self, what: Literal["why", "changes"]) -> None:
+        """Show the explanation, or what changed, in place of the examples, or show these again."""
+        if what == "changes" and self.trainer.session.last_change is None:
+            self.trainer.status = StatusMessage(
+                "Nothing changed beyond what the last press or edit says itself"
+            )
+        else:
+            self.lower = "examples" if self.lower == what else what
         self.draw()
 
     def action_ask(self) -> None:
@@ -281,7 +287,7 @@ class TeachingScreen(Screen[str]):
         """Go on with the trainer of another session."""
         self.trainer = trainer
         self.robots = RobotArming(trainer.body, self._wall, place="the terminal")
-        self.explaining = False
+        self.lower = "examples"
         trainer.suspend(False)
         self.draw()
 
@@ -389,11 +395,12 @@ class TeachingScreen(Screen[str]):
         left = lines - used - (0 if tight else 2)
         self._show("states", states)
         self._show("readings", readings)
-        lower = (
-            panels.render_explanation(trainer, width)
-            if self.explaining
-            else panels.render_examples(trainer, width, left)
-        )
+        if self.lower == "why":
+            lower = panels.render_explanation(trainer, width)
+        elif self.lower == "changes" and trainer.session.last_change is not None:
+            lower = panels.render_changes(trainer, width)
+        else:
+            lower = panels.render_examples(trainer, width, left)
         self._show("lower", lower)
 
     def _show(self, name: str, text: Text) -> None:

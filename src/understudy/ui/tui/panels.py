@@ -175,6 +175,18 @@ def render_explanation(trainer: Trainer, width: int) -> Text:
     return Text("\n").join(lines)
 
 
+def render_changes(trainer: Trainer, width: int) -> Text:
+    """Render what the last press or edit changed: each decision with its former and its present conditions."""
+    lines = [_title("What changed", "D shows the examples again", width)]
+    summary = trainer.session.last_change
+    for change in () if summary is None else summary.changes:
+        gone, new = change.list_differences()
+        lines.append(Text(format_names(change.said), "bold"))
+        lines += [Text(f"  − {format_names(when)}", "red") for when in gone]
+        lines += [Text(f"  + {format_names(when)}", "green") for when in new]
+    return Text("\n").join(lines)
+
+
 def render_status(trainer: Trainer) -> Text:
     """Render the status, what the last press or edit changed beyond what it says, and the score in new worlds."""
     tone, score, change = trainer.status.tone, trainer.score, trainer.session.last_change
@@ -183,7 +195,7 @@ def render_status(trainer: Trainer) -> Text:
         text.append("  B", "bold").append(f" undo {better.since}", DIM)
     if change is not None:
         text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
-        text.append("  u", "bold").append(" undo", DIM)
+        text.append("  u", "bold").append(" undo", DIM).append("  D", "bold").append(" show me", DIM)
     said = score.describe()
     if said and score.offers:
         said += f". Success: {score.goal or score.offers[0].name + ' (S chooses)'}"

@@ -9,7 +9,7 @@ const REPORT_MS = 2000; // how often a view on the screen says so; session_drive
 const ARROWS = { up: "↑", down: "↓", left: "←", right: "→" };
 const COMMANDS = {
   " ": "pause", ".": "step", t: "toggle_mode", Enter: "confirm", u: "undo", U: "redo", r: "restart", n: "new_world",
-  A: "ask", s: "save",
+  A: "ask", s: "save", M: "toggle_score",
 };
 const TALLEST_PX = 560, TALLEST_STACKED_PX = 400; // so that the buttons beside or below the picture are on the screen
 const JUMP_M = 1.0; // a robot that is farther from where it was has been put there
@@ -83,7 +83,8 @@ function makeParts(send) {
     canvas: make("canvas", { role: "img" }),
     where: make("figcaption"),
     status: make("p", { class: "status", role: "status" }),
-    changed: make("p", { class: "changed", role: "status" }),
+    changed: make("div", { class: "changed", hidden: "" }),
+    score: make("p", { class: "score", "aria-live": "polite", "aria-label": "In new worlds" }),
     question: make("div", { class: "question", role: "group", "aria-label": "Question", hidden: "" }),
     states: make("div", { class: "states", role: "group", "aria-label": "States" }),
     readings: make("dl", { class: "readings", "aria-label": "Readings" }),
@@ -91,6 +92,11 @@ function makeParts(send) {
     rules: make("ol", { class: "rules", "aria-label": "Transitions" }),
   };
   const command = (label, key, title, action) => makeButton(label, key, title, () => send(action));
+  parts.change = makeChange(() => send("undo"));
+  parts.changed.append(...Object.values(parts.change));
+  parts.scored = make("span");
+  parts.toggleScore = make("button", { type: "button", class: "link", onclick: () => send("toggle_score") });
+  parts.score.append(parts.scored, " ", parts.toggleScore);
   parts.teach = command("Teach", "t", "Each press teaches (t)", "toggle_mode");
   parts.try = command("Try", "t", "The automaton decides; a press corrects it (t)", "toggle_mode");
   parts.pause = command("Pause", "space", "Pause or resume the world (Space)", "pause");
@@ -107,7 +113,7 @@ function makeParts(send) {
     modes, parts.pause, parts.restart, parts.world, parts.undo, parts.redo, parts.ask, parts.save,
   );
   const desk = make(
-    "div", { class: "desk" }, commands, parts.status, parts.changed, parts.question, parts.states, parts.readings,
+    "div", { class: "desk" }, commands, parts.status, parts.changed, parts.score, parts.question, parts.states, parts.readings,
   );
   const automaton = make("div", { class: "automaton" }, parts.graph, parts.rules);
   parts.root = make(
@@ -117,6 +123,20 @@ function makeParts(send) {
     make("div", { class: "columns" }, make("figure", {}, parts.canvas, parts.where), desk, automaton),
   );
   return parts;
+}
+
+/** What a press changed beyond what it says: a line, and on request each decision with its conditions. */
+function makeChange(undo) {
+  const decisions = make("div", { hidden: "" });
+  const show = makeButton("Show me", "D", "What these decisions looked like, and look like now (D)", () => {
+    decisions.hidden = !decisions.hidden;
+    show.setAttribute("aria-expanded", String(!decisions.hidden));
+  });
+  show.setAttribute("aria-expanded", "false");
+  return {
+    line: make("span", { role: "status" }), undo: makeButton("Undo", "u", "Take the last step back (u)", undo), show,
+    decisions,
+  };
 }
 
 // What the panel, the lesson and the moment show
@@ -143,13 +163,35 @@ function showPanel(parts, model) {
   parts.save.disabled = !panel.unsaved;
   parts.status.textContent = panel.status.text;
   parts.status.dataset.tone = panel.status.tone;
-  parts.changed.hidden = panel.changed === "";
-  parts.changed.textContent = panel.changed === "" ? "" : `Changed: ${panel.changed}`;
+  showChange(parts, panel.changed);
+  showScore(parts, panel.score);
   for (const button of parts.states.children) {
     button.classList.toggle("waiting", button.dataset.state === panel.waiting);
   }
   parts.count.textContent = `${panel.examples} example${panel.examples === 1 ? "" : "s"}`;
   showQuestion(parts, panel.question);
+}
+
+function showChange({ changed, change }, summary) {
+  changed.hidden = summary === null;
+  if (summary === null) return;
+  change.line.textContent = `Changed: ${summary.line}`;
+  change.decisions.replaceChildren(
+    ...summary.decisions.flatMap(({ said, gone, new: now }) => [
+      make("p", {}, said),
+      ...gone.map((when) => make("p", { class: "gone" }, `− ${when}`)),
+      ...now.map((when) => make("p", { class: "new" }, `+ ${when}`)),
+    ]),
+  );
+}
+
+function showScore({ score, scored, toggleScore }, { text, trend, on }) {
+  score.hidden = text === "" && on;
+  score.dataset.trend = trend;
+  scored.textContent = text;
+  toggleScore.textContent = on ? "turn off" : "turn on";
+  toggleScore.title = "After each press it runs in worlds that it was not taught in, beside the one here (M)";
+  toggleScore.setAttribute("aria-pressed", String(on));
 }
 
 function setLabel(button, label) {
@@ -245,6 +287,7 @@ function pressKey(event, parts, model, send) {
     return;
   }
   if (event.key === "Tab" || (onButton && (event.key === " " || event.key === "Enter"))) return;
+  if (event.key === "D" && !parts.changed.hidden) parts.change.show.click();
   const request = findRequest(event.key, model);
   if (request === null) return;
   event.preventDefault();
