@@ -1,6 +1,7 @@
 /** The header: what is trained and where, time, mode, saving. */
 
 import { useRef, useState } from "preact/hooks";
+import { ControlButton } from "./button";
 import { useStudio } from "./context";
 import { TimeControls } from "./timecontrols";
 import type { Studio } from "./studio";
@@ -139,17 +140,15 @@ function ModeSwitch({ studio }: { studio: Studio }) {
   return (
     <div class={className("modes", mode)} role="group" aria-label="Mode">
       {[false, true].map((each) => (
-        <button
-          type="button"
+        <ControlButton
           key={String(each)}
           aria-pressed={tries === each}
-          disabled={!studio.hasControl}
           title={each ? "It decides, and learns nothing; a press corrects it, and you teach again" : teaching}
           onClick={() => void (tries !== each && studio.ask({ do: "toggle_mode" }))}
         >
           {each ? "Try" : "Teach"}
           {tries !== each && <kbd>T</kbd>}
-        </button>
+        </ControlButton>
       ))}
     </div>
   );
@@ -176,13 +175,12 @@ function SaveControls({ studio }: { studio: Studio }) {
         </button>
       )}
       {session !== null && (
-        <button
-          type="button"
-          disabled={!studio.hasControl || !session.unsaved || studio.lessonTests.saving}
+        <ControlButton
+          disabled={!session.unsaved || studio.lessonTests.saving}
           onClick={() => void studio.lessonTests.save()}
         >
           Save
-        </button>
+        </ControlButton>
       )}
     </div>
   );

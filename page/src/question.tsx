@@ -1,6 +1,7 @@
 /** The question of a robot that is unsure, and waits: under the world, above the buttons that are the answer. */
 
 import { useEffect, useRef } from "preact/hooks";
+import { ControlButton } from "./button";
 import { useStudio } from "./context";
 import { isNewQuestion, playQuestion, soundIsOn, type QuestionState } from "./sound";
 import { plain } from "./words";
@@ -25,34 +26,21 @@ export function QuestionCard() {
         {plain(question.sentence)} <span class="soft">Press it below.</span>
       </p>
       <p class="choices">
-        <button
-          type="button"
-          class="small primary"
-          disabled={!studio.hasControl}
-          onClick={(event) => answer(question.next, event)}
-        >
+        <ControlButton class="small primary" onClick={(event) => answer(question.next, event)}>
           {stays ? `Yes, stay in ${plain(session.state)}` : `Yes, go to ${plain(question.next)}`}
-        </button>
+        </ControlButton>
         {others.map((each) => (
-          <button
-            key={each}
-            type="button"
-            class="small"
-            disabled={!studio.hasControl}
-            onClick={(event) => answer(each, event)}
-          >
+          <ControlButton key={each} class="small" onClick={(event) => answer(each, event)}>
             {each === session.state ? `No, stay in ${plain(each)}` : `No, ${plain(each)}`}
-          </button>
+          </ControlButton>
         ))}
-        <button
-          type="button"
+        <ControlButton
           class="small"
-          disabled={!studio.hasControl}
           title="Without an answer: nothing is recorded"
-          onClick={() => void studio.ask({ do: "pause", paused: false })}
+          request={{ do: "pause", paused: false }}
         >
           Carry on
-        </button>
+        </ControlButton>
       </p>
     </section>
   );

@@ -1,6 +1,7 @@
 /** The bar of real robots: what each is up to, arming, holding, and the emergency stop. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import { HOLD } from "./live";
@@ -34,11 +35,9 @@ export function Robots() {
       </div>
       <span class="space" />
       {studio.scene?.needs_held_key === true && (
-        <button
-          type="button"
+        <ControlButton
           class={className("hold", holding && "on")}
           aria-pressed={holding}
-          disabled={!studio.hasControl}
           title="It moves only while you hold this, or the key"
           onPointerDown={(event) => studio.live.hold(event.button === 0)}
           onPointerUp={() => studio.live.hold(false)}
@@ -46,7 +45,7 @@ export function Robots() {
           onPointerCancel={() => studio.live.hold(false)}
         >
           Hold to move <kbd>{HOLD.toUpperCase()}</kbd>
-        </button>
+        </ControlButton>
       )}
       {asks ? (
         <Confirm
@@ -58,14 +57,13 @@ export function Robots() {
           <span>All robots will move.</span>
         </Confirm>
       ) : (
-        <button
-          type="button"
-          disabled={!studio.hasControl || all}
+        <ControlButton
+          disabled={all}
           title={team ? "Arm all robots" : "Arm the robot"}
           onClick={() => (team ? setAsks(true) : void studio.ask({ do: "arm" }))}
         >
           {all ? "Armed" : team ? "Arm all…" : "Arm"}
-        </button>
+        </ControlButton>
       )}
       <button
         type="button"

@@ -1,5 +1,6 @@
 /** The row of buttons that direct the robot: one for each state, and "Confirm". */
 
+import { ControlButton } from "./button";
 import { useStudio } from "./context";
 import type { Session, State } from "./protocol";
 import type { Studio } from "./studio";
@@ -23,27 +24,23 @@ export function StateButtons() {
       </div>
       <div class="confirm-buttons">
         {session.watched && (
-          <button
-            type="button"
+          <ControlButton
             class="keep"
             role="switch"
             aria-checked={!session.watching}
-            disabled={!studio.hasControl}
             title={session.watching ? "Learning from silence: on" : "Learning from silence: off"}
-            onClick={() => void studio.ask({ do: "toggle_watching" })}
+            request={{ do: "toggle_watching" }}
           >
             {session.watching ? "" : "✓ "}Stop learning from silence
-          </button>
+          </ControlButton>
         )}
-        <button
-          type="button"
+        <ControlButton
           class="keep"
-          disabled={!studio.hasControl}
           aria-keyshortcuts="Enter"
           onClick={(event) => void studio.confirm(event.timeStamp)}
         >
           Confirm <kbd aria-hidden="true">↵</kbd>
-        </button>
+        </ControlButton>
       </div>
     </div>
   );
@@ -54,20 +51,18 @@ function StateButton({ state, studio, session }: { state: State; studio: Studio;
   const waiting = session.pending === state.name || studio.asking === state.name;
   const key = keyName(state);
   return (
-    <button
-      type="button"
+    <ControlButton
       class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
       aria-pressed={active}
       data-state={state.name}
       aria-keyshortcuts={key}
-      disabled={!studio.hasControl}
       title={title(state, session)}
       onClick={(event) => void studio.press(state.name, event.timeStamp)}
     >
       {key !== "" && <kbd aria-hidden="true">{key}</kbd>}
       {state === session.states[0] ? "stand still" : plain(state.name)}
       {state.flag && <span aria-hidden="true">⚑</span>}
-    </button>
+    </ControlButton>
   );
 }
 

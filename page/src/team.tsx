@@ -1,6 +1,7 @@
 /** A running team whose agents have computers of their own: who leads, who does what on which order, who is missing. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import type { Studio } from "./studio";
@@ -120,13 +121,9 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
           </Confirm>
         ) : (
           <>
-            <button
-              type="button"
-              disabled={!studio.hasControl || !here || agent.armed === true}
-              onClick={() => setAsks(true)}
-            >
+            <ControlButton disabled={!here || agent.armed === true} onClick={() => setAsks(true)}>
               {agent.armed === true ? "Armed" : "Arm…"}
-            </button>
+            </ControlButton>
             <button
               type="button"
               class="halt"
@@ -174,14 +171,13 @@ function Train({ agent }: { agent: TeamAgent }) {
         ? "Train this robot from here"
         : "Train the coordinator from here";
   return (
-    <button
-      type="button"
+    <ControlButton
       title={why}
-      disabled={!studio.hasControl || studio.team?.trainer === null}
+      disabled={studio.team?.trainer === null}
       onClick={() => void train(studio, agent)}
     >
       Train
-    </button>
+    </ControlButton>
   );
 }
 

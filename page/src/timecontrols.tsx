@@ -1,5 +1,6 @@
 /** Time: reset, pause, step, speed. */
 
+import { ControlButton } from "./button";
 import { useQuietStudio } from "./context";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
@@ -54,24 +55,17 @@ function Worlds({ studio }: { studio: Studio }) {
   const seed = studio.status?.seed ?? studio.scene?.seed ?? 0;
   return (
     <>
-      <button
-        type="button"
+      <ControlButton
         class="icon"
-        disabled={!studio.hasControl}
         aria-label="Reset"
         title="The same world again"
-        onClick={() => void studio.ask({ do: "reset", seed: null })}
+        request={{ do: "reset", seed: null }}
       >
         ↺
-      </button>
-      <button
-        type="button"
-        disabled={!studio.hasControl}
-        title="The next world"
-        onClick={() => void studio.ask({ do: "reset", seed: seed + 1 })}
-      >
+      </ControlButton>
+      <ControlButton title="The next world" request={{ do: "reset", seed: seed + 1 }}>
         New world
-      </button>
+      </ControlButton>
     </>
   );
 }

@@ -1,5 +1,6 @@
 /** What to do first, while nothing is trained. */
 
+import { ControlButton } from "./button";
 import { usePanel, useStudio, useTour } from "./context";
 import { makeDraft } from "./draft";
 import { Discard } from "./pane/interrupted";
@@ -22,29 +23,17 @@ export function Welcome() {
       </p>
       {left !== undefined && (
         <span class="resume">
-          <button
-            type="button"
-            class="primary"
-            disabled={!studio.hasControl}
-            onClick={() => void studio.ask({ do: "open", name: left.name })}
-          >
+          <ControlButton class="primary" request={{ do: "open", name: left.name }}>
             Resume {plain(left.name)} ({formatCount(left.examples, "example")})
-          </button>
-          <Discard name={left.name} studio={studio} />
+          </ControlButton>
+          <Discard name={left.name} />
         </span>
       )}
-      <button
-        type="button"
-        class={left === undefined ? "primary" : ""}
-        disabled={!studio.hasControl}
-        onClick={() => panel.choose("new")}
-      >
+      <ControlButton class={left === undefined ? "primary" : ""} onClick={() => panel.choose("new")}>
         Teach something new
-      </button>
+      </ControlButton>
       {shows && (
-        <button
-          type="button"
-          disabled={!studio.hasControl}
+        <ControlButton
           title="A tour of five steps: a robot that goes to a place by itself"
           onClick={() => {
             tour.begin(true);
@@ -52,7 +41,7 @@ export function Welcome() {
           }}
         >
           Show me how
-        </button>
+        </ControlButton>
       )}
       {trained.length > 0 && (
         <button type="button" onClick={() => panel.open("library")}>

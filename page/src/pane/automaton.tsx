@@ -50,7 +50,7 @@ export function AutomatonTab() {
           </button>
         )}
         {picked === undefined && inner === null && !simplifying && (
-          <PruningLine session={session} studio={studio} show={() => simplify(true)} />
+          <PruningLine session={session} show={() => simplify(true)} />
         )}
       </div>
       {simplifying && (

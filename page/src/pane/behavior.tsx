@@ -1,6 +1,7 @@
 /** One trained behavior of the library: open it, delete it, export it, and why it is not complete. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel } from "../context";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
@@ -17,7 +18,7 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
   const [openPart, setOpenPart] = useState<BehaviorPart | null>(null);
   const show = (which: BehaviorPart): void => setOpenPart(openPart === which ? null : which);
   const { name, parameters, runs, examples, versions, complete, problem: whyNot } = trained;
-  const { session, hasControl } = studio;
+  const { session } = studio;
   const here = session?.name === name;
   const left = studio.status?.library.interrupted.find((each) => each.name === name);
   const { open, asks } = useOpenAction(studio, name, left);
@@ -45,24 +46,17 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
           <span class="tiny">being trained</span>
         ) : (
           <>
-            <button
-              type="button"
-              class="small"
-              aria-label={`Open ${name}`}
-              disabled={!hasControl}
-              onClick={open}
-            >
+            <ControlButton class="small" aria-label={`Open ${name}`} onClick={open}>
               Open
-            </button>
-            <button
-              type="button"
+            </ControlButton>
+            <ControlButton
               class="small danger"
               aria-label={`Delete ${name}`}
-              disabled={!hasControl}
-              onClick={() => void studio.change({ do: "remove", name }, { do: "restore", name })}
+              request={{ do: "remove", name }}
+              back={{ do: "restore", name }}
             >
               Delete
-            </button>
+            </ControlButton>
           </>
         )}
       </div>
@@ -72,17 +66,15 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
       </p>
       <p class="behavior-more">
         {(["rename", "duplicate"] as const).map((way) => (
-          <button
-            type="button"
+          <ControlButton
             key={way}
             class="link"
             aria-label={`${way === "rename" ? "Rename" : "Duplicate"} ${name}`}
             aria-expanded={openPart === way}
-            disabled={!hasControl}
             onClick={() => show(way)}
           >
             {way}
-          </button>
+          </ControlButton>
         ))}
         <button
           type="button"

@@ -1,6 +1,7 @@
 /** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { findDuplicate } from "../calls";
 import { usePanel, useStudio } from "../context";
 import { makeDraft, listOffers, parseReaction, makeRequest, type Draft } from "../draft";
@@ -91,9 +92,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
         </div>
       ) : (
         <div class="choice-foot">
-          <button type="submit" class="primary" disabled={!studio.hasControl || missing !== null}>
+          <ControlButton type="submit" class="primary" disabled={missing !== null}>
             {fresh ? "Begin" : "Choose"}
-          </button>
+          </ControlButton>
           <button type="button" onClick={() => panel.choose(null)}>
             Not now
           </button>

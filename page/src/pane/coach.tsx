@@ -1,6 +1,7 @@
 /** The tab Coach: whether the robot asks, how late presses come, what to show next, and where behaviors failed. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
@@ -97,7 +98,7 @@ function CoachReportView({ session, studio }: SessionProps) {
   };
   return (
     <>
-      {late !== null && <ReactionCard late={late} studio={studio} />}
+      {late !== null && <ReactionCard late={late} />}
       <h3>What to show next</h3>
       {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
       <ol class="advices" aria-label="Advice">
@@ -126,7 +127,6 @@ function CoachReportView({ session, studio }: SessionProps) {
           <FindingRow
             key={each.sentence}
             finding={each}
-            studio={studio}
             outcome={there?.of === each.sentence ? there.outcome : null}
             setUp={() => void place(each.sentence)}
           />
@@ -138,14 +138,13 @@ function CoachReportView({ session, studio }: SessionProps) {
 
 interface FindingRowProps {
   finding: Finding;
-  studio: Studio;
   /** What came of setting it up, where that was the last. */
   outcome: string | null;
   setUp: () => void;
 }
 
 /** What the automaton cannot do, or does without end, by its trees alone. */
-function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
+function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
   const { error, sentence, remedy, assumptions, examples, can_set_up } = finding;
   return (
@@ -154,7 +153,7 @@ function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
         </p>
-        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton setUp={setUp} />}
       </div>
       <p class="remedy">{plain(remedy)}</p>
       {assumptions.map((each) => (
@@ -174,17 +173,15 @@ function FindingRow({ finding, studio, outcome, setUp }: FindingRowProps) {
   );
 }
 
-function SetUpButton({ studio, setUp }: { studio: Studio; setUp: () => void }) {
+function SetUpButton({ setUp }: { setUp: () => void }) {
   return (
-    <button
-      type="button"
+    <ControlButton
       class="small"
-      disabled={!studio.hasControl}
       title="Put the robot into this situation; nothing is recorded"
       onClick={setUp}
     >
       Set up
-    </button>
+    </ControlButton>
   );
 }
 
@@ -213,7 +210,7 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
-        {can_set_up && <SetUpButton studio={studio} setUp={setUp} />}
+        {can_set_up && <SetUpButton setUp={setUp} />}
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
       {slip !== null && (
@@ -229,14 +226,9 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
           </button>
         )}
         {OF_FEATURES.has(kind) && (
-          <button
-            type="button"
-            class="link"
-            disabled={!studio.hasControl}
-            onClick={() => panel.choose("choose")}
-          >
+          <ControlButton class="link" onClick={() => panel.choose("choose")}>
             choose features
-          </button>
+          </ControlButton>
         )}
       </p>
       {outcome !== null && <p class="outcome">{plain(outcome)}</p>}
@@ -262,9 +254,9 @@ function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProp
   };
   return (
     <p class="choices">
-      <button type="button" class="small" disabled={!studio.hasControl} onClick={() => void confirm()}>
+      <ControlButton class="small" onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
-      </button>
+      </ControlButton>
       <select
         aria-label={`What example ${number} was meant to say`}
         class="small"
@@ -283,21 +275,20 @@ function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProp
   );
 }
 
-function ReactionCard({ late, studio }: { late: ReactionEstimate; studio: Studio }) {
+function ReactionCard({ late }: { late: ReactionEstimate }) {
   const { reaction_s, sentence } = late;
   return (
     <section class="advice important late" aria-label="Reaction time">
       <p>{plain(sentence)}</p>
       <p class="choices">
-        <button
-          type="button"
+        <ControlButton
           class="small primary"
-          disabled={!studio.hasControl}
           title="Shift all presses earlier by this much (can be undone)"
-          onClick={() => void studio.change({ do: "set_reaction_time", reaction_s }, { do: "undo" })}
+          request={{ do: "set_reaction_time", reaction_s }}
+          back={{ do: "undo" }}
         >
           Use {reaction_s} s
-        </button>
+        </ControlButton>
       </p>
     </section>
   );

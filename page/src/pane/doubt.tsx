@@ -1,6 +1,7 @@
 /** Examples that a correction speaks against: which, why, and one click that lets them teach nothing. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Doubt } from "../protocol";
 import { plain } from "../words";
@@ -22,14 +23,9 @@ export function DoubtCard() {
         ))}
       </ul>
       <p class="choices">
-        <button
-          type="button"
-          class="small primary"
-          disabled={!studio.hasControl}
-          onClick={() => void studio.change({ do: "quarantine", numbers }, { do: "undo" })}
-        >
+        <ControlButton class="small primary" request={{ do: "quarantine", numbers }} back={{ do: "undo" }}>
           {one ? `Put example ${numbers[0]} in quarantine` : "Put them in quarantine"}
-        </button>
+        </ControlButton>
         <button type="button" class="small" onClick={() => panel.showExamples(numbers)}>
           Show {one ? "it" : "them"}
         </button>

@@ -1,6 +1,7 @@
 /** An example that is selected: its states and values can be changed, it can be deleted, and gone back to. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
@@ -40,29 +41,25 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
           change={(name) => void edit({ next: name })}
         />
       </label>
-      <button
-        type="button"
+      <ControlButton
         class="small"
-        disabled={!studio.hasControl}
         title="Go back to just before it was shown"
-        onClick={() => void studio.ask({ do: "rewind", example: number })}
+        request={{ do: "rewind", example: number }}
       >
         Go there
-      </button>
-      <button type="button" class="small danger" disabled={!studio.hasControl} onClick={() => void remove()}>
+      </ControlButton>
+      <ControlButton class="small danger" onClick={() => void remove()}>
         Delete
-      </button>
-      <button
-        type="button"
+      </ControlButton>
+      <ControlButton
         class="small"
-        disabled={!studio.hasControl}
         title={example.quarantined === "" ? "Ignore this example when learning" : example.quarantined}
         onClick={() =>
           void studio.ask({ do: example.quarantined === "" ? "quarantine" : "release", numbers: [number] })
         }
       >
         {example.quarantined === "" ? "Ignore" : "Use it again"}
-      </button>
+      </ControlButton>
       {session.features.length > 0 && (
         <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values

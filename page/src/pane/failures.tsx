@@ -1,5 +1,6 @@
 /** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
 
+import { ControlButton } from "../button";
 import type { FailingWorld, Failures } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -19,20 +20,19 @@ export function FailuresPart({ studio }: { studio: Studio }) {
     <section class="outcomes failures" aria-label="Failing worlds">
       <div class="outcomes-head">
         <h3>Failing worlds</h3>
-        <button
-          type="button"
+        <ControlButton
           class="small"
-          disabled={!studio.hasControl || running}
+          disabled={running}
           title="Run all of them, and the properties of the library, with what is trained as it stands"
-          onClick={() => void studio.ask({ do: "rerun_failures" })}
+          request={{ do: "rerun_failures" }}
         >
           {running ? "Running …" : "Run again"}
-        </button>
+        </ControlButton>
       </div>
-      <PassCount failures={failures} studio={studio} />
+      <PassCount failures={failures} />
       <ul class="failed" aria-label="Failing worlds, the worst and most different first">
         {worlds.map((world) => (
-          <FailureItem key={world.name} world={world} open={failures.open === world.name} studio={studio} />
+          <FailureItem key={world.name} world={world} open={failures.open === world.name} />
         ))}
       </ul>
       {problems.map((problem) => (
@@ -45,7 +45,7 @@ export function FailuresPart({ studio }: { studio: Studio }) {
 }
 
 /** How many of them pass; while they are run, how far that is. */
-function PassCount({ failures, studio }: { failures: Failures; studio: Studio }) {
+function PassCount({ failures }: { failures: Failures }) {
   const { worlds, running, finished, stale, previous_world } = failures;
   const tested = worlds.filter(({ state }) => state === "fails" || state === "passes");
   const passed = tested.filter(({ state }) => state === "passes").length;
@@ -64,15 +64,13 @@ function PassCount({ failures, studio }: { failures: Failures; studio: Studio })
         {previous_world !== null && (
           <>
             {" · "}
-            <button
-              type="button"
+            <ControlButton
               class="link"
-              disabled={!studio.hasControl}
               title="Leave the failing world; what is trained goes along"
-              onClick={() => void studio.ask({ do: "leave_failure" })}
+              request={{ do: "leave_failure" }}
             >
               back to {plain(previous_world)}
-            </button>
+            </ControlButton>
           </>
         )}
       </p>
@@ -80,7 +78,7 @@ function PassCount({ failures, studio }: { failures: Failures; studio: Studio })
   );
 }
 
-function FailureItem({ world, open, studio }: { world: FailingWorld; open: boolean; studio: Studio }) {
+function FailureItem({ world, open }: { world: FailingWorld; open: boolean }) {
   const { name, behavior, summary, sentences, state, problem } = world;
   const [mark, tone, means] = MARKS[state];
   return (
@@ -95,16 +93,14 @@ function FailureItem({ world, open, studio }: { world: FailingWorld; open: boole
           {plain(problem === "" ? summary : problem)}
         </span>
       </span>
-      <button
-        type="button"
+      <ControlButton
         class="small"
-        disabled={!studio.hasControl}
         aria-label={`Open failing world ${name}`}
         title="Go to this world, shortly before it goes wrong, and press what is right; what is trained goes along"
-        onClick={() => void studio.ask({ do: "open_failure", name })}
+        request={{ do: "open_failure", name }}
       >
         Open
-      </button>
+      </ControlButton>
     </li>
   );
 }

@@ -1,5 +1,6 @@
 /** A lesson that was cut off before it was saved: resume it, or throw it away, which can be taken back. */
 
+import { ControlButton } from "../button";
 import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
@@ -13,16 +14,10 @@ export function InterruptedLesson({ left, studio }: { left: InterruptedSession; 
       <div class="behavior-head">
         <b>{plain(name)}</b>
         <span class="space" />
-        <button
-          type="button"
-          class="small"
-          aria-label={`Resume ${name}`}
-          disabled={!studio.hasControl}
-          onClick={open}
-        >
+        <ControlButton class="small" aria-label={`Resume ${name}`} onClick={open}>
           Resume
-        </button>
-        <Discard name={name} studio={studio} />
+        </ControlButton>
+        <Discard name={name} />
       </div>
       <p class="tiny">interrupted before it was saved, with {formatCount(examples, "example")}</p>
       {asks}
@@ -30,16 +25,15 @@ export function InterruptedLesson({ left, studio }: { left: InterruptedSession; 
   );
 }
 
-export function Discard({ name, studio }: { name: string; studio: Studio }) {
+export function Discard({ name }: { name: string }) {
   return (
-    <button
-      type="button"
+    <ControlButton
       class="small danger"
       aria-label={`Discard the interrupted lesson of ${name}`}
-      disabled={!studio.hasControl}
-      onClick={() => void studio.change({ do: "discard", name }, { do: "recall", name })}
+      request={{ do: "discard", name }}
+      back={{ do: "recall", name }}
     >
       Discard
-    </button>
+    </ControlButton>
   );
 }

@@ -1,5 +1,6 @@
 /** The tab Lesson: all examples, undo and redo. */
 
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Session } from "../protocol";
 import { formatCount } from "../words";
@@ -17,24 +18,22 @@ export function LessonTab() {
       <div class="lesson-head">
         <span>{formatCount(session.examples.length, "example")}</span>
         <span class="space" />
-        <button
-          type="button"
+        <ControlButton
           class="small"
-          disabled={session.undoable === null || !studio.hasControl}
+          disabled={session.undoable === null}
           title={session.undoable ?? "Nothing to undo"}
-          onClick={() => void studio.ask({ do: "undo" })}
+          request={{ do: "undo" }}
         >
           Undo
-        </button>
-        <button
-          type="button"
+        </ControlButton>
+        <ControlButton
           class="small"
-          disabled={session.redoable === null || !studio.hasControl}
+          disabled={session.redoable === null}
           title={session.redoable ?? "Nothing to redo"}
-          onClick={() => void studio.ask({ do: "redo" })}
+          request={{ do: "redo" }}
         >
           Redo
-        </button>
+        </ControlButton>
       </div>
       <Kinds session={session} />
       {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}

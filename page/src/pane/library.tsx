@@ -1,6 +1,7 @@
 /** The tab Library: the trained behaviors of the folder; open, save as, delete with a way back. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
@@ -12,7 +13,7 @@ import { plain } from "../words";
 export function LibraryTab() {
   const studio = useStudio();
   const panel = usePanel();
-  const { status, session, hasControl } = studio;
+  const { status, session } = studio;
   if (status === null) return null;
   const { folder, trained, trash, basic, interrupted: cutOff } = status.library;
   return (
@@ -36,9 +37,7 @@ export function LibraryTab() {
         ))}
       </ul>
       <p class="padded">
-        <button type="button" disabled={!hasControl} onClick={() => panel.choose("new")}>
-          + Teach something new
-        </button>
+        <ControlButton onClick={() => panel.choose("new")}>+ Teach something new</ControlButton>
       </p>
       <h3>Basic behaviors</h3>
       <p class="padded tiny">{basic.map(plain).join(", ")}</p>
@@ -49,14 +48,9 @@ export function LibraryTab() {
             {trash.map((name) => (
               <li key={name}>
                 {plain(name)}
-                <button
-                  type="button"
-                  class="link"
-                  disabled={!hasControl}
-                  onClick={() => void studio.ask({ do: "restore", name })}
-                >
+                <ControlButton class="link" request={{ do: "restore", name }}>
                   bring back
-                </button>
+                </ControlButton>
               </li>
             ))}
           </ul>

@@ -1,6 +1,7 @@
 /** The library as a zip: out as a download, and in again, where nothing is replaced without a question. */
 
 import { useRef, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -18,7 +19,7 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
   const [conflict, setConflict] = useState<{ file: File; conflicts: readonly string[] } | null>(null);
   const [sending, setSending] = useState(false);
   const field = useRef<HTMLInputElement>(null);
-  const { hasControl, status } = studio;
+  const { status } = studio;
   const importFile = async (file: File, conflicts: ConflictRule): Promise<void> => {
     setConflict(null);
     setSending(true);
@@ -37,9 +38,9 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
         >
           Export library
         </button>
-        <button type="button" disabled={!hasControl || sending} onClick={() => field.current?.click()}>
+        <ControlButton disabled={sending} onClick={() => field.current?.click()}>
           Import…
-        </button>
+        </ControlButton>
         <input
           ref={field}
           type="file"

@@ -4,6 +4,7 @@
  */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -24,7 +25,7 @@ export function Outcomes({ session, studio }: { session: Session; studio: Studio
 
 function PropertyList({ session, studio }: { session: Session; studio: Studio }) {
   const [adding, add] = useState(false);
-  const { lessonTests, hasControl } = studio;
+  const { lessonTests } = studio;
   const tested = lessonTests.fresh
     ? lessonTests.results?.find(({ name }) => name === session.name)
     : undefined;
@@ -33,16 +34,14 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
       <div class="outcomes-head">
         <h3>Properties</h3>
         {session.flags.length > 0 && (
-          <button
-            type="button"
+          <ControlButton
             class="link"
             aria-expanded={adding}
-            disabled={!hasControl}
             title="What must happen from this moment on (tested by Test lessons)"
             onClick={() => add(!adding)}
           >
             + property
-          </button>
+          </ControlButton>
         )}
         <button
           type="button"
@@ -60,25 +59,22 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
           <li key={index}>
             <PropertyMark outcome={tested?.properties[index]} />
             <span class="claim">{plain(property)}</span>
-            <button
-              type="button"
+            <ControlButton
               class="link"
-              disabled={!hasControl}
               title="Go to the moment it starts from"
-              onClick={() => void studio.ask({ do: "go_to_property", property: index })}
+              request={{ do: "go_to_property", property: index }}
             >
               go there
-            </button>
-            <button
-              type="button"
+            </ControlButton>
+            <ControlButton
               class="link"
-              disabled={!hasControl}
               aria-label={`Remove property: ${property}`}
               title="Remove property"
-              onClick={() => void studio.change({ do: "remove_property", property: index }, { do: "undo" })}
+              request={{ do: "remove_property", property: index }}
+              back={{ do: "undo" }}
             >
               ×
-            </button>
+            </ControlButton>
           </li>
         ))}
       </ul>
@@ -97,24 +93,18 @@ function UnseenWorlds({ session, studio }: { session: Session; studio: Studio })
       <div class="outcomes-head">
         <h3>Unseen worlds</h3>
         {running ? (
-          <button
-            type="button"
-            class="small"
-            disabled={!studio.hasControl}
-            onClick={() => void studio.ask({ do: "cancel_evaluation" })}
-          >
+          <ControlButton class="small" request={{ do: "cancel_evaluation" }}>
             Cancel
-          </button>
+          </ControlButton>
         ) : (
-          <button
-            type="button"
+          <ControlButton
             class="small"
-            disabled={!studio.hasControl || studio.live.real}
+            disabled={studio.live.real}
             title="It decides by itself in worlds that it was not taught in, while the one here goes on"
-            onClick={() => void studio.ask({ do: "evaluate", count: WORLDS })}
+            request={{ do: "evaluate", count: WORLDS }}
           >
             Try in {WORLDS} worlds
-          </button>
+          </ControlButton>
         )}
       </div>
       {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
@@ -158,15 +148,9 @@ function EvaluationView({
             : `Succeeded in ${result.succeeded} of ${formatCount(worlds, "world")}`}
         </b>
         <span class="space" />
-        <button
-          type="button"
-          class="link"
-          aria-label="Close what was tried"
-          disabled={!studio.hasControl}
-          onClick={() => void studio.ask({ do: "cancel_evaluation" })}
-        >
+        <ControlButton class="link" aria-label="Close what was tried" request={{ do: "cancel_evaluation" }}>
           ×
-        </button>
+        </ControlButton>
       </div>
       {edition !== session.edition && <p class="tiny">before the lesson changed; try it again</p>}
       {result === null ? (
@@ -228,16 +212,14 @@ function FailedWorlds({
             <span class="claim">
               World {seed} <span class="soft">{plain(problem)}</span>
             </span>
-            <button
-              type="button"
+            <ControlButton
               class="small"
-              disabled={!studio.hasControl}
               aria-label={`Open world ${seed}`}
               title="Go to this world and let it try; press what is right where it does wrong"
               onClick={() => void open(seed)}
             >
               Open
-            </button>
+            </ControlButton>
           </li>
         ))}
       </ul>
@@ -307,9 +289,9 @@ function PropertyAdder({ session, studio, close }: { session: Session; studio: S
         />{" "}
         s
       </label>
-      <button type="submit" class="small primary" disabled={!studio.hasControl || !sensible}>
+      <ControlButton type="submit" class="small primary" disabled={!sensible}>
         Add property
-      </button>
+      </ControlButton>
       <p class="tiny">
         Where everything stands now is kept with the lesson; the automaton starts afresh there.
       </p>

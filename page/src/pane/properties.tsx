@@ -1,6 +1,7 @@
 /** The properties in the library's file: what their tests proved, and a form to add, change or delete one. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { LibraryProperties, LibraryProperty } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -24,26 +25,24 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
     <section class="outcomes properties" aria-label="Properties of the library">
       <div class="outcomes-head">
         <h3>Library properties</h3>
-        <button
-          type="button"
+        <ControlButton
           class="link"
           aria-expanded={changing === NEW}
-          disabled={!studio.hasControl || problem !== ""}
+          disabled={problem !== ""}
           title="What a behavior must never do, or must do in time, in which worlds"
           onClick={() => change(changing === NEW ? null : NEW)}
         >
           + property
-        </button>
+        </ControlButton>
         {rows.length > 0 && (
-          <button
-            type="button"
+          <ControlButton
             class="small"
-            disabled={!studio.hasControl || testing !== null}
+            disabled={testing !== null}
             title="Run the worlds of all of them with what is trained as it stands"
-            onClick={() => void studio.ask({ do: "test_properties" })}
+            request={{ do: "test_properties" }}
           >
             {testing === null ? "Test all" : "Testing …"}
-          </button>
+          </ControlButton>
         )}
       </div>
       {changing === NEW && (
@@ -112,27 +111,23 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
           </span>
         </span>
         {fields !== null && (
-          <button
-            type="button"
+          <ControlButton
             class="link"
             aria-expanded={open}
             aria-label={`Change property ${name}`}
-            disabled={!studio.hasControl}
             onClick={() => change(open ? null : name)}
           >
             change
-          </button>
+          </ControlButton>
         )}
-        <button
-          type="button"
+        <ControlButton
           class="link"
-          disabled={!studio.hasControl}
           aria-label={`Delete property ${name}`}
           title="Delete it from the library's file (can be undone)"
           onClick={remove}
         >
           ×
-        </button>
+        </ControlButton>
       </li>
       {sentences.map((sentence) => (
         <li key={sentence} class={className("proved", stale && "stale")}>

@@ -1,6 +1,7 @@
 /** Whether the robot asks where it is unsure, and the moments it marked. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { QueryPolicyName, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
@@ -20,45 +21,39 @@ export function QueryPart({ session, studio }: { session: Session; studio: Studi
         <span id="ask-when">Ask when unsure</span>
         <div class="ways" role="group" aria-labelledby="ask-when">
           {(Object.keys(WAYS) as QueryPolicyName[]).map((each) => (
-            <button
-              type="button"
+            <ControlButton
               key={each}
               aria-pressed={policy === each}
-              disabled={!studio.hasControl}
               title={WAYS[each][1]}
               onClick={() => void (policy !== each && studio.ask({ do: "set_query_policy", policy: each }))}
             >
               {WAYS[each][0]}
-            </button>
+            </ControlButton>
           ))}
         </div>
       </div>
       <p class="tiny">{WAYS[policy][1]}</p>
       {session.mode !== "training" && session.presses > 0 && (
-        <button
-          type="button"
+        <ControlButton
           class="small"
-          disabled={!studio.hasControl}
           title="In a new world, where your answer would change most of what the robot does"
-          onClick={() => void studio.ask({ do: "next_situation" })}
+          request={{ do: "next_situation" }}
         >
           Go to where an answer matters most <kbd>G</kbd>
-        </button>
+        </ControlButton>
       )}
       {policy !== "never" && <SoundChoice />}
       {marks.length > 0 && (
         <ol class="unsure-marks" aria-label="Moments at which it was unsure">
           {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
             <li key={number}>
-              <button
-                type="button"
+              <ControlButton
                 class="link"
-                disabled={!studio.hasControl}
                 title="Go back to this moment, and answer"
-                onClick={() => void studio.ask({ do: "go_to_mark", number })}
+                request={{ do: "go_to_mark", number }}
               >
                 {formatTime(time_s)}
-              </button>
+              </ControlButton>
               <span>
                 {run !== studio.status?.run.number && <span class="soft">in an earlier run: </span>}
                 {plain(sentence.replace(/^I am not sure: | What is right\?$/g, ""))}

@@ -1,11 +1,12 @@
 /** What saving would break, and what changed unasked, before it is saved: save anyway, or not now. */
 
+import { ControlButton } from "../button";
 import { DecisionChanges } from "../changes";
 import { useStudio } from "../context";
 import { plain } from "../words";
 
 export function SaveWarning() {
-  const { lessonTests, session, hasControl } = useStudio();
+  const { lessonTests, session } = useStudio();
   const { regressions, changed } = lessonTests;
   if (regressions === null || session === null) return null;
   return (
@@ -28,14 +29,13 @@ export function SaveWarning() {
         </>
       )}
       <p class="choices">
-        <button
-          type="button"
+        <ControlButton
           class="small primary"
-          disabled={!hasControl || lessonTests.saving}
+          disabled={lessonTests.saving}
           onClick={() => void lessonTests.save(true)}
         >
           Save anyway
-        </button>
+        </ControlButton>
         <button type="button" class="small" onClick={() => lessonTests.dismissWarning()}>
           Not now
         </button>

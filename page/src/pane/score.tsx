@@ -1,6 +1,7 @@
 /** In how many new worlds what is trained works, after each press, and what that means; one click turns it off. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Score } from "../protocol";
 import { className, plain } from "../words";
@@ -20,49 +21,38 @@ export function ScoreLine() {
           {MARKS[trend]} {plain(text)}
         </p>
         {fell && session.undoable !== null && worse_since === "" && (
-          <button
-            type="button"
-            class="small"
-            disabled={!studio.hasControl}
-            onClick={() => void studio.change({ do: "undo" }, { do: "redo" })}
-          >
+          <ControlButton class="small" request={{ do: "undo" }} back={{ do: "redo" }}>
             Undo
-          </button>
+          </ControlButton>
         )}
         {testable && (
-          <button
-            type="button"
+          <ControlButton
             class="small"
-            disabled={!studio.hasControl}
             title="Test it in new worlds, and go to where it goes wrong, until it holds"
-            onClick={() => void studio.ask({ do: "keep_going" })}
+            request={{ do: "keep_going" }}
           >
             Keep going
-          </button>
+          </ControlButton>
         )}
-        <button
-          type="button"
+        <ControlButton
           class="link"
-          disabled={!studio.hasControl}
           title="After each press it runs in worlds that it was not taught in, beside the one here"
           aria-pressed={enabled}
-          onClick={() => void studio.ask({ do: "toggle_score" })}
+          request={{ do: "toggle_score" }}
         >
           {enabled ? "turn off" : "turn on"}
-        </button>
+        </ControlButton>
       </div>
       {worse_since !== "" && (
         <p>
           It worked in more new worlds before.{" "}
-          <button
-            type="button"
+          <ControlButton
             class="small"
-            disabled={!studio.hasControl}
             title="Back to the version that worked in most new worlds, and to where it goes wrong"
-            onClick={() => void studio.ask({ do: "go_back_to_best" })}
+            request={{ do: "go_back_to_best" }}
           >
             Undo {worse_since}
-          </button>
+          </ControlButton>
         </p>
       )}
       <GoalLine score={session.score} />
@@ -87,15 +77,9 @@ function GoalLine({ score }: { score: Score }) {
         <p>
           Success: {plain(goal)}
           {offers.length > 0 && (
-            <button
-              type="button"
-              class="link"
-              disabled={!studio.hasControl}
-              aria-expanded={choosing}
-              onClick={() => setChoosing(!choosing)}
-            >
+            <ControlButton class="link" aria-expanded={choosing} onClick={() => setChoosing(!choosing)}>
               change
-            </button>
+            </ControlButton>
           )}
         </p>
       )}
@@ -103,22 +87,16 @@ function GoalLine({ score }: { score: Score }) {
         <ul aria-label="What success can mean">
           {others.map(({ name, claim }) => (
             <li key={name}>
-              <button
-                type="button"
-                class="small"
-                title={plain(claim)}
-                disabled={!studio.hasControl}
-                onClick={() => pick(name)}
-              >
+              <ControlButton class="small" title={plain(claim)} onClick={() => pick(name)}>
                 {plain(name)}
-              </button>
+              </ControlButton>
             </li>
           ))}
           {chosen && (
             <li>
-              <button type="button" class="link" disabled={!studio.hasControl} onClick={() => pick(null)}>
+              <ControlButton class="link" onClick={() => pick(null)}>
                 none of them
-              </button>
+              </ControlButton>
             </li>
           )}
         </ul>

@@ -1,6 +1,7 @@
 /** The automaton with fewer questions beside the one there is: keep it so, or leave it. */
 
 import { useEffect, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { Panel } from "../panel";
 import type { Session, SimplifyPreview } from "../protocol";
 import type { Studio } from "../studio";
@@ -10,12 +11,11 @@ const MOST_DECISIONS = 8;
 
 interface PruningLineProps {
   session: Session;
-  studio: Studio;
   show: () => void;
 }
 
 /** How much is pruned, and a way to see what less or more would come to. */
-export function PruningLine({ session, studio, show }: PruningLineProps) {
+export function PruningLine({ session, show }: PruningLineProps) {
   if (session.pruning === null || session.edges.length === 0) return null;
   return (
     <span class="pruned">
@@ -28,16 +28,15 @@ export function PruningLine({ session, studio, show }: PruningLineProps) {
         {session.pruning > 0 ? "simplified …" : "simplify …"}
       </button>
       {session.pruning > 0 && (
-        <button
-          type="button"
+        <ControlButton
           class="link"
-          disabled={!studio.hasControl}
           aria-label="Take simplifying back"
           title="All questions again"
-          onClick={() => void studio.change({ do: "prune", pruning: 0 }, { do: "undo" })}
+          request={{ do: "prune", pruning: 0 }}
+          back={{ do: "undo" }}
         >
           ×
-        </button>
+        </ControlButton>
       )}
     </span>
   );
@@ -101,14 +100,9 @@ export function SimplifyCard({ session, panel, studio, close }: CardProps) {
       {changes && <Decisions preview={preview} panel={panel} />}
       <p class="choices">
         {changes && (
-          <button
-            type="button"
-            class="small primary"
-            disabled={!studio.hasControl}
-            onClick={() => void keep()}
-          >
+          <ControlButton class="small primary" onClick={() => void keep()}>
             Keep
-          </button>
+          </ControlButton>
         )}
         <button type="button" class="small" onClick={close}>
           Leave

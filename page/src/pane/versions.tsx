@@ -1,6 +1,7 @@
 /** Former versions of a trained behavior: what changed after each, and going back to one. */
 
 import { useEffect, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { Version } from "../protocol";
 import type { Studio } from "../studio";
 import { formatMoment } from "../words";
@@ -31,15 +32,13 @@ export function Versions({ name, count, studio }: { name: string; count: number;
             </button>
             <span class="tiny">{formatMoment(saved)}</span>
             <span class="space" />
-            <button
-              type="button"
+            <ControlButton
               class="small"
               aria-label={`Go back to version ${number} of ${name}`}
-              disabled={!studio.hasControl}
-              onClick={() => void studio.ask({ do: "go_back", name, version: number })}
+              request={{ do: "go_back", name, version: number }}
             >
               Go back to it
-            </button>
+            </ControlButton>
           </div>
           {picked === number && (
             <Changes name={name} version={number} count={count} versions={versions} studio={studio} />

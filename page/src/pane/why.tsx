@@ -1,6 +1,7 @@
 /** Why it does what it does: every level, what held there, and who showed it; it goes along with time. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
@@ -26,15 +27,13 @@ export function Why() {
       >
         why?
       </button>
-      <button
-        type="button"
+      <ControlButton
         class="small"
-        disabled={!studio.hasControl}
         title="The automaton from its start state, the robot where it is"
-        onClick={() => void studio.ask({ do: "restart" })}
+        request={{ do: "restart" }}
       >
         Restart automaton
-      </button>
+      </ControlButton>
       {isOpen && <Reasons studio={studio} close={() => panel.askWhy(null)} />}
     </div>
   );

@@ -1,12 +1,13 @@
 /** The library at a glance: basic behaviors, trained ones, and the way to a new one. */
 
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { className, formatCount, plain } from "../words";
 
 export function LibraryList() {
   const studio = useStudio();
   const panel = usePanel();
-  const { status, session, hasControl } = studio;
+  const { status, session } = studio;
   if (status === null) return null;
   const { basic, trained } = status.library;
   const isSaved = trained.some(({ name }) => name === session?.name);
@@ -54,14 +55,9 @@ export function LibraryList() {
           </li>
         ))}
         <li>
-          <button
-            type="button"
-            class="row soft library-new"
-            disabled={!hasControl}
-            onClick={() => panel.choose("new")}
-          >
+          <ControlButton class="row soft library-new" onClick={() => panel.choose("new")}>
             + Teach something new
-          </button>
+          </ControlButton>
         </li>
       </ul>
     </section>

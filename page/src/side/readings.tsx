@@ -1,5 +1,6 @@
 /** The features now: each value with its unit, and its last values as a line. */
 
+import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import { Spark } from "../spark";
@@ -9,7 +10,7 @@ export function Readings() {
   const studio = useStudio();
   const panel = usePanel();
   useSlowNews(studio.framed);
-  const { session, history, motion, hasControl } = studio;
+  const { session, history, motion } = studio;
   if (session === null) return null;
   const values = motion.last?.features;
   return (
@@ -27,9 +28,9 @@ export function Readings() {
           <Spark feature={feature} values={history.valuesOf(index)} />
         </div>
       ))}
-      <button type="button" class="row soft" disabled={!hasControl} onClick={() => panel.choose("choose")}>
+      <ControlButton class="row soft" onClick={() => panel.choose("choose")}>
         + choose features
-      </button>
+      </ControlButton>
     </section>
   );
 }

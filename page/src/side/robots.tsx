@@ -1,5 +1,6 @@
 /** The robots, and which one is trained. */
 
+import { ControlButton } from "../button";
 import { useStudio } from "../context";
 import { useSlowNews } from "../news";
 import { className, formatCount, plain } from "../words";
@@ -12,7 +13,7 @@ const MOST = 6;
 export function RobotList() {
   const studio = useStudio();
   useSlowNews(studio.framed);
-  const { scene, session, hasControl, motion } = studio;
+  const { scene, session, motion } = studio;
   if (scene === null) return null;
   const chosen = session?.agent ?? motion.last?.agent ?? 0;
   const robots = Array.from({ length: scene.robots }, (_, robot) => robot);
@@ -28,20 +29,19 @@ export function RobotList() {
             const trained = sort === null && robot === chosen;
             return (
               <li key={robot}>
-                <button
-                  type="button"
+                <ControlButton
                   class={className("row", trained && "on")}
                   aria-pressed={trained}
-                  disabled={!hasControl || trained}
+                  disabled={trained}
                   title={trained ? "" : "Train this one (Shift and its number)"}
-                  onClick={() => void studio.ask({ do: "select_agent", agent: robot })}
+                  request={{ do: "select_agent", agent: robot }}
                 >
                   <span class={className("dot", trained && session?.mode)} />
                   {scene.real_robots[robot] ?? `robot ${robot + 1}`}
                   <span class="soft cut">
                     · {trained && session !== null ? "being trained" : plain(describeActivity(studio, robot))}
                   </span>
-                </button>
+                </ControlButton>
               </li>
             );
           })}

@@ -1,6 +1,7 @@
 /** The coordinators as a tree, the topmost first, and what their robots are at. */
 
 import { useMemo, useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
@@ -85,16 +86,15 @@ function holds(squad: Squad, studio: Studio): boolean {
 }
 
 function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
-  const { session, hasControl } = studio;
+  const { session } = studio;
   const trained = isTrained(squad, studio);
   return (
-    <button
-      type="button"
+    <ControlButton
       class={className("row", trained && "on")}
       aria-pressed={trained}
-      disabled={!hasControl || trained}
+      disabled={trained}
       title={trained ? squad.doc : `${squad.doc} Train its coordinator`}
-      onClick={() => void studio.ask({ do: "select_agent", agent: squad.number, sort: squad.sort })}
+      request={{ do: "select_agent", agent: squad.number, sort: squad.sort }}
     >
       <span class={className("dot", trained && session?.mode)} />
       <b>{plain(squad.name)}</b>
@@ -104,6 +104,6 @@ function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
           ? plain(countActivities(studio, squad.robots))
           : formatCount(squad.robots.length, "robot")}
       </span>
-    </button>
+    </ControlButton>
   );
 }

@@ -1,6 +1,7 @@
 /** Tools on the world: what is overlaid, nearer and farther, adding things, and what was clicked. */
 
 import { useState } from "preact/hooks";
+import { ControlButton } from "../button";
 import { useStudio } from "../context";
 import type { Request } from "../protocol";
 import { className, plain } from "../words";
@@ -93,7 +94,7 @@ export function removal({ what, of }: Mark): Request {
 
 export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
   const studio = useStudio();
-  const { scene, motion, hasControl, session } = studio;
+  const { scene, motion, session } = studio;
   const frame = motion.last;
   if (scene === null || frame === null) return null;
   const act = (request: Parameters<typeof studio.ask>[0]): void => {
@@ -114,13 +115,9 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
             turn it
           </span>
           {!trained && (
-            <button
-              type="button"
-              disabled={!hasControl}
-              onClick={() => act({ do: "select_agent", agent: mark.of })}
-            >
+            <ControlButton onClick={() => act({ do: "select_agent", agent: mark.of })}>
               Train this one
-            </button>
+            </ControlButton>
           )}
         </>
       ) : (
@@ -131,9 +128,7 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
               {frame.things.amount[at]} of {frame.things.atFirst[at]}
             </span>
           )}
-          <button type="button" disabled={!hasControl} onClick={() => act(removal(mark))}>
-            Remove
-          </button>
+          <ControlButton onClick={() => act(removal(mark))}>Remove</ControlButton>
         </>
       )}
       <button type="button" aria-label="Close" onClick={close}>
