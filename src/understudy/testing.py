@@ -81,7 +81,9 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
     with _put_back(body):
         for percept in _percepts(body, ticks, seed):
             for targets in bindings:
-                if feature.function is None:  # a reading is looked up, which changes nothing and needs no others
+                if (
+                    feature.function is None
+                ):  # a reading is looked up, which changes nothing and needs no others
                     column = _read_value(feature, targets, part, percept)
                     _check_column(part, column, body.agents, feature.kind)
                     continue
