@@ -7,6 +7,7 @@ import gc
 import os
 import signal
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,8 @@ settings.load_profile("ci" if os.environ.get("CI") else "person")
 ROOT = Path(__file__).parent
 LONG = ("browser", "lab", "peers", "sim_mujoco")
 """Folders of tests of the page in a browser, of experiments and demos, of compiled peers, and of simulated physics."""
+REST = ("long", "timed")
+"""The markers of tests that are left to `make test-rest`."""
 PR_SET_PDEATHSIG = 1
 
 
@@ -38,9 +41,23 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Import none of the long tests where none is asked for."""
-    is_long = collection_path.parent == ROOT and collection_path.name in LONG
-    return True if is_long and "not long" in config.option.markexpr else None
+    """Import none of the long tests where none is asked for, and only files with some where no others are asked for."""
+    if "not long" in config.option.markexpr:
+        return True if collection_path.parent == ROOT and collection_path.name in LONG else None
+    if "long or timed" in config.option.markexpr and collection_path.suffix == ".py":
+        return None if is_in_long_folder(collection_path) or names_a_marker(collection_path) else True
+    return None
+
+
+def is_in_long_folder(path: Path) -> bool:
+    """Whether all tests of a file are long."""
+    return path.is_relative_to(ROOT) and path.relative_to(ROOT).parts[0] in LONG
+
+
+@cache
+def names_a_marker(path: Path) -> bool:
+    """Whether a file marks tests as long or timed."""
+    return any(f"mark.{name}" in path.read_text(encoding="utf-8") for name in REST)
 
 
 def pytest_collection_finish() -> None:
@@ -57,8 +74,12 @@ def pytest_unconfigure() -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.is_relative_to(ROOT) and item.path.relative_to(ROOT).parts[0] in LONG:
+        if is_in_long_folder(item.path):
             item.add_marker(pytest.mark.long)
+        elif any(map(item.get_closest_marker, REST)) and not names_a_marker(item.path):
+            raise pytest.UsageError(
+                f"{item.nodeid}: write pytest.mark.long or pytest.mark.timed in its file, by which it is found"
+            )
 
 
 @pytest.fixture(autouse=True)

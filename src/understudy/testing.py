@@ -81,7 +81,13 @@ def check_feature(feature: AnyFeature, body: Body, *, ticks: int = TICKS, seed: 
     with _put_back(body):
         for percept in _percepts(body, ticks, seed):
             for targets in bindings:
-                compute = partial(_value, feature, targets, part)
+                if (
+                    feature.function is None
+                ):  # a reading is looked up, which changes nothing and needs no others
+                    column = _read_value(feature, targets, part, percept)
+                    _check_column(part, column, body.agents, feature.kind)
+                    continue
+                compute = partial(_call, part, feature.function, targets=targets)
                 _check_computation(part, compute, percept, feature.kind)
 
 
@@ -292,9 +298,7 @@ def _put_back(body: Body) -> Iterator[None]:
             body.restore(before)
 
 
-def _value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
-    if feature.function is not None:
-        return cast("Column", _call(part, feature.function, percept, targets))
+def _read_value(feature: Feature, targets: tuple[str, ...], part: str, percept: Percept) -> Column:
     key = (str(feature.reading), targets[0] if targets else None)
     _require(key in percept, part, "a feature reads what the body offers", f"there is no {_spelled(key)}")
     return percept[key]

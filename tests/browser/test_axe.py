@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -32,7 +33,7 @@ Snap = Callable[[Page, str], None]
 
 @pytest.fixture(scope="session")
 def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The source of axe-core, as page/package.json names it."""
+    """The source of axe-core as page/package-lock.json names it, of which nothing else is installed."""
     if (SOURCE / AXE).is_file():
         return (SOURCE / AXE).read_text()
     npm = shutil.which("npm") or ""
@@ -40,8 +41,12 @@ def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
         reason = "there is no npm, which brings axe-core"
         pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
     page = tmp_path_factory.mktemp("axe")
-    for name in ("package.json", "package-lock.json"):
-        shutil.copy(SOURCE / name, page)
+    lock = json.loads((SOURCE / "package-lock.json").read_text(encoding="utf-8"))
+    place = AXE.parent.as_posix()
+    needs = {"devDependencies": {AXE.parent.name: lock["packages"][place]["version"]}}
+    lock["packages"] = {"": needs, place: lock["packages"][place]}
+    (page / "package.json").write_text(json.dumps(needs), encoding="utf-8")
+    (page / "package-lock.json").write_text(json.dumps(lock), encoding="utf-8")
     command = [npm, "ci", "--no-audit", "--no-fund"]
     done = subprocess.run(command, cwd=page, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -20,7 +20,11 @@ from understudy.sim.world import World
 TICKS = 24
 FIRST = 50
 """The number of ticks after each of which compiled kernels take over in one run."""
-QUICK, ALL = range(20), range(20, 200)
+WORLDS, QUICK = range(200), range(20)
+OTHER_BRANCHES = (24, 31, 62, 63, 110, 126, 129, 151)
+"""They reach, with the first 20, every branch of kernels that all of WORLDS reach as plain Python."""
+MORE = sorted({*OTHER_BRANCHES, *WORLDS[20::20]})
+REST = sorted({*WORLDS} - {*QUICK, *MORE})
 KERNELS = (run_ticks, place_objects)
 
 
@@ -65,8 +69,14 @@ def test_random_worlds(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", ALL)
+@pytest.mark.parametrize("number", MORE)
 def test_more_random_worlds(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    check(number, monkeypatch)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("number", REST)
+def test_the_other_random_worlds(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     check(number, monkeypatch)
 
 

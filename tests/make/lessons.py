@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from functools import cache
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -71,24 +72,34 @@ def draw_tables(draw: st.DrawFn, watched: bool = False, stays: int = 0) -> tuple
 
     Up to `stays` watched examples of outcome 0 are added.
     """
-    kinds: list[Kind] = draw(
-        st.lists(
-            st.sampled_from([Continuous(), Toroidal(8.0), Toroidal(), Categorical(("a", "b", "c"))]),
-            min_size=1,
-            max_size=3,
-        )
-    )
-    values = [_values(kind) for kind in kinds]
-    row = st.builds(
-        Row, st.tuples(*values), st.integers(0, 2), st.sampled_from([0, 1, 2] if watched else [0, 1])
-    )
-    rows = draw(st.lists(row, min_size=1, max_size=12))
+    kinds = draw(KINDS_OF_FEATURES)
+    rows = draw(_list_rows(tuple(kinds), watched=watched))
     if all(row.group == 2 for row in rows):
         rows[0] = rows[0]._replace(group=1)
-    quiet = st.builds(Row, st.tuples(*values), st.just(0), st.just(2))
-    return rows + draw(st.lists(quiet, max_size=stays)), kinds
+    return rows + draw(_list_stays(tuple(kinds), stays)), kinds
 
 
+KINDS_OF_FEATURES: st.SearchStrategy[list[Kind]] = st.lists(
+    st.sampled_from([Continuous(), Toroidal(8.0), Toroidal(), Categorical(("a", "b", "c"))]),
+    min_size=1,
+    max_size=3,
+)
+
+
+@cache  # half of the time of an example went into making the same strategies again
+def _list_rows(kinds: tuple[Kind, ...], *, watched: bool) -> st.SearchStrategy[list[Row]]:
+    groups = st.sampled_from([0, 1, 2] if watched else [0, 1])
+    row = st.builds(Row, st.tuples(*map(_values, kinds)), st.integers(0, 2), groups)
+    return st.lists(row, min_size=1, max_size=12)
+
+
+@cache
+def _list_stays(kinds: tuple[Kind, ...], most: int) -> st.SearchStrategy[list[Row]]:
+    stay = st.builds(Row, st.tuples(*map(_values, kinds)), st.just(0), st.just(2))
+    return st.lists(stay, max_size=most)
+
+
+@cache
 def _values(kind: Kind) -> st.SearchStrategy[float]:
     if isinstance(kind, Categorical):
         return st.sampled_from([0.0, 1.0, 2.0, ABSENT])

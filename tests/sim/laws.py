@@ -188,8 +188,7 @@ def _check_paths(world: World, index: int, then: Floats, now: Floats, objects: F
     radii = np.concatenate([discs["radius"], kinds["radius"][solid]])
     away = to_segments(x, y, ways).T - radius[:, None] - radii
     assert (away >= -SLACK).all(), away.min()
-    for start_x, start_y, end_x, end_y in pieces(world, index):
-        assert not _cross(ways, (start_x, start_y), (end_x, end_y)).any()
+    assert not _cross(ways, pieces(world, index)).any()
     collides = types["collides"] != 0
     first, second = np.triu_indices(len(then), 1)
     both = collides[first] & collides[second]
@@ -203,21 +202,22 @@ def _check_paths(world: World, index: int, then: Floats, now: Floats, objects: F
     assert (nearest >= radius[first] + radius[second] - SLACK).all()
 
 
-def _cross(ways: Floats, start: tuple[float, float], end: tuple[float, float]) -> Floats:
-    """Which ways [N, 4] lead across a segment."""
-    along_x, along_y = end[0] - start[0], end[1] - start[1]
+def _cross(ways: Floats, segments: Floats) -> Floats:
+    """Which ways [N, 4] lead across which segments [S, 4], as [S, N]."""
+    start_x, start_y, end_x, end_y = segments.T[:, :, None]
+    along_x, along_y = end_x - start_x, end_y - start_y
     way_x, way_y = ways[:, 2] - ways[:, 0], ways[:, 3] - ways[:, 1]
 
     def side(x: Floats, y: Floats) -> Floats:
-        found: Floats = along_x * (y - start[1]) - along_y * (x - start[0])
+        found: Floats = along_x * (y - start_y) - along_y * (x - start_x)
         return found
 
-    def way_side(x: float, y: float) -> Floats:
+    def way_side(x: Floats, y: Floats) -> Floats:
         found: Floats = way_x * (y - ways[:, 1]) - way_y * (x - ways[:, 0])
         return found
 
     apart = side(ways[:, 0], ways[:, 1]) * side(ways[:, 2], ways[:, 3]) < 0
-    crossing: Floats = apart & (way_side(*start) * way_side(*end) < 0)
+    crossing: Floats = apart & (way_side(start_x, start_y) * way_side(end_x, end_y) < 0)
     return crossing
 
 

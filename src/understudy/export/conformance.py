@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from random import Random
 
 import numpy as np
@@ -21,9 +22,10 @@ from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Commands, Reading
-from understudy.runtime.interpreter import RunningAutomaton, RunningBehavior
+from understudy.runtime.command_columns import CommandColumns
+from understudy.runtime.feature_columns import FeatureColumns, read_feature_column
+from understudy.runtime.interpreter import Interpreter, RunningAutomaton
 from understudy.runtime.program import Program
-from understudy.runtime.run_loop import Run
 
 TICKS = 60
 """The number of ticks of a walk."""
@@ -75,25 +77,37 @@ class RowBody:
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return all readings of the row."""
-        return {key: np.array([value], self._type) for key, value in zip(self._keys, self.row, strict=True)}
+        with np.errstate(over="ignore"):
+            columns = np.array(self.row, self._type)[:, None]
+        return dict(zip(self._keys, columns, strict=True))
 
     def act(self, commands: Commands) -> None:
         """Do nothing: the next row does not depend on commands."""
 
 
 class ReferenceRun:
-    """A run that answers rows of readings, by which exported code is measured.
+    """The interpreter on rows of readings, by which exported code is measured: it answers as a `Run` of a `RowBody`.
 
-    With `single_precision`, functions compute in 32-bit floats.
+    Rows are many, so that readings and commands are looked up; only functions get columns, at the ticks that need them.
+    With `single_precision`, they compute in 32-bit floats.
     """
 
     def __init__(self, program: Program, hierarchy: Hierarchy, *, single_precision: bool = False) -> None:
         if single_precision:
             program = compute_in_single(program)
         self.hierarchy, self.is_coordinator = hierarchy, hierarchy.is_coordinator
+        self.interpreter = Interpreter(program)
         self.body = RowBody(program, hierarchy, single_precision=single_precision)
-        self.run = Run.from_program(self.body, program)
-        self.interpreter = self.run.interpreters[0]
+        self._sensing = FeatureColumns(program.features, self.body)
+        self._acting = CommandColumns(program.basics, self.body)
+        self._commands: list[tuple[float, ...]] = [tuple(values) for values in self._acting.table.tolist()]
+        self._functions = [index for index, at in enumerate(hierarchy.features) if at < 0]
+        self._labels = [
+            (index, frozenset(range(len(bound.kind.labels))))
+            for index, bound in enumerate(program.features)
+            if isinstance(bound.kind, Categorical) and index not in self._functions
+        ]
+        self._flags = {flag: index for index, flag in enumerate(hierarchy.flags)}
 
     def start(self, now: float) -> None:
         """Start the root again at a time, s."""
@@ -102,21 +116,39 @@ class ReferenceRun:
     def pulse(self, readings: Sequence[float], now: float) -> ReferenceTick:
         """Return the answer to a row of readings at a time, s; UnderstudyError if a function cannot use them."""
         self.body.row, self.body.time_s = readings, now
-        with np.errstate(all="ignore"):
-            commands = self.run.decide(self.body.sense(self.run.keys))
-        active, hierarchy = self.interpreter.active, self.hierarchy
-        behavior = active[-1].active if active else self.interpreter.root
-        basic = behavior.index if isinstance(behavior, RunningBehavior) else 0
-        values = tuple(float(commands[channel.name][0]) for channel in hierarchy.channels)
+        basic = self.interpreter.pulse(self._read_features(readings), now)
+        active = self.interpreter.active
+        commands = self._commands[basic]
+        if basic in self._acting.computed:
+            commands = self._compute_commands(basic)
         if self.is_coordinator:  # an export numbers orders by their behavior, and says when one is new
             is_new = self.interpreter.behavior_start_s == now
-            values = (float(basic if hierarchy.basics[basic].order is not None else 0), float(is_new))
+            commands = (float(basic if self.hierarchy.basics[basic].order is not None else 0), float(is_new))
         return ReferenceTick(
-            tuple(machine.state for machine in active),
-            tuple(-1 if each.flag is None else hierarchy.flags.index(each.flag) for each in active),
+            tuple([machine.state for machine in active]),
+            tuple([-1 if machine.flag is None else self._flags[machine.flag] for machine in active]),
             basic,
-            values,
+            commands,
         )
+
+    def _read_features(self, readings: Sequence[float]) -> list[float]:
+        values = [readings[at] for at in self.hierarchy.features]
+        if self._functions:
+            percept = self.body.sense(())
+            with np.errstate(all="ignore"):
+                for index in self._functions:
+                    column = read_feature_column(self._sensing.features[index], percept, agents=1)
+                    values[index] = float(column[0])
+        is_of_kind = inf not in values and -inf not in values
+        for index, labels in self._labels:
+            is_of_kind &= values[index] != values[index] or values[index] in labels
+        return values if is_of_kind else self._sensing.columns(self.body.sense(())).T[0].tolist()  # refuses
+
+    def _compute_commands(self, basic: int) -> tuple[float, ...]:
+        with np.errstate(all="ignore"):
+            running, entered = np.array([basic]), np.array([self.interpreter.behavior_start_s])
+            columns = self._acting.commands(running, self.body.sense(()), lambda: entered)
+        return tuple(columns[:, 0].tolist())
 
 
 @dataclass(frozen=True, slots=True)

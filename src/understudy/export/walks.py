@@ -17,6 +17,7 @@ from understudy.export.single_precision import round_to_single, step_single
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, is_in_arc
 from understudy.runtime.interpreter import RunningAutomaton
+from understudy.runtime.program import Instance
 
 USUAL = (-1.0, 0.0, 0.1, 0.5, 1.0, 2.0, 5.0)
 """Values of continuous readings that no tree compares."""
@@ -52,6 +53,9 @@ class ReadingWalk:
         for boundary in self.boundaries:
             self.waiting.setdefault(boundary[:2], set()).add(boundary)
         self.indices = {each.name: number for number, each in enumerate(hierarchy.automata)}
+        self._numbers: dict[
+            Instance, int
+        ] = {}  # the same by instance, without writing its name at every query
 
     def _add_tree(self, number: int, index: int, automaton: GroundAutomaton, tree: Tree) -> None:
         self.paths[number, index] = _find_paths(tree)
@@ -119,7 +123,7 @@ class ReadingWalk:
         if not active:
             return None
         machine = self.random.choice(active)
-        number = self.indices[str(machine.instance)]
+        number = self._find_number(machine.instance)
         index = self._first.get((number, machine.state), -1)
         near = sorted(self.waiting.get((number, index), ()))
         return self.random.choice(near) if near else None
@@ -146,18 +150,24 @@ class ReadingWalk:
 
     def note(self, machine: RunningAutomaton, state: int, values: Sequence[float]) -> None:
         """Note what a query reached: the leaf, and boundaries on the way."""
-        number = self.indices[str(machine.instance)]
+        number = self._find_number(machine.instance)
         index = self._first[number, state]
         tree = self.hierarchy.automata[number].states[index].tree
         if tree is None:
             return
-        steps, leaf = tree.path(values)
-        if leaf != STAY:
-            self.reached.add((number, index, leaf))
         waiting = self.waiting.get((number, index), set())
-        for step in steps:
-            value = values[tree.nodes[step.node].feature]
-            waiting.discard((number, index, step.node, value if value == value else inf))
+        at, nodes = 0, tree.nodes
+        while at != STAY and (node := nodes[at]).test != TestKind.LEAF:
+            value = values[node.feature]
+            waiting.discard((number, index, at, value if value == value else inf))
+            at = find_child(node, value)
+        if at != STAY:
+            self.reached.add((number, index, at))
+
+    def _find_number(self, instance: Instance) -> int:
+        if instance not in self._numbers:
+            self._numbers[instance] = self.indices[str(instance)]
+        return self._numbers[instance]
 
 
 def find_child(node: Node, x: float) -> int:

@@ -196,7 +196,7 @@ class Categorical:
         KindError
             If the value is not the index of a label.
         """
-        if isnan(value) or (value == int(value) and 0 <= value < len(self.labels)):
+        if isnan(value) or (0 <= value < len(self.labels) and value == int(value)):
             return value
         raise KindError(
             where=where,

@@ -114,7 +114,7 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
         of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot))
         for place, reading in (*own, *of_skills):
             before = found.setdefault(reading.name, reading)
-            if replace(before, doc="") != replace(reading, doc=""):
+            if before != reading and replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
                     scenario,
                     f"types.{kind}.{place}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from math import isfinite
 from typing import Any
 
@@ -135,6 +136,7 @@ def list_numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
             yield leaf, at
 
 
+@cache
 def find_limit(part: type, name: str) -> Limit | None:
     """Return the limit of a field, from the part's class or a base of it; None if it has none."""
     found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
