@@ -26,6 +26,10 @@ else
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 endif
 
+# Compiled files are kept, also where the environment says otherwise: each of some hundred processes of the tests would
+# compile again all that it imports.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: help demo studio page protocol test test-rest test-all coverage soak bench experiments docs dist format lock clean moved
 .NOTPARALLEL:
 
