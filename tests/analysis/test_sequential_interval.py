@@ -7,10 +7,10 @@ from math import log
 import numpy as np
 import pytest
 
-from understudy.analysis.intervals import exact_interval_of_share
-from understudy.analysis.sequential_interval import (
+from understudy.analysis.intervals import (
     compute_evidence_above,
     count_fewest_trials,
+    exact_interval_of_share,
     interval_of_share_at_any_time,
 )
 

@@ -11,8 +11,10 @@ from tests.falsification.planted import FORAGE
 from tests.falsification.test_failing_world import find_failing_seed
 
 from understudy.errors import FileError
-from understudy.falsification.failing_world import FACTS_FILE, FailingWorld, FailureFacts
-from understudy.falsification.failure_list import (
+from understudy.falsification.failing_world import (
+    FACTS_FILE,
+    FailingWorld,
+    FailureFacts,
     FailureList,
     compare_failures,
     list_failing_worlds,

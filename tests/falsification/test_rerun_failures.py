@@ -11,8 +11,7 @@ from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE, TOO_FAR, make_library
 from tests.falsification.test_failing_world import list_failing_seeds
 
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_list import list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, list_failing_worlds
 from understudy.falsification.failure_replay import compute_end_hash
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.rerun_failures import (

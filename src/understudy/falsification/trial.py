@@ -14,9 +14,9 @@ from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
 from understudy.analysis.evaluation_task import EvaluationTask
 from understudy.analysis.rollout import Instant, Monitor, monitor_flag, monitor_goal, roll_out
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
-from understudy.falsification.progress import ProgressMonitor
 from understudy.model.describe import format_value
 from understudy.model.kinds import Column
+from understudy.properties.goal_progress import ProgressMonitor
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from understudy.analysis.rollout import Progress, skip_progress
-from understudy.falsification.failure_moment import FailureMoment
 from understudy.falsification.holding_test import HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorldsResult
+from understudy.falsification.open_failure import FailureMoment
 from understudy.model.features import Percept
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys

@@ -9,8 +9,7 @@ from pathlib import Path
 from understudy.analysis.rollout import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_moment import FailureMoment
-from understudy.falsification.open_failure import find_failure_moment
+from understudy.falsification.open_failure import FailureMoment, find_failure_moment
 from understudy.falsification.rerun_failures import RerunResult, find_wrong_time, rerun_failing_world
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton

@@ -16,7 +16,7 @@ from textual.app import App
 
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError, UnderstudyError
-from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.falsification.failing_world import FailureList, list_failing_worlds
 from understudy.model.library import Kit
 from understudy.robots.twin import Ground
 from understudy.sim.kit import make_scenario_kit

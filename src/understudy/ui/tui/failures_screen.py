@@ -11,7 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
-from understudy.falsification.failure_list import FailureList
+from understudy.falsification.failing_world import FailureList
 from understudy.model.plain_names import format_names
 from understudy.properties.run_property import describe_result
 from understudy.ui.controller.failing_worlds import FailureRerun

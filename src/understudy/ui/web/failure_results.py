@@ -10,8 +10,7 @@ from time import sleep
 from typing import Literal, TypeAlias
 
 from understudy.errors import UnderstudyError, UnknownName
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, FailureList, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.failing_worlds import (
     Draft,

@@ -82,7 +82,7 @@ def run_library_tests(
 def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
     """List the failing worlds of a folder; report on stderr which cannot be read."""
     from understudy.errors import FileError
-    from understudy.falsification.failure_list import list_failing_worlds
+    from understudy.falsification.failing_world import list_failing_worlds
 
     if folder is None:
         return ()
