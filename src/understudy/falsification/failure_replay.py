@@ -15,14 +15,12 @@ import numpy as np
 
 from understudy.analysis.explain_run import DecisionReason, find_latest_switch
 from understudy.analysis.explanation_text import describe_source, describe_switch, describe_values
-from understudy.analysis.rerun import find_traced_run
-from understudy.analysis.tracing import list_chain_of_command, make_tracing_runner
+from understudy.analysis.rerun import WorldRerun
 from understudy.errors import join_names
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
-from understudy.sim.team.libraries import Libraries, make_scenario_team
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.view import RunFrame
-from understudy.sim.world import World
 from understudy.viz.palette import INK, PAPER
 from understudy.viz.path_png import draw_run, list_path_entries
 from understudy.viz.sheet import FigureSheet
@@ -104,41 +102,36 @@ def replay_failure(
     moment = measure.find_wrong_moment(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
     wrong = moment.tick
     robot = measure.choose_robot(trial, wrong)
-    world = World(trial.scenario, [trial.seed])
-    team = make_scenario_team(
-        world, trial.scenario, libraries, roots, seeds=[trial.seed], makes=make_tracing_runner
-    )
-    chain = list_chain_of_command(team, robot)
-    for post in chain:
-        find_traced_run(post).follow(post.agent)
-    frames = [RunFrame(world.view(), [path[0] if path else "" for path in team.paths])]
-    last, decided = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s), team.paths[robot]
-    reason: DecisionReason | None = None
-    paths = list[tuple[str, ...]]()
-    for tick in range(1, last + 1):
-        team.tick()
-        states = team.paths
-        frames.append(RunFrame(world.view(), [path[0] if path else "" for path in states]))
-        if tick > wrong:
-            paths.append(states[robot])
-        if tick <= wrong or (
-            measure.is_cause_later and (tick == wrong + 1 or reason is None or reason.time_s < wrong * tick_s)
-        ):
-            reason = find_latest_switch(chain, libraries) or reason
-            decided = states[robot]
-    robots = frames[min(wrong, len(frames) - 1)].view.robots
+    rerun = WorldRerun(trial.scenario, trial.seed, libraries, roots)
+    rerun.trace(robot)
+    frames, paths = list[RunFrame](), list[tuple[str, ...]]()
+
+    def look() -> None:
+        states = rerun.paths
+        frames.append(RunFrame(rerun.world.view(), [path[0] if path else "" for path in states]))
+        paths.append(states[robot])
+
+    look()
+    rerun.replay_to(wrong, look)
+    reason, decided = find_latest_switch(rerun, robot), wrong
+    last = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s)
+    while rerun.tick_count < last:
+        rerun.replay_to(rerun.tick_count + 1, look)
+        if measure.is_cause_later and (decided == wrong or reason is None or reason.time_s < wrong * tick_s):
+            reason, decided = find_latest_switch(rerun, robot), rerun.tick_count
+    robots = frames[wrong].view.robots
     return FailureReplay(
         wrong * tick_s,
         moment.label,
         robot,
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
-        decided,
+        paths[decided],
         reason,
         (
             moment.sentence,
             *describe_failing_decision(reason),
-            *([_describe_states(paths, tick_s)] if paths else []),
+            *([_describe_states(paths[wrong + 1 :], tick_s)] if last > wrong else []),
         ),
     )
 
