@@ -8,28 +8,32 @@ from pathlib import Path
 from typing import NamedTuple
 
 from understudy.analysis.evaluate import find_runners
-from understudy.analysis.tracing import AgentRef, list_chain_of_command
+from understudy.analysis.rerun import WorldRerun, find_traced_run
+from understudy.analysis.tracing import AgentRef
 from understudy.errors import SessionError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, read_failing_world
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.run_loop import Run
 from understudy.runtime.team.coordinator_body import CoordinatorBody
-from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.sim.scenario.files import add_markers
-from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, list_running_sorts, make_scenario_team
+from understudy.sim.team.libraries import Libraries, collect_libraries, list_running_sorts
 from understudy.sim.world import World
 from understudy.training.other_agents import RunStates, SessionSnapshot
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 
+BEFORE_S = 3.0
+"""The time before the failure at which a session begins by default, s."""
+
+AFTER_S = 1.0
+"""The time after the end of progress at which the innermost automaton is taken for the one that made the mistake, s."""
+
 
 @dataclass(frozen=True, slots=True)
-class FailureMoment:
-    """A moment some seconds before a behavior went wrong in a failing world.
+class TeachingMoment:
+    """A moment of a run at which a session of one of the automata that run then can begin, to correct it.
 
     `world` is the world then, with markers to place by hand. `body` is what the session trains on, the world or the
     coordinators of a sort of squads, and `agent` the robot or coordinator. `name` is the automaton to correct, `lesson`
@@ -57,6 +61,12 @@ class FailureMoment:
         """The sort of squads whose coordinator is corrected; None if it is a robot."""
         return self.body.squads.squad.name if isinstance(self.body, CoordinatorBody) else None
 
+    def open_session(self) -> Session:
+        """Open a session of the automaton on the body of this moment, which goes on from here."""
+        session = Session(self.body, self.library, self.lesson, targets=self.targets, agent=self.agent)
+        self.restore_in(session)
+        return session
+
     def restore_in(self, session: Session) -> None:
         """Continue the run of this moment in a session of the automaton, on the body of this moment."""
         if self.members:
@@ -74,7 +84,7 @@ class FailureMoment:
 class RunInstant(NamedTuple):
     """An instant of a run: the body, the automata that an agent runs, the root first, with their targets and states.
 
-    `members` and `others` are those of `FailureMoment`.
+    `members` and `others` are those of `TeachingMoment`.
     """
 
     body: bytes
@@ -84,7 +94,132 @@ class RunInstant(NamedTuple):
     others: RunStates | None = None
 
 
-def choose_instant(
+class _Post(NamedTuple):
+    """An agent that can be corrected, and the body on which a session trains it."""
+
+    body: World | CoordinatorBody
+    agent: AgentRef
+
+    def note_instant(self) -> RunInstant:
+        """Note the present instant of the run, with the run states of all agents of the body."""
+        interpreters, now = find_traced_run(self.agent).interpreters, self.body.time_s
+        driver = interpreters[self.agent.agent]
+        active = [(each.automaton.name, each.instance.binding) for each in driver.active]
+        others = tuple(each.snapshot(now) for each in interpreters)
+        members = tuple(interpreters) if isinstance(self.body, World) else ()
+        return RunInstant(self.body.snapshot(), active, others[self.agent.agent], members, others)
+
+
+def find_moment(
+    rerun: WorldRerun,
+    behavior: str,
+    binding: Mapping[str, str],
+    *,
+    robot: int,
+    ticks: int,
+    until: int,
+    is_led: bool,
+    name: str | None = None,
+) -> TeachingMoment:
+    """Run a team again, and choose the moment and the automaton to correct.
+
+    Parameters
+    ----------
+    rerun
+        The team at the start, in a scenario with markers to place by hand.
+    behavior
+        Name of the behavior that it runs, with the sort of agents before it or without.
+    binding
+        The target of each parameter.
+    robot
+        The robot to correct.
+    ticks
+        The tick at which the session is to begin; below 1 for the start.
+    until
+        The tick at which the automaton that runs is the one that made the mistake.
+    is_led
+        Whether the robots follow coordinators. Otherwise all run the behavior, and no coordinator does anything.
+    name
+        The automaton to correct. None: the innermost one with a lesson, the robot's before its coordinator's.
+
+    Returns
+    -------
+    TeachingMoment
+        The moment.
+
+    Raises
+    ------
+    UnknownName
+        If no automaton of that name ran then.
+    SessionError
+        If it has no lesson, or is that of a coordinator below another one.
+    """
+    chain = rerun.list_chain(robot)
+    posts = [_Post(rerun.world, chain[-1])]
+    if is_led and isinstance(chain[0].layer.body, SquadBody):
+        posts.append(_Post(CoordinatorBody(rerun.team, chain[0].sort), chain[0]))
+    starts = [post.body.snapshot() for post in posts]
+    first = max(1, ticks)
+    rerun.replay_to(first - 1)
+    seen = list[list[RunInstant]]()
+    rerun.replay_to(max(first, until), lambda: seen.append([post.note_instant() for post in posts]))
+    instants_of = [[each[number] for each in seen] for number in range(len(posts))]
+    between = [rerun.libraries[each.sort] for each in chain[1:-1]] if is_led else []
+    libraries = [rerun.libraries[post.agent.sort] for post in posts]
+    number = _choose_post(instants_of, libraries, between, name)
+    post, instants, library = posts[number], instants_of[number], libraries[number]
+    instant, level = _choose_instant(instants, library, name)
+    automaton, targets = instant.active[level]
+    lesson = library.taught[automaton].lesson
+    if lesson is None:
+        raise SessionError(f"{automaton!r} has no lesson: nothing was recorded when it was made")
+    is_start = ticks < 1 and instant is instants[0]
+    post.body.restore(starts[number] if is_start else instant.body)
+    return TeachingMoment(
+        rerun.world,
+        post.body,
+        post.agent.agent,
+        automaton,
+        lesson,
+        library,
+        targets,
+        () if is_start else instant.states[level:],
+        behavior.removeprefix(f"{post.agent.sort}/"),
+        binding,
+        instant.members if is_led else (),
+        instant.others if is_led else None,
+    )
+
+
+def _choose_post(
+    instants_of: Sequence[Sequence[RunInstant]],
+    libraries: Sequence[Library],
+    between: Sequence[Library],
+    name: str | None,
+) -> int:
+    """Return the number of the agent whose automaton is corrected: the robot, or the topmost coordinator.
+
+    `instants_of` and `libraries` are theirs, and `between` has the libraries of coordinators between them.
+    """
+    ends = [instants[-1].active for instants in instants_of]
+    if name is None:
+        for number, active in enumerate(ends):
+            if any(libraries[number].taught[each].lesson is not None for each, _ in active):
+                return number
+        return next((number for number, active in enumerate(ends) if active), 0)
+    for number, instants in enumerate(instants_of):
+        if any(name == each for instant in instants for each, _ in instant.active):
+            return number
+    if any(name in each.taught for each in between):
+        raise SessionError(
+            f"{name!r} is that of a coordinator below another one, which cannot be trained in its team: name an "
+            "automaton of the robot or of the topmost coordinator"
+        )
+    known = [each for active in ends for each, _ in active]
+    raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
+
+
+def _choose_instant(
     instants: Sequence[RunInstant], library: Library, name: str | None
 ) -> tuple[RunInstant, int]:
     """Return the instant at which to begin, and the level of the automaton to correct.
@@ -108,162 +243,6 @@ def choose_instant(
     while began and instants[began - 1].active[: level + 1] == end[: level + 1]:
         began -= 1
     return instants[began], level
-
-
-def find_lesson(library: Library, name: str) -> Lesson:
-    """Return the lesson of an automaton; SessionError if it has none."""
-    lesson = library.taught[name].lesson
-    if lesson is None:
-        raise SessionError(f"{name!r} has no lesson: nothing was recorded when it was made")
-    return lesson
-
-
-def list_active(interpreter: Interpreter) -> list[tuple[str, Mapping[str, str]]]:
-    """List the automata that an interpreter runs, the root first, with their targets."""
-    return [(each.automaton.name, each.instance.binding) for each in interpreter.active]
-
-
-class FailingRun:
-    """A failing world, run again tick by tick by interpreters.
-
-    Parameters
-    ----------
-    failing
-        The failing world.
-    scenario
-        Its scenario, with markers to place by hand.
-    libraries
-        The library of each sort of agents.
-    roots
-        What each sort of agents runs by itself.
-    is_led
-        Whether the robots follow coordinators. Otherwise all run the behavior, and no coordinator does anything.
-    """
-
-    def __init__(
-        self,
-        failing: FailingWorld,
-        scenario: Scenario,
-        libraries: Libraries,
-        roots: Mapping[str, tuple[str, Mapping[str, str]]],
-        *,
-        is_led: bool,
-    ) -> None:
-        seed = failing.trial.seed
-        self._world = World(scenario, [seed])
-        self._team = make_scenario_team(self._world, scenario, libraries, roots, seeds=[seed])
-        self._facts, self._libraries, self._is_led = failing.facts, libraries, is_led
-        chain = list_chain_of_command(self._team, failing.facts.robot)
-        self._between = chain[1:-1] if is_led else ()
-        self._posts = [_Post(self._world, chain[-1])]
-        if is_led and isinstance(chain[0].layer.body, SquadBody):
-            self._posts.append(_Post(CoordinatorBody(self._team, chain[0].sort), chain[0]))
-
-    def find_moment(self, ticks: int, until: int, *, name: str | None) -> FailureMoment:
-        """Run the team, and choose the moment and the automaton to correct.
-
-        Parameters
-        ----------
-        ticks
-            The tick at which the session is to begin; below 1 for the start.
-        until
-            The tick at which the automaton that runs is the one that made the mistake.
-        name
-            The automaton to correct. None: the innermost one with a lesson, the robot's before its coordinator's.
-
-        Returns
-        -------
-        FailureMoment
-            The moment.
-
-        Raises
-        ------
-        UnknownName
-            If no automaton of that name ran then.
-        SessionError
-            If it has no lesson, or is that of a coordinator below another one.
-        """
-        starts = [post.body.snapshot() for post in self._posts]
-        first = max(1, ticks)
-        for _ in range(first - 1):
-            self._team.tick()
-        seen: list[list[RunInstant]] = [[] for _ in self._posts]
-        for _ in range(first, max(first, until) + 1):
-            self._team.tick()
-            for post, instants in zip(self._posts, seen, strict=True):
-                instants.append(post.note_instant())
-        number = self._choose_post(seen, name)
-        post, instants = self._posts[number], seen[number]
-        library = self._libraries[post.agent.sort]
-        instant, level = choose_instant(instants, library, name)
-        automaton, targets = instant.active[level]
-        lesson = find_lesson(library, automaton)
-        is_start = ticks < 1 and instant is instants[0]
-        post.body.restore(starts[number] if is_start else instant.body)
-        return FailureMoment(
-            self._world,
-            post.body,
-            post.agent.agent,
-            automaton,
-            lesson,
-            library,
-            targets,
-            () if is_start else instant.states[level:],
-            self._facts.behavior.removeprefix(f"{post.agent.sort}/"),
-            self._facts.binding,
-            instant.members if self._is_led else (),
-            instant.others if self._is_led else None,
-        )
-
-    def _choose_post(self, seen: list[list[RunInstant]], name: str | None) -> int:
-        """Return the number of the agent whose automaton is corrected: the robot, or the topmost coordinator."""
-        ends = [instants[-1].active for instants in seen]
-        if name is None:
-            for number, active in enumerate(ends):
-                taught = self._libraries[self._posts[number].agent.sort].taught
-                if any(taught[each].lesson is not None for each, _ in active):
-                    return number
-            return next((number for number, active in enumerate(ends) if active), 0)
-        for number, instants in enumerate(seen):
-            if any(name == each for instant in instants for each, _ in instant.active):
-                return number
-        if any(name in self._libraries[each.sort].taught for each in self._between):
-            raise SessionError(
-                f"{name!r} is that of a coordinator below another one, which cannot be trained in its team: name an "
-                "automaton of the robot or of the topmost coordinator"
-            )
-        known = [each for active in ends for each, _ in active]
-        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
-
-
-class _Post(NamedTuple):
-    """An agent that can be corrected, and the body on which a session trains it."""
-
-    body: World | CoordinatorBody
-    agent: AgentRef
-
-    def note_instant(self) -> RunInstant:
-        """Note the present instant of the run, with the run states of all agents of the body."""
-        interpreters, now = _list_interpreters(self.agent.layer), self.body.time_s
-        driver = interpreters[self.agent.agent]
-        others = tuple(each.snapshot(now) for each in interpreters)
-        members = tuple(interpreters) if isinstance(self.body, World) else ()
-        return RunInstant(
-            self.body.snapshot(), list_active(driver), others[self.agent.agent], members, others
-        )
-
-
-def _list_interpreters(layer: AgentLayer) -> list[Interpreter]:
-    if not isinstance(layer.runner, Run):
-        raise TypeError("an engine runs this team")
-    return layer.runner.interpreters
-
-
-BEFORE_S = 3.0
-"""The time before the failure at which a session begins by default, s."""
-
-AFTER_S = 1.0
-"""The time after the end of progress at which the innermost automaton is taken for the one that made the mistake, s."""
 
 
 def open_failure(
@@ -306,10 +285,7 @@ def open_failure(
         If the automaton has no lesson, or is that of a coordinator below another one.
     """
     found = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
-    moment = find_failure_moment(found, library, name=name, before_s=before_s)
-    session = Session(moment.body, moment.library, moment.lesson, targets=moment.targets, agent=moment.agent)
-    moment.restore_in(session)
-    return session
+    return find_failure_moment(found, library, name=name, before_s=before_s).open_session()
 
 
 def find_failure_moment(
@@ -319,7 +295,7 @@ def find_failure_moment(
     name: str | None = None,
     before_s: float = BEFORE_S,
     wrong_s: float | None = None,
-) -> FailureMoment:
+) -> TeachingMoment:
     """Run a failing world until some seconds before the behavior goes wrong.
 
     Parameters
@@ -337,7 +313,7 @@ def find_failure_moment(
 
     Returns
     -------
-    FailureMoment
+    TeachingMoment
         The moment.
 
     Raises
@@ -357,5 +333,13 @@ def find_failure_moment(
     else:
         sorts = list_running_sorts(libraries, sort, behavior)
     roots = dict.fromkeys(sorts, (behavior, facts.binding))
-    run = FailingRun(failing, scenario, libraries, roots, is_led=sort is not None)
-    return run.find_moment(ticks, until, name=name)
+    return find_moment(
+        WorldRerun(scenario, failing.trial.seed, libraries, roots),
+        facts.behavior,
+        facts.binding,
+        robot=facts.robot,
+        ticks=ticks,
+        until=until,
+        is_led=sort is not None,
+        name=name,
+    )

@@ -338,8 +338,7 @@ class LiveTeacher(ScriptedTeacher):
         )
         failing = FailingWorld(Path(), Trial(scenario, mistake.seed), facts)
         moment = find_failure_moment(failing, self.library)
-        session = Session(moment.body, moment.library, moment.lesson, targets=moment.targets)
-        moment.restore_in(session)
+        session = moment.open_session()
         self._expected[moment.name].begin_situation(None)
         self._see(self._topics[moment.name], session, Situation("", moment.targets))
 

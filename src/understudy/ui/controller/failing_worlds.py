@@ -9,7 +9,7 @@ from pathlib import Path
 from understudy.analysis.rollout import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.open_failure import FailureMoment, find_failure_moment
+from understudy.falsification.open_failure import TeachingMoment, find_failure_moment
 from understudy.falsification.rerun_failures import RerunResult, find_wrong_time, rerun_failing_world
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
@@ -164,7 +164,7 @@ def rerun_all(
 class FailureOpening:
     """A failing world that was run until shortly before it goes wrong, for a session there."""
 
-    moment: FailureMoment
+    moment: TeachingMoment
     plan: TrainingPlan
     sentence: str
     name: str
@@ -245,7 +245,7 @@ def prepare_failure(
     return FailureOpening(moment, plan, sentence, failing.folder.name)
 
 
-def describe_opening(failing: FailingWorld, moment: FailureMoment, wrong_s: float | None) -> str:
+def describe_opening(failing: FailingWorld, moment: TeachingMoment, wrong_s: float | None) -> str:
     """Describe where a session in a failing world begins."""
     before_s = (failing.facts.wrong_s if wrong_s is None else wrong_s) - moment.world.time_s
     where = (
