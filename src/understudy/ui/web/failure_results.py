@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from threading import Thread
-from time import sleep
 from typing import Literal, TypeAlias
 
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, FailureList, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.failing_worlds import (
-    Draft,
     FailureRerun,
     LibrarySource,
     make_draft,
     rerun_all,
 )
-from understudy.ui.controller.status import StatusMessage, describe_error
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.lesson_identity import LessonIdentity
+from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.unseen_worlds import YIELD_S
 
 QUICK_S = 1.0
 """Where all runs together take less than this, they are repeated by themselves whenever the lesson changed, s."""
@@ -68,49 +64,6 @@ class FailuresData(Data, frozen=True, kw_only=True):
     """The name of the world that was on the page before the failing one."""
 
 
-class RunningRerun:
-    """Failing worlds that are run again, in a thread of its own, which `wall` times."""
-
-    def __init__(
-        self,
-        worlds: Sequence[FailingWorld],
-        library: LibrarySource,
-        draft: Draft | None,
-        wall: Callable[[], float],
-    ) -> None:
-        self.result: FailureRerun | None = None
-        self.problem = ""
-        self.through, self.seconds = 0, 0.0
-        self._wall, self._cancelled = wall, False
-        Thread(target=self._run, args=(worlds, library, draft), daemon=True).start()
-
-    @property
-    def is_running(self) -> bool:
-        """True as long as there is neither a result nor an error, also after `cancel`."""
-        return self.result is None and not self.problem
-
-    def cancel(self) -> None:
-        """Cancel the runs at the next report; there is no result."""
-        self._cancelled = True
-
-    def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
-        began_s = self._wall()
-        try:
-            results = rerun_all(worlds, library, draft, progress=self._report)
-            self.seconds = self._wall() - began_s
-            self.result = results
-        except CancelledError:
-            pass
-        except Exception as error:
-            self.problem = describe_error(error)
-
-    def _report(self, through: int, _: int) -> None:
-        if self._cancelled:
-            raise CancelledError
-        self.through = through
-        sleep(YIELD_S)
-
-
 class FailingWorldList:
     """The failing worlds of a folder, and the results of running them again; None as `folder`: there are none."""
 
@@ -119,7 +72,7 @@ class FailingWorldList:
         self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
         self.result: FailureRerun | None = None
-        self._running: RunningRerun | None = None
+        self._running: BackgroundRun[FailureRerun] | None = None
         self._shown: tuple[object, ...] = ()
         self._data: FailuresData | None = None
         self._lesson = LessonIdentity()
@@ -162,7 +115,8 @@ class FailingWorldList:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
         self._lesson.note_run(trainer)
-        self._running = RunningRerun(self.found.worlds, library, make_draft(trainer), self._wall)
+        work = partial(rerun_all, self.found.worlds, library, make_draft(trainer))
+        self._running = BackgroundRun(lambda report: work(progress=report), self._wall)
 
     def is_stale(self, trainer: Trainer | None) -> bool:
         """Return whether the lesson changed since the runs began."""
@@ -208,7 +162,7 @@ class FailingWorldList:
             return None
         running = self._running
         stale = self.result is not None and self.is_stale(trainer)
-        through = 0 if running is None else running.through
+        through = 0 if running is None else running.finished
         key = (
             id(self.found),
             id(self.result),
