@@ -15,7 +15,6 @@ from understudy.falsification.failing_world import (
     FACTS_FILE,
     FailingWorld,
     FailureFacts,
-    FailureList,
     compare_failures,
     list_failing_worlds,
     order_failing_worlds,
@@ -79,15 +78,15 @@ def test_a_folder_is_listed_and_what_cannot_be_read_is_said(tmp_path: Path) -> N
     (tmp_path / "forage-2" / FACTS_FILE).write_text("{")
     (tmp_path / "other").mkdir()  # no failing world
     (tmp_path / "note.txt").write_text("mine")
-    found = list_failing_worlds(tmp_path)
-    assert found.worlds == (kept,)
-    assert len(found.problems) == 1
-    assert "forage-2" in found.problems[0]
-    assert "is not valid" in found.problems[0]
+    worlds, problems = list_failing_worlds(tmp_path)
+    assert worlds == (kept,)
+    assert len(problems) == 1
+    assert "forage-2" in problems[0]
+    assert "is not valid" in problems[0]
 
 
 def test_no_folder_is_an_empty_list_and_a_file_is_refused(tmp_path: Path) -> None:
-    assert list_failing_worlds(tmp_path / "failures") == FailureList(())
+    assert list_failing_worlds(tmp_path / "failures") == ((), ())
     (tmp_path / "failures").write_text("mine")
     with pytest.raises(FileError, match="reading the failing worlds failed"):
         list_failing_worlds(tmp_path / "failures")

@@ -7,17 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, nan
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import msgspec
 
 from understudy.errors import FileError, UnderstudyError
-from understudy.falsification.failure_replay import FailureReplay, draw_failure
+from understudy.falsification.failure_replay import ExplainedRun, draw_failure
 from understudy.falsification.joint_worlds import Trial
 from understudy.sim.scenario.files import format_scenario, load_scenario
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.storage.json_text import convert_decode_errors
+
+RerunVerdict: TypeAlias = Literal["not run", "fails", "passes", "unknown"]
 
 FORMAT, VERSION = "failing world", 1
 SCENARIO_FILE, FACTS_FILE, PICTURE_FILE, WHY_FILE = "world.toml", "failure.json", "path.png", "why.txt"
@@ -53,11 +56,27 @@ class FailureFacts(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class FailingWorld:
-    """A failing world in a folder."""
+    """A failing world in a folder, and how it went when it was run again, perhaps with a corrected library.
+
+    Parameters
+    ----------
+    folder
+        Its folder.
+    trial
+        The scenario, and the seed that lays it out.
+    facts
+        What was kept about it when it was found.
+    robustness
+        The distance from failing when it was run again, below 0 if it still fails; NaN if it was not, or could not be.
+    problem
+        Why it could not be run again; empty if it could, or was not.
+    """
 
     folder: Path
     trial: Trial
     facts: FailureFacts
+    robustness: float = nan
+    problem: str = ""
 
     @property
     def summary(self) -> str:
@@ -65,6 +84,29 @@ class FailingWorld:
         went_wrong = self.facts.why[0] if self.facts.why else "It failed."
         doing = " > ".join(self.facts.states)
         return f"{went_wrong[:-1]}: {doing}." if doing else went_wrong
+
+    @property
+    def has_failed(self) -> bool:
+        """True if it was run again, and still fails."""
+        return self.robustness < 0
+
+    @property
+    def has_passed(self) -> bool:
+        """True if it was run again, and no longer fails."""
+        return self.robustness >= 0
+
+    @property
+    def verdict(self) -> RerunVerdict:
+        """The result of running it again, "unknown" if it could not be run."""
+        if self.problem:
+            return "unknown"
+        return "fails" if self.has_failed else "passes" if self.has_passed else "not run"
+
+    def __str__(self) -> str:
+        if self.problem:
+            return f"{self.folder.name} could not be run: {self.problem}"
+        said = {"fails": " still fails", "passes": " passes now"}.get(self.verdict, "")
+        return f"{self.folder.name}{said}"
 
 
 def choose_folder(parent: Path | str, behavior: str) -> Path:
@@ -76,7 +118,7 @@ def choose_folder(parent: Path | str, behavior: str) -> Path:
 
 
 def write_failing_world(
-    folder: Path | str, trial: Trial, facts: FailureFacts, replay: FailureReplay, *, command: str
+    folder: Path | str, trial: Trial, facts: FailureFacts, replay: ExplainedRun, *, command: str
 ) -> FailingWorld:
     """Write a failing world to a new folder.
 
@@ -148,15 +190,7 @@ def read_failing_world(folder: Path | str) -> FailingWorld:
     return FailingWorld(folder, Trial(load_scenario(folder / SCENARIO_FILE), facts.seed), facts)
 
 
-@dataclass(frozen=True, slots=True)
-class FailureList:
-    """The failing worlds of a folder, in order, and a sentence about each that cannot be read."""
-
-    worlds: tuple[FailingWorld, ...]
-    problems: tuple[str, ...] = ()
-
-
-def list_failing_worlds(folder: Path | str) -> FailureList:
+def list_failing_worlds(folder: Path | str) -> tuple[tuple[FailingWorld, ...], tuple[str, ...]]:
     """List the failing worlds that a folder has, in the order in which they are best corrected.
 
     See `order_failing_worlds` for the order. A world that cannot be read is left out, and a sentence says why.
@@ -168,8 +202,8 @@ def list_failing_worlds(folder: Path | str) -> FailureList:
 
     Returns
     -------
-    FailureList
-        The failing worlds, and what is wrong with those that cannot be read.
+    tuple[tuple[FailingWorld, ...], tuple[str, ...]]
+        The failing worlds, and a sentence about each that cannot be read.
 
     Raises
     ------
@@ -178,7 +212,7 @@ def list_failing_worlds(folder: Path | str) -> FailureList:
     """
     folder = Path(folder)
     if not folder.exists():
-        return FailureList(())
+        return (), ()
     with convert_os_errors(folder, "reading the failing worlds", remedy="name a folder"):
         found = sorted(each for each in folder.iterdir() if (each / FACTS_FILE).is_file())
     worlds, problems = list[FailingWorld](), list[str]()
@@ -187,7 +221,7 @@ def list_failing_worlds(folder: Path | str) -> FailureList:
             worlds.append(read_failing_world(each))
         except UnderstudyError as error:
             problems.append(str(error))
-    return FailureList(order_failing_worlds(worlds), tuple(problems))
+    return order_failing_worlds(worlds), tuple(problems)
 
 
 def order_failing_worlds(worlds: Sequence[FailingWorld]) -> tuple[FailingWorld, ...]:

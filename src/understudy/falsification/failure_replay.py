@@ -33,8 +33,8 @@ MOST_STATES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class FailureReplay:
-    """The run in a failing world until some time after it went wrong.
+class ExplainedRun:
+    """A run until some time after it went wrong, and the decision that explains it.
 
     `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
     `label` names that moment, `place` is where that robot stood then, m, and `states` are its states after the
@@ -77,7 +77,7 @@ def replay_failure(
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
     *,
     progress_s: float,
-) -> FailureReplay:
+) -> ExplainedRun:
     """Run a failing world again, and explain the decision with which it went wrong.
 
     Parameters
@@ -95,7 +95,7 @@ def replay_failure(
 
     Returns
     -------
-    FailureReplay
+    ExplainedRun
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
@@ -120,7 +120,7 @@ def replay_failure(
         if measure.is_cause_later and (decided == wrong or reason is None or reason.time_s < wrong * tick_s):
             reason, decided = find_latest_switch(rerun, robot), rerun.tick_count
     robots = frames[wrong].view.robots
-    return FailureReplay(
+    return ExplainedRun(
         wrong * tick_s,
         moment.label,
         robot,
@@ -171,7 +171,7 @@ def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
 MARK = "#c0392b"
 
 
-def draw_failure(replay: FailureReplay, *, title: str, tick_s: float) -> bytes:
+def draw_failure(replay: ExplainedRun, *, title: str, tick_s: float) -> bytes:
     """Draw the run of a failing world as a PNG, with a mark at the robot's place when it went wrong."""
     from matplotlib.lines import Line2D
 

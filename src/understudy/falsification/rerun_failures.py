@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from math import nan
 
 from understudy.errors import SettingError, UnderstudyError
@@ -17,47 +17,12 @@ from understudy.properties.run_property import check_property, make_property_tas
 from understudy.sim.team.libraries import Libraries
 
 
-@dataclass(frozen=True, slots=True)
-class RerunResult:
-    """The result of running a failing world again.
-
-    Parameters
-    ----------
-    failing
-        The failing world.
-    robustness
-        The distance from failing now, below 0 if it still fails; NaN if it could not be run.
-    problem
-        Why it could not be run; empty if it could.
-    """
-
-    failing: FailingWorld
-    robustness: float
-    problem: str = ""
-
-    @property
-    def has_failed(self) -> bool:
-        """True if it still fails."""
-        return self.robustness < 0
-
-    @property
-    def has_passed(self) -> bool:
-        """True if it no longer fails."""
-        return self.robustness >= 0
-
-    def __str__(self) -> str:
-        name = self.failing.folder.name
-        if self.problem:
-            return f"{name} could not be run: {self.problem}"
-        return f"{name} still fails" if self.has_failed else f"{name} passes now"
-
-
 def rerun_failing_worlds(
     failing: Iterable[FailingWorld],
     library: Library | Libraries,
     *,
     properties: Sequence[Property] = (),
-) -> list[RerunResult]:
+) -> list[FailingWorld]:
     """Run failing worlds again with a library, and say which of them still fail.
 
     Each is the same world as when it was found, bit for bit, with the same time limit, and is judged in the same way:
@@ -74,8 +39,8 @@ def rerun_failing_worlds(
 
     Returns
     -------
-    list[RerunResult]
-        The results in the same order. A world that cannot be run has a problem instead.
+    list[FailingWorld]
+        The same worlds in the same order, with the results. One that cannot be run has a problem instead.
     """
     return [rerun_failing_world(each, library, properties=properties) for each in failing]
 
@@ -85,7 +50,7 @@ def rerun_failing_world(
     library: Library | Libraries,
     *,
     properties: Sequence[Property] = (),
-) -> RerunResult:
+) -> FailingWorld:
     """Run one failing world again; see `rerun_failing_worlds`.
 
     Parameters
@@ -99,14 +64,14 @@ def rerun_failing_world(
 
     Returns
     -------
-    RerunResult
-        The result.
+    FailingWorld
+        The same world, with the result.
     """
     try:
         measure = make_failure_measure(failing, library, properties=properties)
-        return RerunResult(failing, float(measure([failing.trial]).robustness[0]))
+        return replace(failing, robustness=float(measure([failing.trial]).robustness[0]), problem="")
     except UnderstudyError as error:
-        return RerunResult(failing, nan, str(error))
+        return replace(failing, robustness=nan, problem=str(error))
 
 
 def find_wrong_time(

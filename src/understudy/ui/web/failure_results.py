@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Literal, TypeAlias
 
 from understudy.errors import UnderstudyError, UnknownName
-from understudy.falsification.failing_world import FailingWorld, FailureList, list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, RerunVerdict, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.failing_worlds import (
-    FailureRerun,
     LibrarySource,
+    RerunResults,
     make_draft,
     rerun_all,
 )
@@ -26,8 +25,6 @@ QUICK_S = 1.0
 REST_S = 1.0
 """The least time between the end of the runs and their repetition, s."""
 
-FailureStateName: TypeAlias = Literal["not run", "fails", "passes", "unknown"]
-
 
 class FailingWorldData(Data, frozen=True, kw_only=True):
     """A failing world of the list."""
@@ -40,7 +37,7 @@ class FailingWorldData(Data, frozen=True, kw_only=True):
     """A short description of the failure as it was found."""
     sentences: list[str]
     """The moment, the decision, and what followed."""
-    state: FailureStateName
+    state: RerunVerdict
     """The result with the automaton in training; "unknown" if the world could not be run."""
     problem: str
     """Why it could not be run; empty if it could."""
@@ -71,13 +68,13 @@ class FailingWorldList:
         self.folder, self._wall = folder, wall
         self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
-        self.result: FailureRerun | None = None
-        self._running: BackgroundRun[FailureRerun] | None = None
+        self.result: RerunResults | None = None
+        self._running: BackgroundRun[RerunResults] | None = None
         self._shown: tuple[object, ...] = ()
         self._data: FailuresData | None = None
         self._lesson = LessonIdentity()
         self._ended_s, self._quick = -REST_S, False
-        self.found = FailureList(())
+        self.worlds, self._problems = tuple[FailingWorld, ...](), tuple[str, ...]()
         self.read()
 
     @property
@@ -90,13 +87,13 @@ class FailingWorldList:
         if self.folder is None:
             return
         try:
-            self.found = list_failing_worlds(self.folder)
+            self.worlds, self._problems = list_failing_worlds(self.folder)
         except UnderstudyError as error:
-            self.found = FailureList((), (str(error),))
+            self.worlds, self._problems = (), (str(error),)
 
     def find(self, name: str) -> FailingWorld:
         """Find a failing world by the name of its folder; UnknownName if it is not listed."""
-        worlds = {each.folder.name: each for each in self.found.worlds}
+        worlds = {each.folder.name: each for each in self.worlds}
         if name not in worlds:
             raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(worlds))
         return worlds[name]
@@ -115,7 +112,7 @@ class FailingWorldList:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
         self._lesson.note_run(trainer)
-        work = partial(rerun_all, self.found.worlds, library, make_draft(trainer))
+        work = partial(rerun_all, self.worlds, library, make_draft(trainer))
         self._running = BackgroundRun(lambda report: work(progress=report), self._wall)
 
     def is_stale(self, trainer: Trainer | None) -> bool:
@@ -145,7 +142,7 @@ class FailingWorldList:
             self.begin_rerun(library, trainer)
         return None
 
-    def _describe_change(self, before: FailureRerun | None) -> StatusMessage | None:
+    def _describe_change(self, before: RerunResults | None) -> StatusMessage | None:
         """Describe how many worlds fail; None if as many failed and passed before."""
         counts = [
             None if each is None else [sum(one.has_passed for one in each.worlds), len(each.worlds)]
@@ -164,7 +161,8 @@ class FailingWorldList:
         stale = self.result is not None and self.is_stale(trainer)
         through = 0 if running is None else running.finished
         key = (
-            id(self.found),
+            id(self.worlds),
+            self._problems,
             id(self.result),
             running is None,
             through,
@@ -179,26 +177,22 @@ class FailingWorldList:
 
     def _describe(self, scenario: Scenario, *, running: bool, through: int, stale: bool) -> FailuresData:
         result, opened = self.result, self.find_open(scenario)
-        results = {} if result is None else {each.failing.folder.name: each for each in result.worlds}
+        results = {} if result is None else {each.folder.name: each for each in result.worlds}
         rows = []
-        for each in self.found.worlds:
-            name = each.folder.name
-            rerun = results.get(name)
-            state: FailureStateName = "not run"
-            if rerun is not None:
-                state = "unknown" if rerun.problem else "fails" if rerun.has_failed else "passes"
+        for each in self.worlds:
+            rerun = results.get(each.folder.name, each)
             rows.append(
                 FailingWorldData(
-                    name=name,
+                    name=each.folder.name,
                     behavior=each.facts.behavior,
                     world=each.trial.scenario.name,
                     summary=each.summary,
                     sentences=list(each.facts.why),
-                    state=state,
-                    problem="" if rerun is None else rerun.problem,
+                    state=rerun.verdict,
+                    problem=rerun.problem,
                 )
             )
-        problems = list(self.found.problems)
+        problems = list(self._problems)
         if result is not None and result.problem:
             problems.append(result.problem)
         return FailuresData(
