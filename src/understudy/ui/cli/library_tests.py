@@ -6,14 +6,14 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
 
 from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.process_pool import run_calls
 from understudy.errors import UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.rerun_failures import rerun_failing_world
@@ -176,7 +176,7 @@ def test_library(
         *((_rerun, each) for each in failing),
     ]
     with show_progress("Tests run", quiet=quiet) as report:
-        found = list(_run(setting, calls, min(jobs, len(calls)), report))
+        found = _run(setting, calls, min(jobs, len(calls)), report)
     lessons, end = len(labels), len(labels) + len(subjects)
     automata, properties, rerun = found[:lessons], found[lessons:end], found[end:]
     works = all(row.works for row in automata) and all(row.verdict != "fails" for row in properties)
@@ -189,19 +189,15 @@ def _run(
     calls: Sequence[tuple[Callable[..., Any], Any]],
     jobs: int,
     report: Callable[[int, int], None],
-) -> Iterator[Any]:
-    """Yield the results of tests in order."""
+) -> list[Any]:
+    """Return the results of tests in order."""
     report(0, len(calls))
-    if jobs < 2:
-        for done, (test, of) in enumerate(calls, 1):
-            yield test(setting, of)
-            report(done, len(calls))
-        return
-    with open_process_pool(jobs) as pool:
-        waiting = [pool.submit(_test_quietly, test, setting, of) for test, of in calls]
-        for done, each in enumerate(waiting, 1):
-            yield each.result()
-            report(done, len(calls))
+    found = dict[int, Any]()
+    tests = [partial(test if jobs < 2 else partial(_test_quietly, test), setting, of) for test, of in calls]
+    for number, each in run_calls(tests, jobs=jobs):
+        found[number] = each.result()
+        report(len(found), len(calls))
+    return [found[number] for number in range(len(calls))]
 
 
 def _test_quietly(test: Callable[..., Any], setting: LibrarySetting, of: object) -> Any:
