@@ -12,6 +12,7 @@ from understudy.analysis.rerun import WorldRerun, find_traced_run
 from understudy.analysis.tracing import AgentRef
 from understudy.errors import SessionError, UnknownName
 from understudy.falsification.failing_world import FailingWorld, read_failing_world
+from understudy.falsification.joint_worlds import Trial
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter, StackFrame
@@ -110,7 +111,7 @@ class _Post(NamedTuple):
         return RunInstant(self.body.snapshot(), active, others[self.agent.agent], members, others)
 
 
-def find_moment(
+def _choose_moment(
     rerun: WorldRerun,
     behavior: str,
     binding: Mapping[str, str],
@@ -119,40 +120,13 @@ def find_moment(
     ticks: int,
     until: int,
     is_led: bool,
-    name: str | None = None,
+    name: str | None,
 ) -> TeachingMoment:
-    """Run a team again, and choose the moment and the automaton to correct.
+    """Run a team again, and choose the moment and the automaton to correct; see `find_moment` for the errors.
 
-    Parameters
-    ----------
-    rerun
-        The team at the start, in a scenario with markers to place by hand.
-    behavior
-        Name of the behavior that it runs, with the sort of agents before it or without.
-    binding
-        The target of each parameter.
-    robot
-        The robot to correct.
-    ticks
-        The tick at which the session is to begin; below 1 for the start.
-    until
-        The tick at which the automaton that runs is the one that made the mistake.
-    is_led
-        Whether the robots follow coordinators. Otherwise all run the behavior, and no coordinator does anything.
-    name
-        The automaton to correct. None: the innermost one with a lesson, the robot's before its coordinator's.
-
-    Returns
-    -------
-    TeachingMoment
-        The moment.
-
-    Raises
-    ------
-    UnknownName
-        If no automaton of that name ran then.
-    SessionError
-        If it has no lesson, or is that of a coordinator below another one.
+    The session begins at a tick, below 1 at the start, or later; `until` is that at which the automaton runs that made
+    the mistake. `is_led` tells whether the robots follow coordinators. Otherwise all run the behavior, and no
+    coordinator does anything.
     """
     chain = rerun.list_chain(robot)
     posts = [_Post(rerun.world, chain[-1])]
@@ -323,21 +297,79 @@ def find_failure_moment(
     SessionError
         If the automaton has no lesson, or is that of a coordinator below another one.
     """
-    scenario, facts = add_markers(failing.trial.scenario), failing.facts
-    at_s = facts.wrong_s if wrong_s is None else wrong_s
-    after_s = AFTER_S if facts.property is None else 0.0
-    ticks, until = round((at_s - before_s) / scenario.tick_s), round((at_s + after_s) / scenario.tick_s)
-    libraries, sort, behavior, found = find_runners(library, facts.behavior, scenario)
+    facts = failing.facts
+    return find_moment(
+        failing.trial,
+        library,
+        facts.behavior,
+        binding=facts.binding,
+        wrong_s=facts.wrong_s if wrong_s is None else wrong_s,
+        before_s=before_s,
+        after_s=AFTER_S if facts.property is None else 0.0,
+        robot=facts.robot,
+        name=name,
+    )
+
+
+def find_moment(
+    trial: Trial,
+    library: Library | Libraries,
+    behavior: str,
+    *,
+    binding: Mapping[str, str],
+    wrong_s: float,
+    before_s: float = BEFORE_S,
+    after_s: float = AFTER_S,
+    robot: int = 0,
+    name: str | None = None,
+) -> TeachingMoment:
+    """Run a behavior in a world until some seconds before it goes wrong.
+
+    Parameters
+    ----------
+    trial
+        The world.
+    library
+        The library with the behavior, and with the lesson to correct; or for a team the library of each sort of agents.
+    behavior
+        Name of the behavior, in a team with the sort of agents before it or without.
+    binding
+        The target of each parameter.
+    wrong_s
+        When it goes wrong, s.
+    before_s
+        How long before that, s; later if the run, or that automaton, began later.
+    after_s
+        How long after that the innermost automaton is taken for the one that made the mistake, s.
+    robot
+        The robot to correct.
+    name
+        Name of the automaton to correct. None: the innermost one with a lesson, the robot's before its coordinator's.
+
+    Returns
+    -------
+    TeachingMoment
+        The moment.
+
+    Raises
+    ------
+    UnknownName
+        If the library does not have the behavior, or no automaton of that name ran then.
+    SessionError
+        If the automaton has no lesson, or is that of a coordinator below another one.
+    """
+    scenario = add_markers(trial.scenario)
+    ticks, until = round((wrong_s - before_s) / scenario.tick_s), round((wrong_s + after_s) / scenario.tick_s)
+    libraries, sort, root, found = find_runners(library, behavior, scenario)
     if sort is None or isinstance(libraries, Library):
         libraries, sorts = collect_libraries(scenario, found), [*scenario.types]
     else:
-        sorts = list_running_sorts(libraries, sort, behavior)
-    roots = dict.fromkeys(sorts, (behavior, facts.binding))
-    return find_moment(
-        WorldRerun(scenario, failing.trial.seed, libraries, roots),
-        facts.behavior,
-        facts.binding,
-        robot=facts.robot,
+        sorts = list_running_sorts(libraries, sort, root)
+    return _choose_moment(
+        WorldRerun(scenario, trial.seed, libraries, dict.fromkeys(sorts, (root, binding))),
+        behavior,
+        binding,
+        robot=robot,
         ticks=ticks,
         until=until,
         is_led=sort is not None,
