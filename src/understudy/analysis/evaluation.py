@@ -17,29 +17,6 @@ from understudy.model.data_frames import make_frame
 from understudy.model.drawing import Axes, call_markup, call_plot
 from understudy.model.kinds import Column
 
-
-class EvaluationDisplay:
-    """The part of an evaluation that represents it."""
-
-    def _repr_html_(self) -> str:
-        return call_markup("html_cards:write_evaluation_html", self, exact_interval_of_share)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Plot the share of worlds that had finished by each time, with exact 95 % intervals.
-
-        Parameters
-        ----------
-        ax
-            Axes of matplotlib to draw into. None: in a new figure.
-
-        Returns
-        -------
-        Axes
-            The axes: time in s to the right, share of worlds upward.
-        """
-        return call_plot("evaluation_plot:plot_evaluation", self, exact_interval_of_share, ax)
-
-
 MEASURES = {"seconds": "time to finish (s)", "relative": "relative food per second"}
 """The results whose names are written out in tables for people."""
 
@@ -50,7 +27,7 @@ def name_measure(name: str, layout: str) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Evaluation(EvaluationDisplay):
+class Evaluation:
     """The results of a behavior in N worlds, and those of the baseline in the same worlds.
 
     Parameters
@@ -98,6 +75,24 @@ class Evaluation(EvaluationDisplay):
         names = f", metrics {', '.join(self.metrics)}" if self.metrics else ""
         raised = "" if self.raised is None else f"; {self.raised.describe()}"
         return f"<Evaluation of {self.behavior!r} in {self.world}: success in {count}{names}{raised}>"
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_evaluation_html", self, exact_interval_of_share)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot the share of worlds that had finished by each time, with exact 95 % intervals.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes: time in s to the right, share of worlds upward.
+        """
+        return call_plot("evaluation_plot:plot_evaluation", self, exact_interval_of_share, ax)
 
     @property
     def success(self) -> float:

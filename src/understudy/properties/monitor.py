@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from understudy.analysis.rollout import (
     Monitor,
     Progress,
     SuccessMonitor,
+    WorldColumns,
     roll_out,
     skip_progress,
 )
@@ -36,7 +37,7 @@ LOOK_S = 1.0
 
 
 @dataclass(frozen=True)
-class PropertyOutcomes:
+class PropertyOutcomes(WorldColumns):
     """The results of a property in B runs, as columns [B]."""
 
     failed_s: Column
@@ -51,11 +52,6 @@ class PropertyOutcomes:
     def held(self) -> NDArray[np.bool_]:
         """True for each run in which the property held [B]."""
         return np.isnan(self.failed_s)
-
-    @classmethod
-    def concatenate(cls, parts: Collection[PropertyOutcomes]) -> PropertyOutcomes:
-        """Join the outcomes of several batches, in order."""
-        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
 def monitor_property(
