@@ -64,60 +64,12 @@ class RandomSearch:
             del kept[KEPT:]
 
 
-def search_at_random(
-    measure: Measure,
-    scenario: Scenario,
-    *,
-    first_seed: int,
-    most_runs: int | None = None,
-    seconds: float | None = None,
-    jobs: int = 1,
-    progress: Callable[[RandomSearch], None] = lambda found: None,
-    clock: Callable[[], float] = REAL_TIME,
-) -> RandomSearch:
-    """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
-
-    Parameters
-    ----------
-    measure
-        Runs the behavior. With several jobs it must be possible to send it to another process.
-    scenario
-        The scenario.
-    first_seed
-        The seed of the first world; the others follow.
-    most_runs
-        The number of worlds. None: until the time is over.
-    seconds
-        The time, s. None: until all worlds were run.
-    jobs
-        The number of processes.
-    progress
-        Called after each batch with what was found so far.
-    clock
-        What tells the time, s.
-
-    Returns
-    -------
-    RandomSearch
-        What was found, also if it was interrupted.
-    """
-    return search_seeds(
-        partial(measure_seeds, measure, scenario),
-        first_seed=first_seed,
-        most_runs=most_runs,
-        seconds=seconds,
-        jobs=jobs,
-        progress=progress,
-        clock=clock,
-    )
-
-
 def measure_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> Column:
     """Run a behavior in the worlds of a scenario that these seeds lay out; return the robustness of each."""
     return measure([Trial(scenario, seed) for seed in seeds]).robustness
 
 
-def search_seeds(
+def search_at_random(
     measure: SeedMeasure,
     *,
     first_seed: int,
@@ -128,12 +80,13 @@ def search_seeds(
     progress: Callable[[RandomSearch], None] = lambda found: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
-    """Run a behavior in worlds of fresh seeds, whatever these worlds are; see `search_at_random`.
+    """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
 
     Parameters
     ----------
     measure
-        Runs the behavior. With several jobs it must be possible to send it to another process.
+        Runs the behavior, such as `measure_seeds` in a scenario. With several jobs it must be possible to send it to
+        another process.
     first_seed
         The seed of the first world; the others follow.
     most_runs

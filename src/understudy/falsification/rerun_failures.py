@@ -8,12 +8,11 @@ from math import nan
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.property_measure import PropertyMeasure, make_success_measure
+from understudy.falsification.property_measure import make_property_measure, make_success_measure
 from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.property_file import FILE
-from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.team.libraries import Libraries
 
 
@@ -145,6 +144,4 @@ def make_failure_measure(
             problem=f"is {facts.property!r}, which the library's {FILE} does not have",
             remedy="restore it there, or delete this folder",
         )
-    task = make_property_task(subject, library, scenario)
-    check_property(subject, task, scenario)
-    return PropertyMeasure(task, facts.limit_s, subject=subject)
+    return make_property_measure(subject, library, scenario, limit_s=facts.limit_s)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from understudy.falsification.falsify import FIRST_SEED
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.open_failure import find_moment
-from understudy.falsification.random_search import search_at_random
+from understudy.falsification.random_search import measure_seeds, search_at_random
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy_lab.counterexamples.arrivals import BEHAVIOR, SCENARIO, TARGETS, ArrivalMeasure
@@ -47,7 +48,9 @@ def teach_by_failures(novice: Novice, library: Library, seed: int) -> LessonSeri
     presses, found = [], []
     for number in range(LESSONS):
         first = FIRST_SEED + SEARCHED * (LESSONS * seed + number)
-        search = search_at_random(ArrivalMeasure(library), SCENARIO, first_seed=first, most_runs=SEARCHED)
+        search = search_at_random(
+            partial(measure_seeds, ArrivalMeasure(library), SCENARIO), first_seed=first, most_runs=SEARCHED
+        )
         found.append(search.failed)
         before = novice.presses
         if search.failures:

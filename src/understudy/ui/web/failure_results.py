@@ -70,8 +70,6 @@ class FailingWorldList:
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
         self.result: RerunResults | None = None
         self._running: BackgroundRun[RerunResults] | None = None
-        self._shown: tuple[object, ...] = ()
-        self._data: FailuresData | None = None
         self._lesson = LessonIdentity()
         self._ended_s, self._quick = -REST_S, False
         self.worlds, self._problems = tuple[FailingWorld, ...](), tuple[str, ...]()
@@ -157,25 +155,6 @@ class FailingWorldList:
         """Return the list as the page shows it; None without a folder."""
         if self.folder is None:
             return None
-        running = self._running
-        stale = self.result is not None and self.is_stale(trainer)
-        through = 0 if running is None else running.finished
-        key = (
-            id(self.worlds),
-            self._problems,
-            id(self.result),
-            running is None,
-            through,
-            stale,
-            id(scenario),
-            id(self.before),
-        )
-        if self._data is None or key != self._shown:
-            self._shown = key
-            self._data = self._describe(scenario, running=running is not None, through=through, stale=stale)
-        return self._data
-
-    def _describe(self, scenario: Scenario, *, running: bool, through: int, stale: bool) -> FailuresData:
         result, opened = self.result, self.find_open(scenario)
         results = {} if result is None else {each.folder.name: each for each in result.worlds}
         rows = []
@@ -199,9 +178,9 @@ class FailingWorldList:
             folder=str(self.folder),
             worlds=rows,
             problems=problems,
-            running=running,
-            finished=through,
-            stale=stale,
+            running=self._running is not None,
+            finished=0 if self._running is None else self._running.finished,
+            stale=result is not None and self.is_stale(trainer),
             open=opened,
             previous_world=self.before[0].name if self.before is not None and opened is not None else None,
         )
