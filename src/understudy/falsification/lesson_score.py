@@ -251,10 +251,8 @@ def _list_decisions(
     engine, features = run.engine, library.taught[behavior].automaton.features
     sensing = FeatureColumns(engine.compiled.features, world)
     looks = _list_looks(mistakes, world.tick_s)
-    passed = 0
     for tick in sorted(looks):
-        run.advance(tick - passed)
-        passed = tick
+        run.advance(tick - run.ticks)
         columns, now = sensing.columns(world.sense(engine.keys)), float(world.time_s)
         known = dict(zip(engine.compiled.features, columns, strict=True))
         for row in looks[tick]:

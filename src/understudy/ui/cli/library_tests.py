@@ -25,9 +25,9 @@ from understudy.properties.lesson_tests import (
     describe_test_result,
     run_lesson_test,
 )
-from understudy.properties.library_properties import FittingLibraries, open_properties
+from understudy.properties.library_properties import FittingLibraries, open_properties, try_property
 from understudy.properties.property_file import FILE, load_properties
-from understudy.properties.run_property import PropertyResult, describe_result, run_property
+from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import find_type_folders
@@ -252,12 +252,7 @@ def _open_world(setting: LibrarySetting, world: str) -> FittingLibraries:
 
 def _test_property(setting: LibrarySetting, subject: Property) -> PropertyRow:
     """Test a property in its worlds."""
-    try:
-        where = _open_world(setting, subject.start.world)
-        result = run_property(subject, where.libraries, where.scenario)
-    except UnderstudyError as error:
-        result = PropertyResult.from_problem(subject, str(error))
-    return _make_property_row(result)
+    return _make_property_row(try_property(subject, partial(_open_world, setting)))
 
 
 def _rerun(setting: LibrarySetting, failing: FailingWorld) -> dict[str, Any]:

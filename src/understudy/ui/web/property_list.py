@@ -10,8 +10,9 @@ from typing import Literal, TypeAlias
 from understudy.analysis.rollout import Progress
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.property import Property
+from understudy.properties.library_properties import try_property
 from understudy.properties.property_file import FILE, load_tables, parse_property
-from understudy.properties.run_property import PropertyResult, describe_result, run_property
+from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
@@ -65,12 +66,8 @@ class RunningTests(BackgroundRun[list[PropertyResult]]):
     ) -> list[PropertyResult]:
         for subject in subjects:
             self.testing, self.finished = subject.name, 0
-            try:
-                where = library.open_world(subject.start.world, draft)
-                result = run_property(subject, where.libraries, where.scenario, progress=progress)
-            except UnderstudyError as error:
-                result = PropertyResult.from_problem(subject, str(error))
-            self.results.append(result)
+            open_world = partial(library.open_world, draft=draft)
+            self.results.append(try_property(subject, open_world, progress=progress))
         return self.results
 
 
