@@ -142,7 +142,7 @@ def write_failing_world(
     """
     folder = Path(folder)
     title = f"{facts.behavior} fails in {trial.scenario.name}, seed {trial.seed}"
-    picture = draw_failure(replay, title=title, tick_s=trial.scenario.tick_s)
+    picture = draw_failure(replay, title=title)
     why = [title, "", *facts.why, "", "Simpler than the world that was found:"]
     why += [f"- {step}" for step in facts.steps] or ["- nothing: no simpler world failed"]
     why += ["", "Run it again:", f"  {command}", ""]

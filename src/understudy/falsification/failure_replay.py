@@ -38,8 +38,7 @@ class ExplainedRun:
 
     `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
     `label` names that moment, `place` is where that robot stood then, m, and `states` are its states after the
-    decision, outermost first. `reason` is the switch that explains it; None if the robot never switched. `sentences`
-    put it in words.
+    decision that explains it, outermost first. `sentences` put it in words.
     """
 
     wrong_s: float
@@ -48,7 +47,6 @@ class ExplainedRun:
     frames: tuple[RunFrame, ...]
     place: tuple[float, float]
     states: tuple[str, ...]
-    reason: DecisionReason | None
     sentences: tuple[str, ...]
 
 
@@ -125,7 +123,6 @@ def replay_failure(
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
         paths[decided],
-        reason,
         (
             moment.sentence,
             *describe_failing_decision(reason),
@@ -169,19 +166,18 @@ def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
 MARK = "#c0392b"
 
 
-def draw_failure(replay: ExplainedRun, *, title: str, tick_s: float) -> bytes:
+def draw_failure(replay: ExplainedRun, *, title: str) -> bytes:
     """Draw the run of a failing world as a PNG, with a mark at the robot's place when it went wrong."""
     from matplotlib.lines import Line2D
 
     frames = replay.frames
     last = frames[-1].view
-    at = frames[min(len(frames) - 1, round(replay.wrong_s / tick_s))].view.robots
     label = f"{replay.label}, {replay.wrong_s:.1f} s"
     entry = Line2D([], [], marker="X", ls="", mfc=MARK, mec=PAPER, ms=10.0, label=label)
     subtitle = f"until {last.time_s:.0f} s; {replay.sentences[0][0].lower()}{replay.sentences[0][1:-1]}"
     sheet = FigureSheet(last, title, subtitle, [entry, *list_path_entries(frames)])
     draw_run(sheet.axes, frames, inch=sheet.inch)
-    x, y = float(at.x[replay.robot]), float(at.y[replay.robot])
+    x, y = replay.place
     sheet.axes.plot([x], [y], marker="o", ms=24.0, mfc="none", mec=MARK, mew=1.6, zorder=9)
     sheet.axes.plot([x], [y], marker="X", ms=11.0, mfc=MARK, mec=PAPER, mew=1.0, zorder=10)
     buffer = BytesIO()
