@@ -32,7 +32,7 @@ def run_calls(
 
     Yields
     ------
-    tuple[int, Future]
+    tuple[int, Future[Result]]
         The number of a function, from 0, and what returns its result or raises its error.
     """
     if jobs <= 1:
