@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.util import find_spec
 from typing import TypeAlias
 
 import msgspec
 
-from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.process_pool import run_calls
 from understudy_lab.row_cache import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 
@@ -41,8 +41,13 @@ def run_tasks(
     left = [task for task in tasks if task not in kept]
     done = len(tasks) - len(left)
     progress(done, len(tasks))
-    for row in _worked(experiment, left, 1 if experiment.in_real_time else min(jobs, len(left))):
-        kept.keep(row)
+    jobs = 1 if experiment.in_real_time else min(jobs, len(left))
+    calls: list[Callable[[], Row]] = [
+        partial(_work, experiment.name, task) if jobs > 1 else partial(row_of, experiment, task)
+        for task in left
+    ]
+    for _, job in run_calls(calls, jobs=jobs):
+        kept.keep(job.result())
         done += 1
         progress(done, len(tasks))
     return [kept[task] for task in tasks]
@@ -57,15 +62,6 @@ def row_of(experiment: Study, task: Task) -> Row:
     """Run one task and return its row with the task, in the form that JSON restores."""
     row: Row = msgspec.json.decode(msgspec.json.encode({"task": task, **experiment.work(task)}))
     return row
-
-
-def _worked(experiment: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row]:
-    if jobs <= 1:
-        yield from (row_of(experiment, task) for task in tasks)
-        return
-    with open_process_pool(jobs) as pool:
-        for future in as_completed([pool.submit(_work, experiment.name, task) for task in tasks]):
-            yield future.result()
 
 
 def _work(name: str, task: Task) -> Row:

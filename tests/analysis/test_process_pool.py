@@ -1,4 +1,4 @@
-"""Worker processes end with the program that uses them, even if it is killed."""
+"""Work that is shared among processes: each result with its call, and processes that end with the program."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import partial
+from math import sqrt
 from pathlib import Path
 
 import pytest
 from tests.processes import end_with_tests
+
+from understudy.analysis.process_pool import run_calls
 
 KILLED = """
 import os, signal
@@ -34,3 +39,26 @@ def test_workers_end_with_a_killed_program() -> None:
     )
     assert done.returncode == -signal.SIGKILL, done.stderr
     assert int(done.stdout) > 0
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_each_call_has_its_result_or_its_error(jobs: int) -> None:
+    results = dict(run_calls([partial(sqrt, number) for number in (4.0, -1.0, 9.0)], jobs=jobs))
+    assert (results[0].result(), results[2].result()) == (2.0, 3.0)
+    with pytest.raises(ValueError, match="math domain error"):
+        results[1].result()
+
+
+@pytest.mark.parametrize(("jobs", "begun"), [(1, 1), (2, 3)])
+def test_a_call_is_taken_when_a_process_will_be_free(jobs: int, begun: int) -> None:
+    """In processes one more is begun than there are, so that none of them waits."""
+    taken = 0
+
+    def list_calls() -> Iterator[partial[float]]:
+        nonlocal taken
+        for number in range(10):
+            taken += 1
+            yield partial(sqrt, number)
+
+    for ended, _ in enumerate(run_calls(list_calls(), jobs=jobs)):
+        assert ended < taken <= min(10, ended + begun)

@@ -12,8 +12,7 @@ from tests.make.sessions import make_session, play
 from tests.make.transcripts import FOLDER
 
 from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
-from understudy.analysis.run_trace import write_trace
-from understudy.analysis.team_trace import add_team_tick, describe_trace_columns
+from understudy.analysis.run_trace import add_team_tick, describe_trace_columns, write_trace
 from understudy.errors import FileError
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.lesson import ExampleKind

@@ -11,8 +11,7 @@ from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE, TOO_FAR, make_library
 from tests.falsification.test_failing_world import list_failing_seeds
 
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_list import list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, list_failing_worlds
 from understudy.falsification.failure_replay import compute_end_hash
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.rerun_failures import (
@@ -35,26 +34,26 @@ def worlds(tmp_path_factory: pytest.TempPathFactory) -> tuple[FailingWorld, ...]
     folder = tmp_path_factory.mktemp("failures")
     for number, seed in enumerate(list_failing_seeds()[:3], 1):
         keep(Trial(FORAGE, seed), folder / f"forage-{number}")
-    return list_failing_worlds(folder).worlds
+    return list_failing_worlds(folder)[0]
 
 
 def test_each_fails_again_as_it_did(worlds: tuple[FailingWorld, ...]) -> None:
     for result in rerun_failing_worlds(worlds, make_library(TOO_FAR)):
-        facts = result.failing.facts
+        facts = result.facts
         assert (result.has_failed, result.has_passed, result.problem) == (True, False, "")
         assert result.robustness == facts.robustness
-        assert str(result) == f"{result.failing.folder.name} still fails"
-        assert find_wrong_time(result.failing, make_library(TOO_FAR)) == facts.wrong_s
-        measure = make_failure_measure(result.failing, make_library(TOO_FAR))
-        assert compute_end_hash(measure, result.failing.trial) == facts.end_hash
+        assert str(result) == f"{result.folder.name} still fails"
+        assert find_wrong_time(result, make_library(TOO_FAR)) == facts.wrong_s
+        measure = make_failure_measure(result, make_library(TOO_FAR))
+        assert compute_end_hash(measure, result.trial) == facts.end_hash
 
 
 def test_a_corrected_library_passes(worlds: tuple[FailingWorld, ...]) -> None:
     for result in rerun_failing_worlds(worlds, make_library(NEVER_SLOWS)):
         assert (result.has_failed, result.has_passed) == (False, True)
-        assert find_wrong_time(result.failing, make_library(NEVER_SLOWS)) is None
+        assert find_wrong_time(result, make_library(NEVER_SLOWS)) is None
         assert 0 < result.robustness < 1
-        assert str(result) == f"{result.failing.folder.name} passes now"
+        assert str(result) == f"{result.folder.name} passes now"
 
 
 def test_the_libraries_of_a_team_give_the_same(worlds: tuple[FailingWorld, ...]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -13,7 +15,7 @@ from understudy.falsification.directed_search import search_directed
 from understudy.falsification.disturbances import list_disturbances
 from understudy.falsification.falsify import falsify
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.random_search import RandomSearch, SeedBatches, search_at_random
+from understudy.falsification.random_search import RandomSearch, SeedBatches, measure_seeds, search_at_random
 from understudy.falsification.search_space import DISTURBANCES, PLACES, SIZES, SearchSpace
 from understudy.falsification.trial import TrialResults
 from understudy.sim.catalog import find_scenario
@@ -151,13 +153,13 @@ def test_batches_fit_the_time_that_worlds_take() -> None:
 @pytest.mark.long
 def test_search_at_random_counts_as_running_them_all() -> None:
     measure = make_measure()
-    found = search_at_random(measure, FORAGE, first_seed=50, most_runs=230)
+    found = search_at_random(partial(measure_seeds, measure, FORAGE), first_seed=50, most_runs=230)
     results = measure([Trial(FORAGE, seed) for seed in range(50, 280)])
     assert (found.runs, found.failed) == (230, int(results.failed.sum()))
     assert {seed for _, seed in found.failures} == {50 + int(row) for row in np.flatnonzero(results.failed)}
     low, high = found.interval
     assert low < found.failed / found.runs < high
-    shared = search_at_random(measure, FORAGE, first_seed=50, most_runs=230, jobs=2)
+    shared = search_at_random(partial(measure_seeds, measure, FORAGE), first_seed=50, most_runs=230, jobs=2)
     assert (shared.failed, shared.failures) == (found.failed, found.failures)
 
 
@@ -173,7 +175,9 @@ def test_a_planted_failure_is_found_by_the_directed_search() -> None:
     assert len(found.failures) == 1
     assert found.failures[0][0] < 0
     assert measure([found.failures[0][1]]).failed.all()
-    at_random = search_at_random(measure, FORAGE, first_seed=0, most_runs=2 * found.runs)
+    at_random = search_at_random(
+        partial(measure_seeds, measure, FORAGE), first_seed=0, most_runs=2 * found.runs
+    )
     assert at_random.failed == 0
 
 
@@ -188,7 +192,7 @@ def test_an_interruption_keeps_what_was_found() -> None:
         raise KeyboardInterrupt
 
     measure = make_measure()
-    at_random = search_at_random(measure, FORAGE, first_seed=0, progress=interrupt)
+    at_random = search_at_random(partial(measure_seeds, measure, FORAGE), first_seed=0, progress=interrupt)
     assert at_random.interrupted
     assert at_random.runs == random_search.FIRST_BATCH
     assert at_random.failures

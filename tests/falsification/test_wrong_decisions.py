@@ -9,10 +9,9 @@ from msgspec import structs
 from tests.falsification.test_finding_trials import AHEAD, KIT, LEFT, SCENARIO, always, distance
 
 from understudy.coaching.advice import WrongDecisions
-from understudy.falsification.lesson_score import score_behavior
+from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
 from understudy.falsification.new_worlds import NewWorlds
 from understudy.falsification.session_setup import SessionSetup
-from understudy.falsification.wrong_decisions import find_wrong_decisions
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.lesson import Example, ExampleKind, Lesson

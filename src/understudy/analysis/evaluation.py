@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.evaluation_display import EvaluationDisplay
 from understudy.analysis.intervals import MedianEstimate, exact_interval_of_share, find_median
 from understudy.analysis.raised_range import RaisedRange, describe_raised
 from understudy.analysis.result_table import CSV, MARKDOWN, Cell, Limits, Share, format_table
 from understudy.analysis.rollout import Outcomes
 from understudy.model.data_frames import make_frame
+from understudy.model.drawing import Axes, call_markup, call_plot
 from understudy.model.kinds import Column
 
 MEASURES = {"seconds": "time to finish (s)", "relative": "relative food per second"}
@@ -27,7 +27,7 @@ def name_measure(name: str, layout: str) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Evaluation(EvaluationDisplay):
+class Evaluation:
     """The results of a behavior in N worlds, and those of the baseline in the same worlds.
 
     Parameters
@@ -75,6 +75,24 @@ class Evaluation(EvaluationDisplay):
         names = f", metrics {', '.join(self.metrics)}" if self.metrics else ""
         raised = "" if self.raised is None else f"; {self.raised.describe()}"
         return f"<Evaluation of {self.behavior!r} in {self.world}: success in {count}{names}{raised}>"
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_evaluation_html", self, exact_interval_of_share)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Plot the share of worlds that had finished by each time, with exact 95 % intervals.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw into. None: in a new figure.
+
+        Returns
+        -------
+        Axes
+            The axes: time in s to the right, share of worlds upward.
+        """
+        return call_plot("evaluation_plot:plot_evaluation", self, exact_interval_of_share, ax)
 
     @property
     def success(self) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
 from multiprocessing.reduction import ForkingPickler
@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from understudy.analysis.evaluation import Evaluation, join_evaluations
 from understudy.analysis.evaluation_task import EvaluationFailed, EvaluationTask
-from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.process_pool import run_calls
 from understudy.analysis.rollout import Progress, skip_progress
 from understudy.analysis.world_run import format_exception, name_value
 from understudy.errors import SettingError, UnderstudyError
@@ -79,12 +79,12 @@ def run_in_jobs(
     if executor is not None:
         parts = [EvaluationJob(task, part) for part in divide(seeds, jobs)]
         progress(0, len(seeds))
-        return _collect(parts, _submit(executor, parts), len(seeds), progress)
+        return _collect(parts, _iterate_completed(_submit(executor, parts)), len(seeds), progress)
     check_pickling(task)
     parts = [EvaluationJob(task, part) for part in divide(seeds, jobs * PARTS_PER_PROCESS)]
     progress(0, len(seeds))
-    with open_process_pool(min(jobs, len(parts))) as pool:
-        return _collect(parts, [pool.submit(part) for part in parts], len(seeds), progress)
+    with closing(run_calls(parts, jobs=jobs)) as completed:
+        return _collect(parts, completed, len(seeds), progress)
 
 
 def divide(seeds: Sequence[int], parts: int) -> list[tuple[int, ...]]:
@@ -104,15 +104,15 @@ def _submit(executor: Executor, parts: Sequence[EvaluationJob]) -> list[Job]:
 
 
 def _collect(
-    parts: Sequence[EvaluationJob], jobs: Sequence[Job], worlds: int, progress: Progress
+    parts: Sequence[EvaluationJob], completed: Iterable[tuple[int, Job]], worlds: int, progress: Progress
 ) -> Evaluation:
     """Wait for all jobs and join their results; raise the error of the first that failed."""
     found: dict[int, Evaluation] = {}
     errors: dict[int, Exception] = {}
     through = 0
-    for number in _iterate_completed(jobs):
+    for number, job in completed:
         try:
-            found[number] = jobs[number].result()
+            found[number] = job.result()
         except Exception as error:  # the executor's, or that of the job
             errors[number] = error
             if isinstance(error, EvaluationFailed) and error.part is not None:
@@ -131,14 +131,14 @@ def _collect(
     ) from cause
 
 
-def _iterate_completed(jobs: Sequence[Job]) -> Iterator[int]:
-    """Yield the numbers of jobs: as they end if they are futures, otherwise in order."""
+def _iterate_completed(jobs: Sequence[Job]) -> Iterator[tuple[int, Job]]:
+    """Yield jobs with their numbers: as they end if they are futures, otherwise in order."""
     futures = {job: number for number, job in enumerate(jobs) if isinstance(job, Future)}
     if len(futures) < len(jobs):
-        yield from range(len(jobs))
+        yield from enumerate(jobs)
         return
     for future in as_completed(futures):
-        yield futures[future]
+        yield futures[future], future
 
 
 LAST_LINES = 3

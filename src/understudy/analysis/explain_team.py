@@ -8,8 +8,12 @@ from math import isnan
 
 import numpy as np
 
-from understudy.analysis.explain_run import AgentExplanation, DecisionReason, LevelExplanation
-from understudy.analysis.replay_diff import explain_recorded_tick
+from understudy.analysis.explain_run import (
+    AgentExplanation,
+    DecisionReason,
+    LevelExplanation,
+    explain_recorded_tick,
+)
 from understudy.analysis.rerun import Rerun
 from understudy.errors import SettingError, UnknownName
 from understudy.model.binding import Binding

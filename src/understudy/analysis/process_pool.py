@@ -1,14 +1,73 @@
-"""Pools of worker processes that compute in one thread each."""
+"""Work that is shared among processes of this computer, which compute in one thread each."""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from multiprocessing import get_context, parent_process
 from threading import Thread
+from typing import TypeVar
+
+Result = TypeVar("Result")
+
+
+def run_calls(
+    calls: Iterable[Callable[[], Result]], *, jobs: int
+) -> Generator[tuple[int, Future[Result]], None, None]:
+    """Run functions in processes, and yield each as it ends; with a single job, here and one after the other.
+
+    On an error of the caller the processes are ended, and what has not started is cancelled.
+
+    Parameters
+    ----------
+    calls
+        The functions. For several jobs each can be sent to another process. The next one is taken only when a process
+        will soon be free, so that it may depend on former results.
+    jobs
+        The number of processes.
+
+    Yields
+    ------
+    tuple[int, Future[Result]]
+        The number of a function, from 0, and what returns its result or raises its error.
+    """
+    if jobs <= 1:
+        for number, call in enumerate(calls):
+            yield number, _finish(call)
+        return
+    with open_process_pool(jobs) as pool:
+        left, begun = enumerate(calls), dict[Future[Result], int]()
+        while True:
+            for number, call in islice(left, jobs + 1 - len(begun)):
+                begun[_submit(pool, call)] = number
+            if not begun:
+                return
+            for future in wait(begun, return_when=FIRST_COMPLETED).done:
+                yield begun.pop(future), future
+
+
+def _finish(call: Callable[[], Result]) -> Future[Result]:
+    """Run a function here."""
+    future = Future[Result]()
+    try:
+        future.set_result(call())
+    except Exception as error:
+        future.set_exception(error)
+    return future
+
+
+def _submit(pool: ProcessPoolExecutor, call: Callable[[], Result]) -> Future[Result]:
+    """Let a pool run a function; if a process of the pool has ended, its future has that error."""
+    try:
+        return pool.submit(call)
+    except BrokenExecutor as error:
+        future = Future[Result]()
+        future.set_exception(error)
+        return future
 
 
 @contextmanager

@@ -1,8 +1,9 @@
-"""Reruns: automata run again over the readings of a recording, with their queries traced."""
+"""Reruns: automata run again in a simulated world, or over the readings of a recording, with their queries traced."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 
@@ -19,9 +20,101 @@ from understudy.runtime.team.team_programs import make_finder
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries, make_scenario_team
+from understudy.sim.world import World
 
 
-class Rerun:
+class TracedRerun(ABC):
+    """A run that is made again tick by tick, of which decisions are traced.
+
+    Parameters
+    ----------
+    libraries
+        The library of each sort of agents.
+    """
+
+    def __init__(self, libraries: Libraries) -> None:
+        self.libraries = libraries
+
+    @property
+    @abstractmethod
+    def tick_count(self) -> int:
+        """The number of ticks that have passed."""
+
+    @property
+    @abstractmethod
+    def paths(self) -> list[tuple[str, ...]]:
+        """The states that each robot is in, outermost first."""
+
+    @abstractmethod
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+
+    @abstractmethod
+    def list_chain(self, robot: int) -> tuple[AgentRef, ...]:
+        """List a robot and all coordinators above it, the topmost first."""
+
+    def trace(self, robot: int) -> None:
+        """Record the queries of a robot, and of all coordinators above it, from now on."""
+        for post in self.list_chain(robot):
+            find_traced_run(post).follow(post.agent)
+
+    def replay_to(self, tick: int, look: Callable[[], object] = lambda: None) -> None:
+        """Run until so many ticks have passed, and call `look` after each."""
+        while self.tick_count < tick:
+            self.tick()
+            look()
+
+
+class WorldRerun(TracedRerun):
+    """The team of a scenario that runs again in a simulated world, bit for bit as it ran there before.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    seed
+        The seed of the world.
+    libraries
+        The library of each sort of agents.
+    roots
+        What each sort of agents runs by itself.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int,
+        libraries: Libraries,
+        roots: Mapping[str, tuple[str, Mapping[str, str]]],
+    ) -> None:
+        super().__init__(libraries)
+        self.world = World(scenario, [seed])
+        self.team = make_scenario_team(
+            self.world, scenario, libraries, roots, seeds=[seed], makes=make_tracing_runner
+        )
+        self._ticks = 0
+
+    @property
+    def tick_count(self) -> int:
+        """The number of ticks that have passed."""
+        return self._ticks
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """The states that each robot is in, outermost first."""
+        return self.team.paths
+
+    def tick(self) -> None:
+        """Let all agents sense, decide and act once."""
+        self.team.tick()
+        self._ticks += 1
+
+    def list_chain(self, robot: int) -> tuple[AgentRef, ...]:
+        """List a robot and all coordinators above it, the topmost first."""
+        return list_chain_of_command(self.team, robot)
+
+
+class Rerun(TracedRerun):
     """Agents of the given sorts that run a behavior over a recording, restarted at the recorded moments.
 
     They form the scenario's team if as many agents were recorded as it has robots; otherwise each runs alone. An agent
@@ -38,7 +131,8 @@ class Rerun:
         binding: Mapping[str, str],
         scenario: Scenario | None = None,
     ) -> None:
-        self.recording, self.libraries = recording, libraries
+        super().__init__(libraries)
+        self.recording = recording
         self._body = ReplayBody(recording)
         self._team: Team | None = None
         self._begun: dict[int, list[RecordedDuty]] = {}
@@ -54,21 +148,21 @@ class Rerun:
             self._team = make_scenario_team(
                 self._body, scenario, libraries, roots, seeds=seeds, makes=make_tracing_runner
             )
-            self.chains = [list_chain_of_command(self._team, agent) for agent in range(self._body.agents)]
         else:
             self._find = make_finder(libraries[sorts[0]], sorts[0])
             self._root = IDLE_PROGRAM if behavior is None else self._find(behavior, Binding(binding))
-            now, agents = self._body.time_s, range(self._body.agents)
+            now = self._body.time_s
             for duty in (duty for each in recording.duties for duty in each):
                 self._begun.setdefault(duty.tick, []).append(duty)
             others = [self._find_begun(duty) for each in self._begun.values() for duty in each]
             self._alone = TracedRun(
-                self._body, [Interpreter(self._root, now=now) for _ in agents], [IDLE_PROGRAM, *others]
+                self._body,
+                [Interpreter(self._root, now=now) for _ in range(self._body.agents)],
+                [IDLE_PROGRAM, *others],
             )
-            layer = AgentLayer(self._body, self._alone)
-            self.chains = [(AgentRef(sorts[0], agent, layer, None),) for agent in agents]
-        for post in (post for chain in self.chains for post in chain):
-            find_traced_run(post).follow(post.agent)
+            self._layer, self._sort = AgentLayer(self._body, self._alone), sorts[0]
+        for agent in range(self._body.agents):
+            self.trace(agent)
         self._restarts = {
             (press.tick, agent): press.at_s
             for agent, presses in enumerate(recording.presses)
@@ -101,10 +195,16 @@ class Rerun:
 
     @property
     def paths(self) -> list[tuple[str, ...]]:
-        """The states that each agent is in, outermost first."""
+        """The states that each robot is in, outermost first."""
         if self._team is not None:
             return self._team.paths
         return [each.path for each in self._alone.interpreters]
+
+    def list_chain(self, robot: int) -> tuple[AgentRef, ...]:
+        """List a robot and all coordinators above it, the topmost first; it alone without a team."""
+        if self._team is not None:
+            return list_chain_of_command(self._team, robot)
+        return (AgentRef(self._sort, robot, self._layer, None),)
 
     def _restart(self, agent: int) -> None:
         """Restart an agent; in a team, restart the whole team."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +129,21 @@ def roll_out(
 
 
 @dataclass(frozen=True)
-class Outcomes:
+class WorldColumns:
+    """The base of results of N worlds, whose fields are columns of shape [N]."""
+
+    def select(self, rows: Sequence[int] | NDArray[np.intp]) -> Self:
+        """Return the results of some worlds, given their rows."""
+        return type(self)(*(getattr(self, each.name)[list(rows)] for each in fields(self)))
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Self]) -> Self:
+        """Join the results of several batches, in order."""
+        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
+
+
+@dataclass(frozen=True)
+class Outcomes(WorldColumns):
     """The results of N worlds, as columns of shape [N]."""
 
     seconds: Column
@@ -157,15 +171,6 @@ class Outcomes:
         spent = np.where(self.finished, self.seconds, self.limit_s)
         rate: Column = np.divide(self.delivered, spent, out=np.full(len(spent), np.nan), where=spent > 0)
         return rate
-
-    def select(self, rows: Sequence[int]) -> Outcomes:
-        """Return the outcomes of some worlds, given their rows."""
-        return Outcomes(*(getattr(self, each.name)[list(rows)] for each in fields(self)))
-
-    @classmethod
-    def concatenate(cls, parts: Sequence[Outcomes]) -> Outcomes:
-        """Join the outcomes of several batches, in order."""
-        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
 class SuccessMonitor(Monitor, ABC):

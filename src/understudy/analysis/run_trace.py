@@ -18,6 +18,10 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
+from understudy.robots.recording.message_types import format_reading_label
+from understudy.runtime.team.members import AgentLayer
+from understudy.runtime.team.squad_body import SquadBody
+from understudy.runtime.team.team import Team
 from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
@@ -246,3 +250,48 @@ def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[
         finally:
             made.unlink(missing_ok=True)
     sync_folder(path.parent)
+
+
+def describe_trace_columns(team: Team) -> TraceColumns:
+    """Describe the readings that the automata of a team's robots and coordinators use, and the robots' commands."""
+    robots, *above = team.layers
+    return TraceColumns(
+        readings=_describe_readings(robots),
+        commands={channel.name: channel.unit for channel in robots.body.channels},
+        coordinators={
+            layer.body.squad.name: _describe_readings(layer)
+            for layer in above
+            if isinstance(layer.body, SquadBody)
+        },
+    )
+
+
+def _describe_readings(layer: AgentLayer) -> dict[str, ReadingInfo]:
+    known = {reading.name: reading for reading in layer.body.readings}
+    return {
+        format_reading_label(key): ReadingInfo(str(known[key[0]].kind), known[key[0]].unit)
+        for key in layer.runner.keys
+    }
+
+
+def add_team_tick(trace: TraceWriter, team: Team, view: WorldView, paths: list[tuple[str, ...]]) -> None:
+    """Add the last tick of a team to its trace.
+
+    `view` is the world after it, and `paths` has the states of each robot, outermost first.
+    """
+    robots, *above = team.layers
+    trace.add(
+        view,
+        paths,
+        readings=_list_readings(robots),
+        commands=robots.commands,
+        coordinators={
+            layer.body.squad.name: AgentTick(team.list_paths(layer), _list_readings(layer))
+            for layer in above
+            if isinstance(layer.body, SquadBody)
+        },
+    )
+
+
+def _list_readings(layer: AgentLayer) -> dict[str, Column]:
+    return {format_reading_label(key): layer.percept[key] for key in layer.runner.keys}

@@ -14,7 +14,7 @@ from understudy.analysis.tracing import TracedRun
 from understudy.clock import REAL_TIME
 from understudy.falsification.failure_replay import describe_failing_decision
 from understudy.falsification.falsify import AT_RANDOM, FIRST_SEED, Falsification, Report, skip_report
-from understudy.falsification.random_search import RandomSearch, search_seeds
+from understudy.falsification.random_search import RandomSearch, search_at_random
 from understudy.model.kinds import Column
 from understudy.runtime.body import Body
 
@@ -89,7 +89,7 @@ def falsify_on_body(
     def progress(found: RandomSearch) -> None:
         report("Worlds at random", found.runs, found.failed)
 
-    random = search_seeds(
+    random = search_at_random(
         BodyMeasure(task),
         first_seed=FIRST_SEED * (seed + 1),
         most_runs=worlds,

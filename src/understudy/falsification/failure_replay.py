@@ -1,24 +1,29 @@
-"""Replays of failing worlds: when exactly it went wrong, the decision then, and what the robot did from there on."""
+"""Replays of failing worlds: when exactly it went wrong, the decision then, and what the robot did from there on.
+
+The picture shows the robots' paths, and the place where it went wrong.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from itertools import pairwise
 
 import numpy as np
 
 from understudy.analysis.explain_run import DecisionReason, find_latest_switch
 from understudy.analysis.explanation_text import describe_source, describe_switch, describe_values
-from understudy.analysis.rerun import find_traced_run
-from understudy.analysis.tracing import list_chain_of_command, make_tracing_runner
+from understudy.analysis.rerun import WorldRerun
 from understudy.errors import join_names
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
-from understudy.sim.team.libraries import Libraries, make_scenario_team
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.view import RunFrame
-from understudy.sim.world import World
+from understudy.viz.palette import INK, PAPER
+from understudy.viz.path_png import draw_run, list_path_entries
+from understudy.viz.sheet import FigureSheet
 
 AFTER_S = 30.0
 """The time that is shown after the last progress, s."""
@@ -28,13 +33,12 @@ MOST_STATES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class FailureReplay:
-    """The run in a failing world until some time after it went wrong.
+class ExplainedRun:
+    """A run until some time after it went wrong, and the decision that explains it.
 
     `wrong_s` is the time at which it went wrong, s, `robot` the explained robot, and `frames` the run tick by tick.
     `label` names that moment, `place` is where that robot stood then, m, and `states` are its states after the
-    decision, outermost first. `reason` is the switch that explains it; None if the robot never switched. `sentences`
-    put it in words.
+    decision that explains it, outermost first. `sentences` put it in words.
     """
 
     wrong_s: float
@@ -43,7 +47,6 @@ class FailureReplay:
     frames: tuple[RunFrame, ...]
     place: tuple[float, float]
     states: tuple[str, ...]
-    reason: DecisionReason | None
     sentences: tuple[str, ...]
 
 
@@ -51,9 +54,7 @@ def compute_end_hash(measure: TrialMeasure, trial: Trial) -> str:
     """Compute a hash of the world at the end of a run, by which another replay is compared bit for bit."""
     run = measure.start([trial])
     world = run.get_world()
-    last = int(measure.get_limit(trial.scenario) / world.tick_s + 1e-9)
-    for first in range(0, last, TICKS_AT_ONCE):
-        run.advance(min(TICKS_AT_ONCE, last - first), to_goal=True)
+    run.advance(int(measure.get_limit(trial.scenario) / world.tick_s + 1e-9), to_goal=True)
     robots, objects = world.state.robots, world.state.objects
     digest = hashlib.sha256()
     for rows, names in (
@@ -72,7 +73,7 @@ def replay_failure(
     roots: Mapping[str, tuple[str, Mapping[str, str]]],
     *,
     progress_s: float,
-) -> FailureReplay:
+) -> ExplainedRun:
     """Run a failing world again, and explain the decision with which it went wrong.
 
     Parameters
@@ -90,48 +91,42 @@ def replay_failure(
 
     Returns
     -------
-    FailureReplay
+    ExplainedRun
         The run and its explanation.
     """
     limit_s, tick_s = measure.get_limit(trial.scenario), trial.scenario.tick_s
     moment = measure.find_wrong_moment(trial, until_s=min(limit_s, progress_s + TICKS_AT_ONCE * tick_s))
     wrong = moment.tick
     robot = measure.choose_robot(trial, wrong)
-    world = World(trial.scenario, [trial.seed])
-    team = make_scenario_team(
-        world, trial.scenario, libraries, roots, seeds=[trial.seed], makes=make_tracing_runner
-    )
-    chain = list_chain_of_command(team, robot)
-    for post in chain:
-        find_traced_run(post).follow(post.agent)
-    frames = [RunFrame(world.view(), [path[0] if path else "" for path in team.paths])]
-    last, decided = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s), team.paths[robot]
-    reason: DecisionReason | None = None
-    paths = list[tuple[str, ...]]()
-    for tick in range(1, last + 1):
-        team.tick()
-        states = team.paths
-        frames.append(RunFrame(world.view(), [path[0] if path else "" for path in states]))
-        if tick > wrong:
-            paths.append(states[robot])
-        if tick <= wrong or (
-            measure.is_cause_later and (tick == wrong + 1 or reason is None or reason.time_s < wrong * tick_s)
-        ):
-            reason = find_latest_switch(chain, libraries) or reason
-            decided = states[robot]
-    robots = frames[min(wrong, len(frames) - 1)].view.robots
-    return FailureReplay(
+    rerun = WorldRerun(trial.scenario, trial.seed, libraries, roots)
+    rerun.trace(robot)
+    frames, paths = list[RunFrame](), list[tuple[str, ...]]()
+
+    def look() -> None:
+        states = rerun.paths
+        frames.append(RunFrame(rerun.world.view(), [path[0] if path else "" for path in states]))
+        paths.append(states[robot])
+
+    look()
+    rerun.replay_to(wrong, look)
+    reason, decided = find_latest_switch(rerun, robot), wrong
+    last = round(min(limit_s, wrong * tick_s + AFTER_S) / tick_s)
+    while rerun.tick_count < last:
+        rerun.replay_to(rerun.tick_count + 1, look)
+        if measure.is_cause_later and (decided == wrong or reason is None or reason.time_s < wrong * tick_s):
+            reason, decided = find_latest_switch(rerun, robot), rerun.tick_count
+    robots = frames[wrong].view.robots
+    return ExplainedRun(
         wrong * tick_s,
         moment.label,
         robot,
         tuple(frames),
         (float(robots.x[robot]), float(robots.y[robot])),
-        decided,
-        reason,
+        paths[decided],
         (
             moment.sentence,
             *describe_failing_decision(reason),
-            *([_describe_states(paths, tick_s)] if paths else []),
+            *([_describe_states(paths[wrong + 1 :], tick_s)] if last > wrong else []),
         ),
     )
 
@@ -166,3 +161,25 @@ def _describe_states(paths: list[tuple[str, ...]], tick_s: float) -> str:
     shown = join_names(names[:MOST_STATES]) + (", and others" if len(names) > MOST_STATES else "")
     times = "once" if switches == 1 else f"{switches} times"
     return f"In the next {seconds:.0f} s it changed its state {times}: {shown}."
+
+
+MARK = "#c0392b"
+
+
+def draw_failure(replay: ExplainedRun, *, title: str) -> bytes:
+    """Draw the run of a failing world as a PNG, with a mark at the robot's place when it went wrong."""
+    from matplotlib.lines import Line2D
+
+    frames = replay.frames
+    last = frames[-1].view
+    label = f"{replay.label}, {replay.wrong_s:.1f} s"
+    entry = Line2D([], [], marker="X", ls="", mfc=MARK, mec=PAPER, ms=10.0, label=label)
+    subtitle = f"until {last.time_s:.0f} s; {replay.sentences[0][0].lower()}{replay.sentences[0][1:-1]}"
+    sheet = FigureSheet(last, title, subtitle, [entry, *list_path_entries(frames)])
+    draw_run(sheet.axes, frames, inch=sheet.inch)
+    x, y = replay.place
+    sheet.axes.plot([x], [y], marker="o", ms=24.0, mfc="none", mec=MARK, mew=1.6, zorder=9)
+    sheet.axes.plot([x], [y], marker="X", ms=11.0, mfc=MARK, mec=PAPER, mew=1.0, zorder=10)
+    buffer = BytesIO()
+    sheet.figure.savefig(buffer, format="png", edgecolor=INK)
+    return buffer.getvalue()

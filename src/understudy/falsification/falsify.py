@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -13,7 +14,7 @@ from understudy.errors import SettingError
 from understudy.extras import ExtraMissing, import_cma
 from understudy.falsification.directed_search import DirectedSearch, search_directed
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.random_search import RandomSearch, search_at_random
+from understudy.falsification.random_search import RandomSearch, measure_seeds, search_at_random
 from understudy.falsification.search_space import ASPECTS, SearchSpace
 from understudy.falsification.shrink import Shrinking, shrink_failure
 from understudy.falsification.trial import TrialMeasure
@@ -101,8 +102,7 @@ def falsify(
     """
     began_s = clock()
     random = search_at_random(
-        measure,
-        scenario,
+        partial(measure_seeds, measure, scenario),
         first_seed=FIRST_SEED * (seed + 1),
         most_runs=worlds,
         seconds=None if worlds is not None else RANDOM_SHARE * seconds,

@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, islice
 
+from understudy.analysis.intervals import count_fewest_trials, interval_of_share_at_any_time
 from understudy.analysis.rollout import Progress, skip_progress
-from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.falsification.new_worlds import JudgedWorlds, Mistake
 from understudy.learning.fisher_test import compute_fisher_p
 from understudy.model.library import Library

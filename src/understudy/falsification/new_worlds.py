@@ -21,13 +21,13 @@ from understudy.analysis.criteria import TICKS_BETWEEN_READINGS, judge_runs
 from understudy.analysis.evaluate import find_flags, make_evaluation_task
 from understudy.analysis.raised_range import find_shown_goal
 from understudy.analysis.rollout import Instant, Monitor, Progress, monitor_flag, roll_out, skip_progress
-from understudy.falsification.progress import ProgressMonitor
 from understudy.falsification.session_setup import CoordinatorRun, SessionSetup
 from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
 from understudy.model.kinds import Categorical, Column
 from understudy.model.library import Library
 from understudy.model.property import Property
+from understudy.properties.goal_progress import ProgressMonitor
 from understudy.properties.monitor import monitor_property
 from understudy.properties.offered_goals import find_behavior_success
 

@@ -125,6 +125,13 @@ def make_success_measure(
         task = make_evaluation_task(library, behavior, scenario, binding=binding, limit_s=limit_s)
         return GoalMeasure(task, limit_s)
     subject = replace(success, behavior=behavior, targets=Binding(dict(binding)))
+    return make_property_measure(subject, library, scenario, limit_s=limit_s)
+
+
+def make_property_measure(
+    subject: Property, library: Library | Libraries, scenario: Scenario, *, limit_s: float | None
+) -> PropertyMeasure:
+    """Make what runs a property's behavior and judges it by the property; see `check_property` for the errors."""
     task = make_property_task(subject, library, scenario)
     check_property(subject, task, scenario)
     return PropertyMeasure(task, limit_s, subject=subject)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias
@@ -11,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.analysis.intervals import exact_interval_of_share
-from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.process_pool import run_calls
 from understudy.clock import REAL_TIME
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.trial import WORLDS_AT_ONCE, Measure
@@ -65,60 +64,12 @@ class RandomSearch:
             del kept[KEPT:]
 
 
-def search_at_random(
-    measure: Measure,
-    scenario: Scenario,
-    *,
-    first_seed: int,
-    most_runs: int | None = None,
-    seconds: float | None = None,
-    jobs: int = 1,
-    progress: Callable[[RandomSearch], None] = lambda found: None,
-    clock: Callable[[], float] = REAL_TIME,
-) -> RandomSearch:
-    """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
-
-    Parameters
-    ----------
-    measure
-        Runs the behavior. With several jobs it must be possible to send it to another process.
-    scenario
-        The scenario.
-    first_seed
-        The seed of the first world; the others follow.
-    most_runs
-        The number of worlds. None: until the time is over.
-    seconds
-        The time, s. None: until all worlds were run.
-    jobs
-        The number of processes.
-    progress
-        Called after each batch with what was found so far.
-    clock
-        What tells the time, s.
-
-    Returns
-    -------
-    RandomSearch
-        What was found, also if it was interrupted.
-    """
-    return search_seeds(
-        partial(measure_seeds, measure, scenario),
-        first_seed=first_seed,
-        most_runs=most_runs,
-        seconds=seconds,
-        jobs=jobs,
-        progress=progress,
-        clock=clock,
-    )
-
-
 def measure_seeds(measure: Measure, scenario: Scenario, seeds: Sequence[int]) -> Column:
     """Run a behavior in the worlds of a scenario that these seeds lay out; return the robustness of each."""
     return measure([Trial(scenario, seed) for seed in seeds]).robustness
 
 
-def search_seeds(
+def search_at_random(
     measure: SeedMeasure,
     *,
     first_seed: int,
@@ -129,12 +80,13 @@ def search_seeds(
     progress: Callable[[RandomSearch], None] = lambda found: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
-    """Run a behavior in worlds of fresh seeds, whatever these worlds are; see `search_at_random`.
+    """Run a behavior in worlds of fresh seeds until a number of runs or a time is reached, or Ctrl-C.
 
     Parameters
     ----------
     measure
-        Runs the behavior. With several jobs it must be possible to send it to another process.
+        Runs the behavior, such as `measure_seeds` in a scenario. With several jobs it must be possible to send it to
+        another process.
     first_seed
         The seed of the first world; the others follow.
     most_runs
@@ -159,14 +111,11 @@ def search_seeds(
     end = None if seconds is None else clock() + seconds
     batches = SeedBatches(first_seed, most_runs, end=end, first_batch=first_batch, clock=clock)
     try:
-        if jobs == 1:
-            while seeds := batches.take():
-                values, took_s = run_seeds(measure, seeds, clock)
-                batches.note(len(seeds), took_s)
-                found.add(seeds, values)
-                progress(found)
-        else:
-            _search_in_jobs(measure, batches, found, jobs=jobs, progress=progress)
+        for _, batch in run_calls(_list_calls(measure, batches, None if jobs > 1 else clock), jobs=jobs):
+            seeds, values, took_s = batch.result()
+            batches.note(len(seeds), took_s)
+            found.add(seeds, values)
+            progress(found)
     except KeyboardInterrupt:
         found.interrupted = True
     return found
@@ -218,34 +167,16 @@ class SeedBatches:
         self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))
 
 
-def run_seeds(
-    measure: SeedMeasure, seeds: Sequence[int], clock: Callable[[], float] = REAL_TIME
-) -> tuple[Column, float]:
-    """Run a behavior in the worlds of these seeds; return the robustness of each, and the time that it took, s."""
+def _list_calls(
+    measure: SeedMeasure, batches: SeedBatches, clock: Callable[[], float] | None
+) -> Iterator[Callable[[], tuple[range, Column, float]]]:
+    """Yield the runs of all batches; those that have begun are waited for when the time is over."""
+    while seeds := batches.take():
+        yield partial(_run_seeds, measure, seeds, clock or REAL_TIME)
+
+
+def _run_seeds(measure: SeedMeasure, seeds: range, clock: Callable[[], float]) -> tuple[range, Column, float]:
+    """Run a behavior in the worlds of these seeds; return them, the robustness of each, and the time it took, s."""
     began_s = clock()
     values = measure(seeds)
-    return values, clock() - began_s
-
-
-def _search_in_jobs(
-    measure: SeedMeasure,
-    batches: SeedBatches,
-    found: RandomSearch,
-    *,
-    jobs: int,
-    progress: Callable[[RandomSearch], None],
-) -> None:
-    """Share the batches among processes; those that have begun are waited for when the time is over."""
-    with open_process_pool(jobs) as pool:
-        begun: dict[Future[tuple[Column, float]], range] = {}
-        while True:
-            while len(begun) < jobs + 1 and (seeds := batches.take()):
-                begun[pool.submit(run_seeds, measure, seeds)] = seeds
-            if not begun:
-                return
-            done, _ = wait(begun, return_when=FIRST_COMPLETED)
-            for future in done:
-                seeds, (values, took_s) = begun.pop(future), future.result()
-                batches.note(len(seeds), took_s)
-                found.add(seeds, values)
-                progress(found)
+    return seeds, values, clock() - began_s

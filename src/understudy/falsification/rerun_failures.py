@@ -3,53 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from math import nan
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.property_measure import PropertyMeasure, make_success_measure
+from understudy.falsification.property_measure import make_property_measure, make_success_measure
 from understudy.falsification.trial import TICKS_AT_ONCE, TrialMeasure
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.properties.property_file import FILE
-from understudy.properties.run_property import check_property, make_property_task
 from understudy.sim.team.libraries import Libraries
-
-
-@dataclass(frozen=True, slots=True)
-class RerunResult:
-    """The result of running a failing world again.
-
-    Parameters
-    ----------
-    failing
-        The failing world.
-    robustness
-        The distance from failing now, below 0 if it still fails; NaN if it could not be run.
-    problem
-        Why it could not be run; empty if it could.
-    """
-
-    failing: FailingWorld
-    robustness: float
-    problem: str = ""
-
-    @property
-    def has_failed(self) -> bool:
-        """True if it still fails."""
-        return self.robustness < 0
-
-    @property
-    def has_passed(self) -> bool:
-        """True if it no longer fails."""
-        return self.robustness >= 0
-
-    def __str__(self) -> str:
-        name = self.failing.folder.name
-        if self.problem:
-            return f"{name} could not be run: {self.problem}"
-        return f"{name} still fails" if self.has_failed else f"{name} passes now"
 
 
 def rerun_failing_worlds(
@@ -57,7 +21,7 @@ def rerun_failing_worlds(
     library: Library | Libraries,
     *,
     properties: Sequence[Property] = (),
-) -> list[RerunResult]:
+) -> list[FailingWorld]:
     """Run failing worlds again with a library, and say which of them still fail.
 
     Each is the same world as when it was found, bit for bit, with the same time limit, and is judged in the same way:
@@ -74,8 +38,8 @@ def rerun_failing_worlds(
 
     Returns
     -------
-    list[RerunResult]
-        The results in the same order. A world that cannot be run has a problem instead.
+    list[FailingWorld]
+        The same worlds in the same order, with the results. One that cannot be run has a problem instead.
     """
     return [rerun_failing_world(each, library, properties=properties) for each in failing]
 
@@ -85,7 +49,7 @@ def rerun_failing_world(
     library: Library | Libraries,
     *,
     properties: Sequence[Property] = (),
-) -> RerunResult:
+) -> FailingWorld:
     """Run one failing world again; see `rerun_failing_worlds`.
 
     Parameters
@@ -99,14 +63,14 @@ def rerun_failing_world(
 
     Returns
     -------
-    RerunResult
-        The result.
+    FailingWorld
+        The same world, with the result.
     """
     try:
         measure = make_failure_measure(failing, library, properties=properties)
-        return RerunResult(failing, float(measure([failing.trial]).robustness[0]))
+        return replace(failing, robustness=float(measure([failing.trial]).robustness[0]), problem="")
     except UnderstudyError as error:
-        return RerunResult(failing, nan, str(error))
+        return replace(failing, robustness=nan, problem=str(error))
 
 
 def find_wrong_time(
@@ -180,6 +144,4 @@ def make_failure_measure(
             problem=f"is {facts.property!r}, which the library's {FILE} does not have",
             remedy="restore it there, or delete this folder",
         )
-    task = make_property_task(subject, library, scenario)
-    check_property(subject, task, scenario)
-    return PropertyMeasure(task, facts.limit_s, subject=subject)
+    return make_property_measure(subject, library, scenario, limit_s=facts.limit_s)

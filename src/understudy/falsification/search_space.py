@@ -16,12 +16,14 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from understudy.errors import SettingError
-from understudy.falsification.breakdown_ranges import (
+from understudy.falsification.disturbances import (
     BreakdownRange,
+    Disturbance,
     apply_breakdowns,
+    apply_disturbances,
     list_breakdown_ranges,
+    list_disturbances,
 )
-from understudy.falsification.disturbances import Disturbance, apply_disturbances, list_disturbances
 from understudy.falsification.free_places import FreePlaces
 from understudy.model.kinds import Column
 from understudy.sim.params import get_count_range, get_region_box

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
-from understudy.falsification.breakdown_ranges import list_fewer_breakdowns
+from understudy.falsification.disturbances import list_fewer_breakdowns
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.simpler_worlds import (
     list_earlier_starts,

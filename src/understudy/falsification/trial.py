@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 import numpy as np
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, ProgramRun
 from understudy.analysis.evaluation_task import EvaluationTask
-from understudy.analysis.rollout import Instant, Monitor, monitor_flag, monitor_goal, roll_out
+from understudy.analysis.rollout import Instant, Monitor, WorldColumns, monitor_flag, monitor_goal, roll_out
 from understudy.falsification.joint_worlds import Trial, group_alike, lay_out_each
-from understudy.falsification.progress import ProgressMonitor
 from understudy.model.describe import format_value
 from understudy.model.kinds import Column
+from understudy.properties.goal_progress import ProgressMonitor
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
@@ -33,8 +33,8 @@ LEAST_BADNESS = 1e-3
 """The distance from 0 of the robustness of a run that failed at the very end."""
 
 
-@dataclass(frozen=True, slots=True)
-class TrialResults:
+@dataclass(frozen=True)
+class TrialResults(WorldColumns):
     """The results of n runs, as columns [n]."""
 
     robustness: Column
@@ -54,15 +54,6 @@ class TrialResults:
 
     def __len__(self) -> int:
         return len(self.robustness)
-
-    def select(self, rows: Sequence[int] | NDArray[np.intp]) -> TrialResults:
-        """Return the results of some runs, given their rows."""
-        return TrialResults(*(getattr(self, each.name)[list(rows)] for each in fields(self)))
-
-    @classmethod
-    def concatenate(cls, parts: Sequence[TrialResults]) -> TrialResults:
-        """Join the results of several batches, in order."""
-        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
 @dataclass(frozen=True, slots=True)

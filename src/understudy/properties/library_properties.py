@@ -123,7 +123,15 @@ def run_library_properties(
         If the file is not valid, or names something that does not exist. It names the table and the key.
     """
     for subject, where in open_properties(path, open_world):
-        try:
-            yield run_property(subject, where.libraries, where.scenario, progress=progress)
-        except UnderstudyError as error:
-            yield PropertyResult.from_problem(subject, str(error))
+        yield try_property(subject, {subject.start.world: where}.__getitem__, progress=progress)
+
+
+def try_property(
+    subject: Property, open_world: OpenWorld, *, progress: Progress = skip_progress
+) -> PropertyResult:
+    """Test a property in its scenario, which this function opens; if it cannot be run, the result has a problem."""
+    try:
+        where = open_world(subject.start.world)
+        return run_property(subject, where.libraries, where.scenario, progress=progress)
+    except UnderstudyError as error:
+        return PropertyResult.from_problem(subject, str(error))

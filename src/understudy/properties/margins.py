@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from understudy.analysis.behavior_run import BehaviorRun
 from understudy.errors import SettingError, UnknownName
 from understudy.model.kinds import Categorical, Column, Toroidal
-from understudy.properties.condition import Clause, ClauseTest, Condition
+from understudy.properties.condition import Clause, ClauseTest, Condition, convert_threshold
 from understudy.properties.free_space import UNITS, find_space
 from understudy.properties.thing_positions import (
     find_things,
@@ -29,7 +29,6 @@ from understudy.properties.thing_positions import (
     measure_depth,
     name_things,
 )
-from understudy.properties.units import convert_threshold
 from understudy.sim.scenario.schema import Goal
 from understudy.sim.world import World
 

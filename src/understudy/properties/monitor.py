@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from understudy.analysis.rollout import (
     Monitor,
     Progress,
     SuccessMonitor,
+    WorldColumns,
     roll_out,
     skip_progress,
 )
@@ -36,7 +37,7 @@ LOOK_S = 1.0
 
 
 @dataclass(frozen=True)
-class PropertyOutcomes:
+class PropertyOutcomes(WorldColumns):
     """The results of a property in B runs, as columns [B]."""
 
     failed_s: Column
@@ -51,11 +52,6 @@ class PropertyOutcomes:
     def held(self) -> NDArray[np.bool_]:
         """True for each run in which the property held [B]."""
         return np.isnan(self.failed_s)
-
-    @classmethod
-    def concatenate(cls, parts: Collection[PropertyOutcomes]) -> PropertyOutcomes:
-        """Join the outcomes of several batches, in order."""
-        return cls(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)))
 
 
 def monitor_property(
@@ -323,14 +319,33 @@ class FlagWatch(TimedWatch):
         return np.ones(self.worlds)
 
 
-class DurationWatch(Watch):
+class LastingWatch(Watch):
+    """What observes that something lasts no longer than a time in each world."""
+
+    def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
+        super().__init__(run, ends=ends, stride=stride)
+        self._seconds, self._longest = seconds, np.zeros(self.worlds)
+
+    def note_duration(self, lasted: Column, now: Instant) -> None:
+        """Note how long it has lasted in each world [B], s, and let worlds fail in which it was too long."""
+        running = now.running
+        self._longest[running] = np.maximum(self._longest, lasted)[running]
+        late = running & (lasted > self._seconds + 1e-9)
+        self.failed[late] = now.tick
+        self.over |= late
+
+    def finish(self, last: int) -> NDArray[np.float64]:
+        """Return the robustness [B]."""
+        return (self._seconds - self._longest) / self._seconds
+
+
+class DurationWatch(LastingWatch):
     """Watch a condition that must hold for no longer than a time without a break, for any agent."""
 
     def __init__(self, run: BehaviorRun, margin: Margin, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, ends=ends)
-        self._margin, self._seconds = margin, seconds
+        super().__init__(run, seconds, ends=ends)
+        self._margin = margin
         self._since: NDArray[np.float64] | None = None
-        self._longest = np.zeros(self.worlds)
 
     def look(self, now: Instant) -> None:
         """Observe the worlds."""
@@ -339,39 +354,20 @@ class DurationWatch(Watch):
             self._since = np.full(holds.shape, np.nan)
         self._since = np.where(holds, np.where(np.isnan(self._since), now.tick, self._since), np.nan)
         lasted: Column = np.nan_to_num(now.tick - self._since).max(axis=1, initial=0.0) * self.tick_s
-        update_longest(self, lasted, self._longest, self._seconds, now)
-
-    def finish(self, last: int) -> NDArray[np.float64]:
-        """Return the robustness [B]."""
-        return (self._seconds - self._longest) / self._seconds
+        self.note_duration(lasted, now)
 
 
-class ProgressWatch(Watch):
+class ProgressWatch(LastingWatch):
     """Watch the time in which the scenario's goal comes no nearer, once a second."""
 
     def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool) -> None:
-        super().__init__(run, ends=ends, stride=max(1, round(LOOK_S / run.body.tick_s)))
-        self._seconds, self._goal = seconds, GoalProgress(run.world)
+        super().__init__(run, seconds, ends=ends, stride=max(1, round(LOOK_S / run.body.tick_s)))
+        self._goal = GoalProgress(run.world)
         self._least, self._since = self._goal.measure_remainder(), np.zeros(self.worlds, np.int64)
-        self._longest = np.zeros(self.worlds)
 
     def look(self, now: Instant) -> None:
         """Observe the worlds."""
         left = self._goal.measure_remainder()
         nearer = left <= self._least - self._goal.step
         self._least[nearer], self._since[nearer | (left <= 0)] = left[nearer], now.tick
-        lasted = (now.tick - self._since).astype(np.float64) * self.tick_s
-        update_longest(self, lasted, self._longest, self._seconds, now)
-
-    def finish(self, last: int) -> NDArray[np.float64]:
-        """Return the robustness [B]."""
-        return (self._seconds - self._longest) / self._seconds
-
-
-def update_longest(watch: Watch, lasted: Column, longest: Column, seconds: float, now: Instant) -> None:
-    """Note how long something has lasted in each world [B], s, and let worlds fail in which it was too long."""
-    running = now.running
-    longest[running] = np.maximum(longest, lasted)[running]
-    late = running & (lasted > seconds + 1e-9)
-    watch.failed[late] = now.tick
-    watch.over |= late
+        self.note_duration((now.tick - self._since).astype(np.float64) * self.tick_s, now)

@@ -12,10 +12,14 @@ import numpy as np
 from understudy.analysis.criteria import Criteria, make_raised_reader
 from understudy.analysis.evaluate import find_flags, find_runners
 from understudy.analysis.evaluation_task import EvaluationTask
-from understudy.analysis.intervals import LEVEL, exact_interval_of_share
+from understudy.analysis.intervals import (
+    LEVEL,
+    count_fewest_trials,
+    exact_interval_of_share,
+    interval_of_share_at_any_time,
+)
 from understudy.analysis.raised_range import RaisedRange, describe_raised, find_shown_goal
 from understudy.analysis.rollout import WORLDS_AT_ONCE, Progress, skip_progress
-from understudy.analysis.sequential_interval import count_fewest_trials, interval_of_share_at_any_time
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
 from understudy.properties.condition import parse_condition

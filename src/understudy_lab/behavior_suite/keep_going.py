@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from understudy.analysis.rollout import Progress, skip_progress
-from understudy.falsification.failure_moment import FailureMoment
 from understudy.falsification.holding_test import HoldingTest
 from understudy.falsification.new_worlds import Mistake, NewWorldsResult
+from understudy.falsification.open_failure import TeachingMoment
 from understudy.model.features import Percept
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys
@@ -30,7 +30,6 @@ from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.training.feature_values import collect_own_values, compute_feature_values
-from understudy.training.session import Session
 from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.behavior_suite.task import BehaviorTask, TaskTrial
@@ -249,7 +248,7 @@ class PersistentTeacher(LiveTeacher):
         lesson = self.library.taught[name].lesson
         if lesson is None:
             return
-        moment = FailureMoment(
+        moment = TeachingMoment(
             trial.world,
             trial.world,
             complaint.agent,
@@ -262,8 +261,7 @@ class PersistentTeacher(LiveTeacher):
             binding,
             drivers,
         )
-        session = Session(trial.world, self.library, lesson, targets=targets, agent=complaint.agent)
-        moment.restore_in(session)
+        session = moment.open_session()
         self._expected[name] = expected[name].begin_again()
         self._expected[name].begin_situation(None)
         if complaint.wished is not None:

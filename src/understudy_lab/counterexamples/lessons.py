@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 
-from understudy.falsification.failing_world import FailingWorld, FailureFacts
-from understudy.falsification.falsify import AT_RANDOM, FIRST_SEED
+from understudy.falsification.falsify import FIRST_SEED
 from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.open_failure import open_failure
-from understudy.falsification.random_search import search_at_random
+from understudy.falsification.open_failure import find_moment
+from understudy.falsification.random_search import measure_seeds, search_at_random
 from understudy.model.library import Library
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.tasks import LIMIT_S
 from understudy_lab.counterexamples.arrivals import BEHAVIOR, SCENARIO, TARGETS, ArrivalMeasure
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.teach_live import draw_seed
@@ -50,7 +48,9 @@ def teach_by_failures(novice: Novice, library: Library, seed: int) -> LessonSeri
     presses, found = [], []
     for number in range(LESSONS):
         first = FIRST_SEED + SEARCHED * (LESSONS * seed + number)
-        search = search_at_random(ArrivalMeasure(library), SCENARIO, first_seed=first, most_runs=SEARCHED)
+        search = search_at_random(
+            partial(measure_seeds, ArrivalMeasure(library), SCENARIO), first_seed=first, most_runs=SEARCHED
+        )
         found.append(search.failed)
         before = novice.presses
         if search.failures:
@@ -111,20 +111,11 @@ def _teach_at_places(
 
 def _open_moment(library: Library, world: int, wrong_s: float, *, before_s: float) -> Session:
     """Open a live session in a world, some seconds before a moment of the robot's run."""
-    facts = FailureFacts(
-        behavior=BEHAVIOR,
-        binding=dict(TARGETS),
-        seed=world,
-        limit_s=LIMIT_S,
-        robustness=0.0,
-        wrong_s=wrong_s,
-        end_hash="",
-        found_by=AT_RANDOM,
-        steps=(),
-        why=(),
+    trial = Trial(SCENARIO, world)
+    moment = find_moment(
+        trial, library, BEHAVIOR, binding=TARGETS, wrong_s=wrong_s, before_s=before_s, name=BEHAVIOR
     )
-    failing = FailingWorld(Path(), Trial(SCENARIO, world), facts)
-    return open_failure(failing, library, name=BEHAVIOR, before_s=before_s)
+    return moment.open_session()
 
 
 def _press_what_is_right(novice: Novice, session: Session) -> None:

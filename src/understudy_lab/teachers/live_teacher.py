@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle, islice
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -17,12 +16,10 @@ import numpy as np
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
-from understudy.falsification.failing_world import FailingWorld, FailureFacts
-from understudy.falsification.falsify import AT_RANDOM
 from understudy.falsification.holding_test import HoldingResult, HoldingTest
 from understudy.falsification.joint_worlds import Trial
 from understudy.falsification.new_worlds import Mistake
-from understudy.falsification.open_failure import find_failure_moment
+from understudy.falsification.open_failure import find_moment
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
@@ -324,22 +321,14 @@ class LiveTeacher(ScriptedTeacher):
 
     def watch_mistake(self, scenario: Scenario, behavior: str, mistake: Mistake) -> None:
         """Watch the automaton that ran at a mistake, from shortly before it on, and press where it is wrong."""
-        facts = FailureFacts(
-            behavior=behavior,
-            binding=dict(mistake.binding),
-            seed=mistake.seed,
-            limit_s=scenario.limit_s,
-            robustness=0.0,
+        moment = find_moment(
+            Trial(scenario, mistake.seed),
+            self.library,
+            behavior,
+            binding=mistake.binding,
             wrong_s=mistake.wrong_s,
-            end_hash="",
-            found_by=AT_RANDOM,
-            steps=(),
-            why=(),
         )
-        failing = FailingWorld(Path(), Trial(scenario, mistake.seed), facts)
-        moment = find_failure_moment(failing, self.library)
-        session = Session(moment.body, moment.library, moment.lesson, targets=moment.targets)
-        moment.restore_in(session)
+        session = moment.open_session()
         self._expected[moment.name].begin_situation(None)
         self._see(self._topics[moment.name], session, Situation("", moment.targets))
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import typer
 
 from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-from understudy.analysis.process_pool import open_process_pool
+from understudy.analysis.process_pool import run_calls
 from understudy.errors import UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.rerun_failures import RerunResult, rerun_failing_world
+from understudy.falsification.rerun_failures import rerun_failing_world
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.property import Property
 from understudy.properties.lesson_tests import (
@@ -25,9 +25,9 @@ from understudy.properties.lesson_tests import (
     describe_test_result,
     run_lesson_test,
 )
-from understudy.properties.library_properties import FittingLibraries, open_properties
+from understudy.properties.library_properties import FittingLibraries, open_properties, try_property
 from understudy.properties.property_file import FILE, load_properties
-from understudy.properties.run_property import PropertyResult, describe_result, run_property
+from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import find_type_folders
@@ -98,22 +98,8 @@ class LibraryTestResult:
     works: bool
     automata: Sequence[AutomatonTestRow]
     properties: Sequence[PropertyRow]
-    failures: Sequence[FailureRow]
-    """The failing worlds that were run again; empty without `--failures`."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FailureRow:
-    """Result of running a failing world again."""
-
-    name: str
-    behavior: str
-    verdict: str
-    """"passes", "fails", or "unknown" if it could not be run."""
-    robustness: float | None
-    """The distance from failing, below 0 if it still fails."""
-    why: str
-    """A short description of the failure as it was found, or the reason why the world could not be run."""
+    failures: Sequence[Mapping[str, Any]]
+    """The failing worlds that were run again, see `_rerun`; empty without `--failures`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,20 +122,11 @@ class PropertyRow:
     failure_rate_high: float
     """The upper limit of that interval; without a failure and `at_least`, the one-sided limit of 95 %."""
     least_robustness: float | None
-    failed: Sequence[FailedWorldRow]
-    """The worlds in which it failed."""
+    failed: Sequence[Mapping[str, float]]
+    """Of each world in which it failed the `seed`, when (`failed_s`), and how clearly (`robustness`, below 0)."""
     leaves_shown: bool
     """Whether it demands a flag, and this was raised where it was not shown, in any world."""
     sentences: Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
-class FailedWorldRow:
-    """World in which a property failed: its seed, when (s), and how clearly (below 0)."""
-
-    seed: int
-    failed_s: float
-    robustness: float
 
 
 class LibrarySetting(NamedTuple):
@@ -199,11 +176,11 @@ def test_library(
         *((_rerun, each) for each in failing),
     ]
     with show_progress("Tests run", quiet=quiet) as report:
-        found = list(_run(setting, calls, min(jobs, len(calls)), report))
+        found = _run(setting, calls, min(jobs, len(calls)), report)
     lessons, end = len(labels), len(labels) + len(subjects)
     automata, properties, rerun = found[:lessons], found[lessons:end], found[end:]
     works = all(row.works for row in automata) and all(row.verdict != "fails" for row in properties)
-    works = works and all(row.verdict == "passes" for row in rerun)
+    works = works and all(row["verdict"] == "passes" for row in rerun)
     return LibraryTestResult(setting.folder, opened.world, works, automata, properties, rerun)
 
 
@@ -212,19 +189,15 @@ def _run(
     calls: Sequence[tuple[Callable[..., Any], Any]],
     jobs: int,
     report: Callable[[int, int], None],
-) -> Iterator[Any]:
-    """Yield the results of tests in order."""
+) -> list[Any]:
+    """Return the results of tests in order."""
     report(0, len(calls))
-    if jobs < 2:
-        for done, (test, of) in enumerate(calls, 1):
-            yield test(setting, of)
-            report(done, len(calls))
-        return
-    with open_process_pool(jobs) as pool:
-        waiting = [pool.submit(_test_quietly, test, setting, of) for test, of in calls]
-        for done, each in enumerate(waiting, 1):
-            yield each.result()
-            report(done, len(calls))
+    found = dict[int, Any]()
+    tests = [partial(test if jobs < 2 else partial(_test_quietly, test), setting, of) for test, of in calls]
+    for number, each in run_calls(tests, jobs=jobs):
+        found[number] = each.result()
+        report(len(found), len(calls))
+    return [found[number] for number in range(len(calls))]
 
 
 def _test_quietly(test: Callable[..., Any], setting: LibrarySetting, of: object) -> Any:
@@ -279,16 +252,15 @@ def _open_world(setting: LibrarySetting, world: str) -> FittingLibraries:
 
 def _test_property(setting: LibrarySetting, subject: Property) -> PropertyRow:
     """Test a property in its worlds."""
-    try:
-        where = _open_world(setting, subject.start.world)
-        result = run_property(subject, where.libraries, where.scenario)
-    except UnderstudyError as error:
-        result = PropertyResult.from_problem(subject, str(error))
-    return _make_property_row(result)
+    return _make_property_row(try_property(subject, partial(_open_world, setting)))
 
 
-def _rerun(setting: LibrarySetting, failing: FailingWorld) -> FailureRow:
-    """Run a failing world again with the library as it is."""
+def _rerun(setting: LibrarySetting, failing: FailingWorld) -> dict[str, Any]:
+    """Run a failing world again with the library as it is; return how it went, as `--json` prints it.
+
+    "robustness" is the distance from failing, below 0 if it still fails; None if it could not be run. "why" is a short
+    description of the failure as it was found, or the reason why it could not be run.
+    """
     library, _, kit = setting
     scenario, facts = failing.trial.scenario, failing.facts
     try:
@@ -297,14 +269,14 @@ def _rerun(setting: LibrarySetting, failing: FailingWorld) -> FailureRow:
         properties = load_properties(library / FILE) if facts.property is not None else ()
         found = rerun_failing_world(failing, known, properties=properties)
     except UnderstudyError as error:
-        found = RerunResult(failing, float("nan"), str(error))
-    return FailureRow(
-        name=failing.folder.name,
-        behavior=facts.behavior,
-        verdict="unknown" if found.problem else "fails" if found.has_failed else "passes",
-        robustness=None if found.problem else found.robustness,
-        why=found.problem or failing.summary,
-    )
+        found = replace(failing, problem=str(error))
+    return {
+        "name": failing.folder.name,
+        "behavior": facts.behavior,
+        "verdict": found.verdict,
+        "robustness": None if found.problem else found.robustness,
+        "why": found.problem or failing.summary,
+    }
 
 
 def _make_property_row(result: PropertyResult) -> PropertyRow:
@@ -324,7 +296,11 @@ def _make_property_row(result: PropertyResult) -> PropertyRow:
         failure_rate_high=high,
         least_robustness=float(outcomes.robustness.min()) if result.worlds else None,
         failed=[
-            FailedWorldRow(seed, float(outcomes.failed_s[row]), float(outcomes.robustness[row]))
+            {
+                "seed": seed,
+                "failed_s": float(outcomes.failed_s[row]),
+                "robustness": float(outcomes.robustness[row]),
+            }
             for row, seed in enumerate(result.seeds)
             if not outcomes.held[row]
         ],

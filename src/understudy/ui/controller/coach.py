@@ -17,9 +17,8 @@ from understudy.coaching.raised_elsewhere import find_raised_elsewhere
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
-from understudy.falsification.lesson_score import LessonScore, ScoreChange
+from understudy.falsification.lesson_score import LessonScore, ScoreChange, find_wrong_decisions
 from understudy.falsification.session_setup import SessionSetup
-from understudy.falsification.wrong_decisions import find_wrong_decisions
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library

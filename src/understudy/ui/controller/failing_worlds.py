@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
 
 from understudy.analysis.rollout import Progress, skip_progress
 from understudy.errors import SessionError, UnderstudyError, UnknownName
 from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_moment import FailureMoment
-from understudy.falsification.open_failure import find_failure_moment
-from understudy.falsification.rerun_failures import RerunResult, find_wrong_time, rerun_failing_world
+from understudy.falsification.open_failure import TeachingMoment, find_failure_moment
+from understudy.falsification.rerun_failures import find_wrong_time, rerun_failing_world
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.property import Property
@@ -89,10 +89,10 @@ class LibrarySource:
 
 
 @dataclass(frozen=True, slots=True)
-class FailureRerun:
+class RerunResults:
     """The results of running failing worlds and the library's properties; `problem` says why the latter were not."""
 
-    worlds: tuple[RerunResult, ...]
+    worlds: tuple[FailingWorld, ...]
     properties: tuple[PropertyResult, ...]
     problem: str = ""
 
@@ -103,7 +103,7 @@ def rerun_all(
     draft: Draft | None,
     *,
     progress: Progress = skip_progress,
-) -> FailureRerun:
+) -> RerunResults:
     """Run failing worlds again with what is in training, and the properties of the library's file beside them.
 
     Parameters
@@ -119,7 +119,7 @@ def rerun_all(
 
     Returns
     -------
-    FailureRerun
+    RerunResults
         The results.
     """
     opened = dict[str, Libraries]()
@@ -139,13 +139,13 @@ def rerun_all(
         claims = library.load_properties()
     except UnderstudyError as error:
         problem = str(error)
-    results = list[RerunResult]()
+    results = list[FailingWorld]()
     for number, each in enumerate(worlds):
         progress(number, len(worlds))
         try:
             results.append(rerun_failing_world(each, open_once(each.trial.scenario), properties=claims))
         except UnderstudyError as error:
-            results.append(RerunResult(each, float("nan"), str(error)))
+            results.append(replace(each, robustness=nan, problem=str(error)))
     progress(len(worlds), len(worlds))
     properties = list[PropertyResult]()
     if claims:
@@ -158,14 +158,14 @@ def rerun_all(
                 properties.append(result)
         except UnderstudyError as error:
             problem = str(error)
-    return FailureRerun(tuple(results), tuple(properties), problem)
+    return RerunResults(tuple(results), tuple(properties), problem)
 
 
 @dataclass(frozen=True, slots=True)
-class FailureOpening:
-    """A failing world that was run until shortly before it goes wrong, for a session there."""
+class PreparedSession:
+    """A session that can begin at a moment of a run, in a failing world shortly before it goes wrong."""
 
-    moment: FailureMoment
+    moment: TeachingMoment
     plan: TrainingPlan
     sentence: str
     name: str
@@ -197,7 +197,7 @@ class FailureOpening:
 
 def prepare_failure(
     failing: FailingWorld, library: LibrarySource, draft: Draft | None, *, discard: bool = False
-) -> FailureOpening:
+) -> PreparedSession:
     """Run a failing world until shortly before it goes wrong with what is in training; nothing is changed yet.
 
     The automaton to correct is the innermost one that runs then. If the draft is unsaved, it is the draft.
@@ -215,7 +215,7 @@ def prepare_failure(
 
     Returns
     -------
-    FailureOpening
+    PreparedSession
         The moment, from which a session can begin.
 
     Raises
@@ -243,10 +243,10 @@ def prepare_failure(
         moment.name, folder, moment.world.scenario, saved, LessonChoices(), failing.trial.seed
     )
     sentence = describe_opening(failing, moment, wrong_s)
-    return FailureOpening(moment, plan, sentence, failing.folder.name)
+    return PreparedSession(moment, plan, sentence, failing.folder.name)
 
 
-def describe_opening(failing: FailingWorld, moment: FailureMoment, wrong_s: float | None) -> str:
+def describe_opening(failing: FailingWorld, moment: TeachingMoment, wrong_s: float | None) -> str:
     """Describe where a session in a failing world begins."""
     before_s = (failing.facts.wrong_s if wrong_s is None else wrong_s) - moment.world.time_s
     where = (

@@ -29,9 +29,8 @@ from understudy.ui.controller.coach import CoachController, pause_for_question
 from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.keep_going import LessonContinuation
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
-from understudy.ui.controller.library_changes import list_library_changes
 from understudy.ui.controller.recent_history import RecentHistory
-from understudy.ui.controller.saved_lesson import SavedLesson
+from understudy.ui.controller.saved_lesson import SavedLesson, list_library_changes
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name

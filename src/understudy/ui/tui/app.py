@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from asyncio import get_running_loop
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,7 @@ from textual.app import App
 
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError, UnderstudyError
-from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, list_failing_worlds
 from understudy.model.library import Kit
 from understudy.robots.twin import Ground
 from understudy.sim.kit import make_scenario_kit
@@ -153,13 +153,13 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         trainer = self.open_session.trainer
         if not isinstance(trainer.body, World):
             raise SessionError("failing worlds can be opened in simulated worlds only")
-        found, draft = list_failing_worlds(self.failures), make_draft(trainer)
-        rerun = partial(rerun_all, found.worlds, self._library, draft)
-        self.push_screen(FailuresScreen(found, rerun), partial(self._open_failure, found))
+        worlds, problems = list_failing_worlds(self.failures)
+        rerun = partial(rerun_all, worlds, self._library, make_draft(trainer))
+        self.push_screen(FailuresScreen(worlds, problems, rerun), partial(self._open_failure, worlds))
 
-    def _open_failure(self, found: FailureList, name: str | None) -> None:
+    def _open_failure(self, worlds: Sequence[FailingWorld], name: str | None) -> None:
         """Replace the session by one in a failing world, which goes on with what is in training."""
-        failing = next((each for each in found.worlds if each.folder.name == name), None)
+        failing = next((each for each in worlds if each.folder.name == name), None)
         left = self.open_session
         if failing is None or left is None or not isinstance(self.screen, TeachingScreen):
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from rich.text import Text
@@ -11,14 +11,20 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
-from understudy.falsification.failure_list import FailureList
+from understudy.falsification.failing_world import FailingWorld, RerunVerdict
 from understudy.model.plain_names import format_names
 from understudy.properties.run_property import describe_result
-from understudy.ui.controller.failing_worlds import FailureRerun
+from understudy.ui.controller.failing_worlds import RerunResults
 from understudy.ui.controller.status import describe_error
 from understudy.ui.tui.panels import DIM, TITLE, TONES
 
 VERDICTS = {"fails": ("✗", TONES["error"]), "holds": ("✓", TONES["recorded"]), "undecided": ("?", DIM)}
+MARKS: dict[RerunVerdict, tuple[str, str]] = {
+    "not run": ("·", DIM),
+    "fails": ("✗", TONES["error"]),
+    "passes": ("✓", TONES["recorded"]),
+    "unknown": ("?", TONES["error"]),
+}
 LEAST_WIDTH = 20
 """The least width of the sentences, in characters."""
 RUNNING = "running them with what is trained …"
@@ -32,8 +38,10 @@ class FailuresScreen(Screen[str | None]):
 
     Parameters
     ----------
-    found
+    worlds
         The failing worlds.
+    problems
+        A sentence about each that cannot be read.
     rerun
         Runs all of them, and the properties of the library.
     """
@@ -44,11 +52,13 @@ class FailuresScreen(Screen[str | None]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,W,q", "close", show=False)]
 
-    def __init__(self, found: FailureList, rerun: Callable[[], FailureRerun]) -> None:
+    def __init__(
+        self, worlds: Sequence[FailingWorld], problems: Sequence[str], rerun: Callable[[], RerunResults]
+    ) -> None:
         super().__init__()
-        self._found, self._rerun = found, rerun
+        self._worlds, self._problems, self._rerun = worlds, problems, rerun
         self._filled, self._told = False, ""
-        self.result: FailureRerun | None = None
+        self.result: RerunResults | None = None
 
     def compose(self) -> ComposeResult:
         """Lay out the heading, the table, and the keys."""
@@ -77,23 +87,21 @@ class FailuresScreen(Screen[str | None]):
         table = self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
-        names = [each.folder.name for each in self._found.worlds]
+        names = [each.folder.name for each in self._worlds]
         table.add_column("", width=1)
         table.add_column("world", width=max(map(len, ["world", *names])))
         table.add_column("what went wrong", width=self._compute_width(names))
-        results = (
-            {} if self.result is None else {each.failing.folder.name: each for each in self.result.worlds}
-        )
-        for each in self._found.worlds:
+        results = {} if self.result is None else {each.folder.name: each for each in self.result.worlds}
+        for each in self._worlds:
             name = each.folder.name
-            seen = results.get(name)
-            what = each.summary if seen is None or not seen.problem else seen.problem
-            mark = Text("·", DIM)
-            if seen is not None and seen.problem:
-                mark = Text("?", TONES["error"])
-            elif seen is not None:
-                mark = Text("✗", TONES["error"]) if seen.has_failed else Text("✓", TONES["recorded"])
-            table.add_row(mark, name, Text(format_names(what)), height=None, key=name)
+            seen = results.get(name, each)
+            table.add_row(
+                Text(*MARKS[seen.verdict]),
+                name,
+                Text(format_names(seen.problem or each.summary)),
+                height=None,
+                key=name,
+            )
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
         self.query_one("#head", Static).update(self._render_head(told))
         self.query_one("#told", Static).update(self._render_foot())
@@ -117,13 +125,13 @@ class FailuresScreen(Screen[str | None]):
             text.append(f"  {passed} of {len(self.result.worlds)} pass now")
         elif told:
             text.append(f"  {told}", DIM)
-        if not self._found.worlds:
+        if not self._worlds:
             text.append("\nnone: understudy falsify looks for them", DIM)
         return text
 
     def _render_foot(self) -> Text:
         text = Text()
-        problems = list(self._found.problems)
+        problems = list(self._problems)
         if self.result is not None:
             if self.result.properties:
                 text.append("Properties of the library\n", TITLE)

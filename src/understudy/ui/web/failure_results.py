@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from threading import Thread
-from time import sleep
-from typing import Literal, TypeAlias
 
 from understudy.errors import UnderstudyError, UnknownName
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.failure_list import FailureList, list_failing_worlds
+from understudy.falsification.failing_world import FailingWorld, RerunVerdict, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.failing_worlds import (
-    Draft,
-    FailureRerun,
     LibrarySource,
+    RerunResults,
     make_draft,
     rerun_all,
 )
-from understudy.ui.controller.status import StatusMessage, describe_error
+from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.lesson_identity import LessonIdentity
+from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.unseen_worlds import YIELD_S
 
 QUICK_S = 1.0
 """Where all runs together take less than this, they are repeated by themselves whenever the lesson changed, s."""
 REST_S = 1.0
 """The least time between the end of the runs and their repetition, s."""
-
-FailureStateName: TypeAlias = Literal["not run", "fails", "passes", "unknown"]
 
 
 class FailingWorldData(Data, frozen=True, kw_only=True):
@@ -45,7 +37,7 @@ class FailingWorldData(Data, frozen=True, kw_only=True):
     """A short description of the failure as it was found."""
     sentences: list[str]
     """The moment, the decision, and what followed."""
-    state: FailureStateName
+    state: RerunVerdict
     """The result with the automaton in training; "unknown" if the world could not be run."""
     problem: str
     """Why it could not be run; empty if it could."""
@@ -69,49 +61,6 @@ class FailuresData(Data, frozen=True, kw_only=True):
     """The name of the world that was on the page before the failing one."""
 
 
-class RunningRerun:
-    """Failing worlds that are run again, in a thread of its own, which `wall` times."""
-
-    def __init__(
-        self,
-        worlds: Sequence[FailingWorld],
-        library: LibrarySource,
-        draft: Draft | None,
-        wall: Callable[[], float],
-    ) -> None:
-        self.result: FailureRerun | None = None
-        self.problem = ""
-        self.through, self.seconds = 0, 0.0
-        self._wall, self._cancelled = wall, False
-        Thread(target=self._run, args=(worlds, library, draft), daemon=True).start()
-
-    @property
-    def is_running(self) -> bool:
-        """True as long as there is neither a result nor an error, also after `cancel`."""
-        return self.result is None and not self.problem
-
-    def cancel(self) -> None:
-        """Cancel the runs at the next report; there is no result."""
-        self._cancelled = True
-
-    def _run(self, worlds: Sequence[FailingWorld], library: LibrarySource, draft: Draft | None) -> None:
-        began_s = self._wall()
-        try:
-            results = rerun_all(worlds, library, draft, progress=self._report)
-            self.seconds = self._wall() - began_s
-            self.result = results
-        except CancelledError:
-            pass
-        except Exception as error:
-            self.problem = describe_error(error)
-
-    def _report(self, through: int, _: int) -> None:
-        if self._cancelled:
-            raise CancelledError
-        self.through = through
-        sleep(YIELD_S)
-
-
 class FailingWorldList:
     """The failing worlds of a folder, and the results of running them again; None as `folder`: there are none."""
 
@@ -119,13 +68,11 @@ class FailingWorldList:
         self.folder, self._wall = folder, wall
         self.before: tuple[Scenario, int] | None = None  # the world before the failing one, and its seed
         self._opened: tuple[str, Scenario] | None = None  # the failing world that was opened last
-        self.result: FailureRerun | None = None
-        self._running: RunningRerun | None = None
-        self._shown: tuple[object, ...] = ()
-        self._data: FailuresData | None = None
+        self.result: RerunResults | None = None
+        self._running: BackgroundRun[RerunResults] | None = None
         self._lesson = LessonIdentity()
         self._ended_s, self._quick = -REST_S, False
-        self.found = FailureList(())
+        self.worlds, self._problems = tuple[FailingWorld, ...](), tuple[str, ...]()
         self.read()
 
     @property
@@ -138,13 +85,13 @@ class FailingWorldList:
         if self.folder is None:
             return
         try:
-            self.found = list_failing_worlds(self.folder)
+            self.worlds, self._problems = list_failing_worlds(self.folder)
         except UnderstudyError as error:
-            self.found = FailureList((), (str(error),))
+            self.worlds, self._problems = (), (str(error),)
 
     def find(self, name: str) -> FailingWorld:
         """Find a failing world by the name of its folder; UnknownName if it is not listed."""
-        worlds = {each.folder.name: each for each in self.found.worlds}
+        worlds = {each.folder.name: each for each in self.worlds}
         if name not in worlds:
             raise UnknownName(what="failing world", name=name, where=str(self.folder), known=list(worlds))
         return worlds[name]
@@ -163,7 +110,8 @@ class FailingWorldList:
         """Begin to run all of them again; runs that have not ended are cancelled."""
         self.cancel()
         self._lesson.note_run(trainer)
-        self._running = RunningRerun(self.found.worlds, library, make_draft(trainer), self._wall)
+        work = partial(rerun_all, self.worlds, library, make_draft(trainer))
+        self._running = BackgroundRun(lambda report: work(progress=report), self._wall)
 
     def is_stale(self, trainer: Trainer | None) -> bool:
         """Return whether the lesson changed since the runs began."""
@@ -192,7 +140,7 @@ class FailingWorldList:
             self.begin_rerun(library, trainer)
         return None
 
-    def _describe_change(self, before: FailureRerun | None) -> StatusMessage | None:
+    def _describe_change(self, before: RerunResults | None) -> StatusMessage | None:
         """Describe how many worlds fail; None if as many failed and passed before."""
         counts = [
             None if each is None else [sum(one.has_passed for one in each.worlds), len(each.worlds)]
@@ -207,54 +155,32 @@ class FailingWorldList:
         """Return the list as the page shows it; None without a folder."""
         if self.folder is None:
             return None
-        running = self._running
-        stale = self.result is not None and self.is_stale(trainer)
-        through = 0 if running is None else running.through
-        key = (
-            id(self.found),
-            id(self.result),
-            running is None,
-            through,
-            stale,
-            id(scenario),
-            id(self.before),
-        )
-        if self._data is None or key != self._shown:
-            self._shown = key
-            self._data = self._describe(scenario, running=running is not None, through=through, stale=stale)
-        return self._data
-
-    def _describe(self, scenario: Scenario, *, running: bool, through: int, stale: bool) -> FailuresData:
         result, opened = self.result, self.find_open(scenario)
-        results = {} if result is None else {each.failing.folder.name: each for each in result.worlds}
+        results = {} if result is None else {each.folder.name: each for each in result.worlds}
         rows = []
-        for each in self.found.worlds:
-            name = each.folder.name
-            rerun = results.get(name)
-            state: FailureStateName = "not run"
-            if rerun is not None:
-                state = "unknown" if rerun.problem else "fails" if rerun.has_failed else "passes"
+        for each in self.worlds:
+            rerun = results.get(each.folder.name, each)
             rows.append(
                 FailingWorldData(
-                    name=name,
+                    name=each.folder.name,
                     behavior=each.facts.behavior,
                     world=each.trial.scenario.name,
                     summary=each.summary,
                     sentences=list(each.facts.why),
-                    state=state,
-                    problem="" if rerun is None else rerun.problem,
+                    state=rerun.verdict,
+                    problem=rerun.problem,
                 )
             )
-        problems = list(self.found.problems)
+        problems = list(self._problems)
         if result is not None and result.problem:
             problems.append(result.problem)
         return FailuresData(
             folder=str(self.folder),
             worlds=rows,
             problems=problems,
-            running=running,
-            finished=through,
-            stale=stale,
+            running=self._running is not None,
+            finished=0 if self._running is None else self._running.finished,
+            stale=result is not None and self.is_stale(trainer),
             open=opened,
             previous_world=self.before[0].name if self.before is not None and opened is not None else None,
         )

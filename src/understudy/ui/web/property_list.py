@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import CancelledError
+from functools import partial
 from pathlib import Path
-from threading import Thread
-from time import sleep
 from typing import Literal, TypeAlias
 
+from understudy.analysis.rollout import Progress
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.property import Property
+from understudy.properties.library_properties import try_property
 from understudy.properties.property_file import FILE, load_tables, parse_property
-from understudy.properties.run_property import PropertyResult, describe_result, run_property
+from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.lesson_identity import LessonIdentity
+from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.property_requests import PropertyFieldsData
 from understudy.ui.web.property_form import read_fields
-from understudy.ui.web.unseen_worlds import YIELD_S
 
 VerdictName: TypeAlias = Literal["not tested", "holds", "fails", "undecided"]
 
@@ -54,43 +53,22 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
     total: int
 
 
-class RunningTests:
-    """Properties that are tested one after the other, in a thread of their own."""
+class RunningTests(BackgroundRun[list[PropertyResult]]):
+    """Properties that are tested one after the other."""
 
     def __init__(self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None) -> None:
         self.testing: str | None = subjects[0].name if subjects else None
-        self.through, self.total = 0, 1
         self.results = list[PropertyResult]()
-        self._cancelled = False
-        self._thread = Thread(target=self._run, args=(subjects, library, draft), daemon=True)
-        self._thread.start()
+        super().__init__(partial(self._test, subjects, library, draft))
 
-    @property
-    def is_running(self) -> bool:
-        """True until all have been tested, or the tests are cancelled."""
-        return self._thread.is_alive()
-
-    def cancel(self) -> None:
-        """Cancel the tests at the next report."""
-        self._cancelled = True
-
-    def _run(self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None) -> None:
+    def _test(
+        self, subjects: Sequence[Property], library: LibrarySource, draft: Draft | None, progress: Progress
+    ) -> list[PropertyResult]:
         for subject in subjects:
-            self.testing, self.through = subject.name, 0
-            try:
-                where = library.open_world(subject.start.world, draft)
-                result = run_property(subject, where.libraries, where.scenario, progress=self._report)
-            except CancelledError:
-                return
-            except UnderstudyError as error:
-                result = PropertyResult.from_problem(subject, str(error))
-            self.results.append(result)
-
-    def _report(self, through: int, total: int) -> None:
-        if self._cancelled:
-            raise CancelledError
-        self.through, self.total = through, total
-        sleep(YIELD_S)
+            self.testing, self.finished = subject.name, 0
+            open_world = partial(library.open_world, draft=draft)
+            self.results.append(try_property(subject, open_world, progress=progress))
+        return self.results
 
 
 class LibraryPropertyList:
@@ -188,7 +166,7 @@ class LibraryPropertyList:
             problem=self._problem,
             rows=[self._describe(name, changed=changed) for name in self._subjects],
             testing=None if running is None else running.testing,
-            finished=0 if running is None else running.through,
+            finished=0 if running is None else running.finished,
             total=1 if running is None else running.total,
         )
 

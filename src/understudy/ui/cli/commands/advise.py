@@ -103,10 +103,9 @@ def _run_in_new_worlds(
     lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]]
 ) -> WrongDecisions | None:
     """Run what was learned in new worlds, with each of some targets; None if nothing says where it works."""
-    from understudy.falsification.lesson_score import score_behavior
+    from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
     from understudy.falsification.new_worlds import NewWorlds
     from understudy.falsification.session_setup import SessionSetup
-    from understudy.falsification.wrong_decisions import find_wrong_decisions
     from understudy.learning.fit import learn_automaton
     from understudy.model.library import TrainedAutomaton
     from understudy.properties.offered_goals import find_success

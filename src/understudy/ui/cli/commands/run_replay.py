@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from understudy.analysis.explain_run import DecisionDiff, ReplayDiff
     from understudy.analysis.explanation_text import DecisionData
-    from understudy.analysis.replay_diff import DecisionDiff, ReplayDiff
     from understudy.model.library import Kit
     from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
@@ -95,7 +95,7 @@ def _check_taught(recording: Recording, options: ReplayOptions) -> None:
 
 
 def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, ReplayDiff]:
-    from understudy.analysis.replay_diff import diff_replayed_decisions
+    from understudy.analysis.explain_run import diff_replayed_decisions
     from understudy.analysis.rerun import Rerun
     from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
     from understudy.ui.cli.options import choose_behavior, parse_bindings

@@ -146,8 +146,7 @@ class RunSession:
     def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
         """Open the writer of its trace, or a null context if `path` is None."""
         from understudy.analysis.run_header import trace_entry
-        from understudy.analysis.run_trace import write_trace
-        from understudy.analysis.team_trace import describe_trace_columns
+        from understudy.analysis.run_trace import describe_trace_columns, write_trace
 
         if path is None:
             return nullcontext()
@@ -191,7 +190,7 @@ class RunSession:
         """Advance by one tick, and add it to the trace if there is one."""
         self.tick_team()
         if trace is not None:
-            from understudy.analysis.team_trace import add_team_tick
+            from understudy.analysis.run_trace import add_team_tick
 
             add_team_tick(trace, self.team, self.body.view(), self.paths)
 

@@ -82,17 +82,17 @@ def run_library_tests(
 def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
     """List the failing worlds of a folder; report on stderr which cannot be read."""
     from understudy.errors import FileError
-    from understudy.falsification.failure_list import list_failing_worlds
+    from understudy.falsification.failing_world import list_failing_worlds
 
     if folder is None:
         return ()
     if not folder.is_dir():
         remedy = "name the folder in which understudy falsify keeps failing worlds"
         raise FileError(path=folder, place="", problem="is not a folder", remedy=remedy)
-    found = list_failing_worlds(folder)
-    for problem in found.problems:
+    worlds, problems = list_failing_worlds(folder)
+    for problem in problems:
         typer.echo(f"Note: a failing world is left out: {problem}", err=True)
-    return found.worlds
+    return worlds
 
 
 def _show(result: LibraryTestResult, out: Console) -> None:
@@ -121,9 +121,9 @@ def _show(result: LibraryTestResult, out: Console) -> None:
             text = f"[yellow]{escape(line)}[/]" if is_marked else escape(line)
             out.print(Padding(text, (0, 0, 0, 4), expand=False))
     for failure in result.failures:
-        mark = "[green]✓[/]" if failure.verdict == "passes" else "[red]✗[/]"
-        about = "passes now" if failure.verdict == "passes" else failure.why
-        out.print(f"{mark} [bold]{escape(failure.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
+        mark = "[green]✓[/]" if failure["verdict"] == "passes" else "[red]✗[/]"
+        about = "passes now" if failure["verdict"] == "passes" else failure["why"]
+        out.print(f"{mark} [bold]{escape(failure['name'])}[/] [dim]{escape(about)}[/]", soft_wrap=True)
     bad = sum(not each.works for each in result.automata)
     otherwise = sum(len(each.otherwise) + each.overruled for each in result.automata)
     anew = sum(change.moments for each in result.automata for change in each.changes_before)
@@ -141,7 +141,7 @@ def _show(result: LibraryTestResult, out: Console) -> None:
     if result.properties:
         out.print(_count_verdicts(result.properties), soft_wrap=True)
     if result.failures:
-        passed = sum(row.verdict == "passes" for row in result.failures)
+        passed = sum(row["verdict"] == "passes" for row in result.failures)
         out.print(f"{format_count(len(result.failures), 'failing world')}: {passed} now pass", soft_wrap=True)
 
 

@@ -145,8 +145,8 @@ def _of_recording(
     run: Path, time_s: float, robot: int, library: Path | None
 ) -> tuple[RunExplanation, WhyData]:
     """Explain a moment of a recording, by deciding again from its readings."""
+    from understudy.analysis.explain_run import explain_recorded_tick
     from understudy.analysis.explanation_text import WhyData
-    from understudy.analysis.replay_diff import explain_recorded_tick
     from understudy.analysis.rerun import Rerun
     from understudy.analysis.run_trace import BETWEEN
     from understudy.errors import SettingError

@@ -72,7 +72,7 @@ def handle_rerun_failures(host: SessionHost, _: RerunFailures) -> StatusMessage 
         raise SessionError("the failing worlds are being run already: wait for the result")
     host.failures.read()
     host.properties.read()
-    if not host.failures.found.worlds:
+    if not host.failures.worlds:
         return StatusMessage(f"There are no failing worlds in {host.failures.folder}")
     host.failures.begin_rerun(host.library_source, host.trainer)
     return None
