@@ -43,7 +43,7 @@ Of larger ones, which fit noise, only decisions that are gone, new or overruled 
 """
 
 HowChanged: TypeAlias = Literal["overruled", "gone", "new", "features", "less", "more"]
-"""How a decision changed, in the order of importance.
+"""The way in which a decision changed, most important first.
 
 "overruled": an example of the press is decided otherwise than it shows. "gone", "new": the next state is reached no
 more, or for the first time. "features": other features decide about it. "less", "more": it is decided under fewer or
@@ -97,7 +97,7 @@ class ChangeSummary:
         return "; ".join([*named, *([f"and {more} more"] if more > 0 else [])])
 
     def _say(self, change: TransitionChange) -> str:
-        """Say a change, together with those of the same state that look at the same other features."""
+        """Describe a change, together with those of the same state that depend on the same other features."""
         if change.looks is None:
             return change.said
         alike = [
@@ -248,7 +248,7 @@ class _StateComparison:
         return self._compare_conditions(following, changed)
 
     def _compare_conditions(self, following: str, changed: Sequence[OverlayCell]) -> TransitionChange | None:
-        """Compare where a next state is decided on by the same features; a switch of decisions is said once."""
+        """Compare the conditions of a next state on the same features; a swap of two states is reported once."""
         beyond = [cell for cell in changed if (cell.was, cell.now) not in self._own]
         before = (
             {self._state} if following not in self._flags else {cell.was for cell in beyond} - {following}
@@ -264,7 +264,7 @@ class _StateComparison:
         return self._make(following, "more" if is_more else "less", said)
 
     def _find_features(self, following: str) -> tuple[set[int], set[int]]:
-        """Find the features that decide about a next state, formerly and now.
+        """Find the features that a next state depends on, formerly and now.
 
         What another pressed state has taken makes no difference: the press says so itself.
         """
@@ -284,7 +284,7 @@ class _StateComparison:
         return [cell for cell in self._cells if (cell.was == following) != (cell.now == following)]
 
     def _count(self, cells: Sequence[OverlayCell]) -> float:
-        """Return the share of the values of presses in some cells: how many of them a cut has passed."""
+        """Return the share of the values at presses that lie in some cells, which a moved cut has passed."""
         return self._spread.count_values(cell.box for cell in cells)
 
     def _measure(self, cells: Sequence[OverlayCell]) -> float:
@@ -328,7 +328,7 @@ class _StateComparison:
         return f"{self._name} no longer {self._goes(following)}"
 
     def _say_where(self, following: str, more: Sequence[OverlayCell], less: Sequence[OverlayCell]) -> str:
-        """Say where a next state is decided now also, and where no longer."""
+        """Describe for which readings a next state is decided now that was not before, and for which no longer."""
         kept = [cell.box for cell in self._cells if cell.was == following == cell.now]
         if not kept:
             return f"{self._name} now {self._goes(following)} elsewhere than before"
@@ -339,7 +339,7 @@ class _StateComparison:
         return f"{self._name} now also {goes} where {self._describe(more, kept)}{rest}"
 
     def _describe(self, cells: Sequence[OverlayCell], kept: Sequence[Box]) -> str:
-        """Describe the largest part of cells in which it is decided otherwise, compared with where it is not."""
+        """Describe the largest part of the cells that are decided otherwise, compared with those that are not."""
         changed = [cell.box for cell in cells]
         largest = max(cover_boxes(changed, kept), key=lambda box: self._spread.count_values([box]))
         hull, whole = find_hull([*changed, *kept]), find_hull(cell.box for cell in self._cells)
@@ -351,7 +351,7 @@ class _StateComparison:
 
 
 def _say_features(state: str, following: Sequence[str], looks: tuple[Sequence[str], Sequence[str]]) -> str:
-    """Say that decisions look at other features."""
+    """Describe that decisions depend on other features."""
     come, gone = (join_names(names) if names else "" for names in looks)
     who = f"{f'in {state}, ' if state else ''}{join_names(following)}"
     look = "looks" if len(following) == 1 else "look"

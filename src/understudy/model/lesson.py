@@ -1,6 +1,6 @@
 """Lessons and examples: everything that a demonstrator chose and showed for one automaton.
 
-Examples are the source; transition functions are learned from them and can be learned again (ARCHITECTURE section 4).
+Examples are the source; transition functions are learned from them and can be learned again (docs/learning.md).
 """
 
 from __future__ import annotations

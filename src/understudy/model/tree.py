@@ -23,7 +23,7 @@ STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever
 class TestKind(IntEnum):
     """The kind of test that a node makes on the value x of its feature."""
 
-    __test__ = False  # not a test case, whatever pytest thinks of the name
+    __test__ = False  # not a test case, as pytest would conclude from the name
 
     LEAF = 0
     BELOW = 1  # x < high

@@ -49,7 +49,7 @@ def _intersect(box: Box, other: Box) -> Box | None:
 
 
 def find_features_between(inside: Iterable[Box], outside: Sequence[Box]) -> set[int]:
-    """Return the positions of the features that tell vectors inside from those outside, alone.
+    """Return the positions of the features each of which alone can separate vectors inside from those outside.
 
     A feature does if a change of its value alone leads from a vector of some box inside to one of some box outside.
     """
