@@ -56,7 +56,7 @@ def keep_if_better(
 
 @inner
 def is_alone(counts: Ints, here: Ints, flags: Bools, flag: int) -> bool:
-    """Return whether a branch has exactly those examples that lead to a flag, or exactly all others.
+    """Return whether a branch has exactly the examples that lead to a flag, or exactly all others.
 
     `flag` is the index of the flag, or NOTHING for all flags together.
     """
@@ -75,7 +75,7 @@ def is_alone(counts: Ints, here: Ints, flags: Bools, flag: int) -> bool:
 
 @inner
 def tell_flags_apart(pressed: Ints, shown: Ints, told: Ints, said: Ints, flags: Bools) -> int:
-    """Return how well a branch tells flags from all else: 4 for all press-made examples, 3 without defaults, or 0.
+    """Return how well a branch separates flags from all else: 4 for all press-made examples, 3 without defaults, or 0.
 
     For a single one of several flags it is 2 and 1. Of the node and of the branch, by outcome: `pressed` and `shown`
     are the press-made examples, `told` and `said` those that are no defaults.

@@ -57,7 +57,7 @@ class ExampleAttribution:
 
 
 HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
-"""The sort of a change: conditions for a next state were replaced, were added to none, or were all removed."""
+"""The kind of a change: conditions for a next state were replaced, were added to none, or were all removed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +205,7 @@ class _StateDiff:
                 yield number, "contradicts it there" if lost else "contradicted it there"
 
     def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
-        """Return whether an example of the other version lies in this box and was decided there as it shows."""
+        """Return whether an example lies in this box and the other version decided it as it shows."""
         if not (self.alike and _inside(example, box)):
             return False
         automaton = (self.after if lost else self.before).automaton

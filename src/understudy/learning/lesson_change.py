@@ -16,7 +16,7 @@ from understudy.model.library import TrainedAutomaton
 
 
 class LessonStep:
-    """A step from one lesson to the next; what it changed is found when that is asked first.
+    """A step from one lesson to the next; its summary is computed on the first request.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class LessonStep:
 
 
 class ChangeSince:
-    """What an automaton decides otherwise since a former lesson; it is compared again only when the lesson changed.
+    """The changed decisions of an automaton since a former lesson, compared again only if the lesson has changed.
 
     Parameters
     ----------

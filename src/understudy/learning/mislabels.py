@@ -223,7 +223,7 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
 
 
 def _find_causes(fit: LeaveOneOut, against: Sequence[Example]) -> tuple[SuspectExample, ...]:
-    """Find the bad ones among the examples against a correction, the most doubtful first.
+    """Find the examples that caused a mistake among those that contradict its correction, the most doubtful first.
 
     Each is left out before the others are examined again, since one bad example may hide another.
     """

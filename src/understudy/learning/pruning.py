@@ -1,8 +1,8 @@
-"""Pruning: tests of a tree that classify too few examples correctly are removed, the least useful first.
+"""Pruning: remove tests of a tree that classify too few examples correctly, the least useful first.
 
 Weakest-link pruning: Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984, chapter 3. The
 worth of a test, with all below it, is how many examples it saves from a wrong decision per leaf that it adds. It is
-measured in examples so that people can choose it: with 1, whatever is supported by one example is removed.
+measured in examples so that people can choose it: with 1, each branch that a single example supports is removed.
 """
 
 from __future__ import annotations

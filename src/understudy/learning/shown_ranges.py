@@ -29,9 +29,10 @@ CHANCE, CHANCE_BETWEEN = 0.5, 0.05
 """The largest p-values (Fisher's exact test, times the number of ranges) at which presses are not together by chance:
 beyond other values or at a label, and between other values, where a few presses soon lie side by side."""
 SURELY_AGREES, FARTHEST, SHIFTED = 0.05, 0.25, 0.1
-"""Shares of how far apart the values of a feature were at presses, by which two versions of a behavior are compared. A
-value so little beyond those shown always agrees with them, one so far never does, and one that is so much farther than
-where the first version raises the flag does not."""
+"""Distances by which two versions of a behavior are compared, as shares of a feature's extent: the difference between
+its largest and smallest value at presses. A value at most SURELY_AGREES beyond the shown ones agrees with them. One
+more than FARTHEST beyond does not, nor does one more than SHIFTED beyond the values at which the first version raises
+the flag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ class ShownRange:
     presses
         The number of presses.
     extent
-        How far apart the values were at all presses, whatever they asked for; 0 on a circle and for labels.
+        Difference between the largest and smallest value at all presses, for any state; 0 on a circle and for labels.
     """
 
     feature: BoundFeature
@@ -65,7 +66,7 @@ class ShownRange:
     extent: float = 0.0
 
     def contains(self, values: Column) -> NDArray[np.bool_]:
-        """Return which values agree with what was shown: those between which and it nothing else was right.
+        """Return which values agree with the range: those up to the nearest value at which something else was right.
 
         Parameters
         ----------
@@ -84,7 +85,10 @@ class ShownRange:
         return inside
 
     def is_near(self, values: Column) -> NDArray[np.bool_]:
-        """Return which values are at most SURELY_AGREES of the extent beyond those shown; on circles, which agree."""
+        """Return which values are in the range or at most SURELY_AGREES of its extent beyond it.
+
+        Ranges of labels and on circles have an extent of 0, so that only the values in them are near.
+        """
         if self.extent == 0.0:
             return self.contains(values)
         near = SURELY_AGREES * self.extent
@@ -185,8 +189,8 @@ def find_shown_range(
     Returns
     -------
     ShownRange | None
-        The range of a feature beyond other values if there is one, as in learning flags first; of several, the one that
-        is the least likely by chance. None if there are too few presses, or each range is too likely.
+        Of all features, a range with no other values beyond one of its ends is preferred, and then the range that is
+        least likely by chance. None if there are too few presses, or if every range is likely by chance.
     """
     automaton = lesson.automaton
     raising = {state.name for state in automaton.states if state.flag == flag}
@@ -256,7 +260,7 @@ def _list_candidates(
 def _limit_range(
     feature: BoundFeature, of: _Candidate, shown: Column, asked: Column, watched: Column
 ) -> ShownRange:
-    """Find how far a range reaches: to where presses asked for something else, or enough silence shows it.
+    """Find the limits of a range: the nearest values at which presses, or enough watched examples, show something else.
 
     That a flag was not pressed at once does not say that it is wrong. So watched examples limit it as they limit other
     decisions, ENOUGH_STAYS of them together, and only towards values at which presses asked for something else.
@@ -282,7 +286,7 @@ def _limit_range(
 
 
 def _list_beside(feature: BoundFeature, low: float, high: float, values: Column) -> tuple[Column, Column]:
-    """Return the values below and above a range, the nearest first; on a circle, each is on both sides."""
+    """Return the values below and above a range, the nearest first; on a circle, each value is in both lists."""
     placed = np.sort(place_above(low, values, feature))
     above = placed[placed > high]
     below = above - feature.kind.period if isinstance(feature.kind, Toroidal) else placed[placed < low]
@@ -290,13 +294,13 @@ def _list_beside(feature: BoundFeature, low: float, high: float, values: Column)
 
 
 def _list_limits(asked: Column, watched: Column) -> list[float]:
-    """List the nearest value that presses asked for, and the one at which enough silence shows what was right."""
+    """List the nearest value of a press, and the nearest at which enough watched examples show what was right."""
     silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(asked) else watched[:0]
     return [*asked[:1].tolist(), *silent.tolist()]
 
 
 def place_above(low: float, values: Column, feature: BoundFeature) -> Column:
-    """Return values as they are or, on a circle, each less than one round above `low`."""
+    """Return values unchanged or, on a circle, shifted by full turns to at least `low` and less than a turn above."""
     if not isinstance(feature.kind, Toroidal):
         return values
     placed: Column = low + np.mod(values - low, feature.kind.period)
