@@ -1,4 +1,4 @@
-"""The base class of bodies that stand on another body and change some of what it does."""
+"""The base class of bodies that wrap another body and change some of its behavior."""
 
 from __future__ import annotations
 

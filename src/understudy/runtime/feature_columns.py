@@ -127,7 +127,7 @@ def _check_column(values: object, feature: Feature, gave: str, agents: int) -> C
 
 
 def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:
-    """Return where a value is neither absent nor the index of a label."""
+    """Return which values are neither absent nor the index of a label."""
     present = column == column
     outside: NDArray[np.bool_] = present & ((column < 0) | (column >= labels) | (column != np.floor(column)))
     return outside

@@ -1,4 +1,4 @@
-"""The interpreter: the meaning of a pulse for one agent, in plain Python (ARCHITECTURE section 3, paper 3.1).
+"""The interpreter: the meaning of a pulse for one agent, in plain Python (docs/semantics.md, paper section 3.1).
 
 Every other engine and every export must agree with this file, which is the definition. Real robots and sessions run
 it.

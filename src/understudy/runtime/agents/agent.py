@@ -1,4 +1,4 @@
-"""An agent that decides for itself: it senses, reports to its squad, and does what holds for it."""
+"""An agent that decides for itself: it senses, reports to its squad, and follows its order or runs its own program."""
 
 from __future__ import annotations
 
@@ -235,7 +235,7 @@ class Agent:
         return self._read_clock()
 
     def _obey_trainer(self, arrived: Sequence[bytes], now: float) -> None:
-        """Hear a trainer; do nothing by itself while it drives the agent, and then begin what holds without it."""
+        """Receive a trainer's messages; run no program while it drives the agent, and begin again afterwards."""
         if self.driver is None:
             return
         for data in arrived:
@@ -249,7 +249,7 @@ class Agent:
         self._was_driven = is_driven
 
     def begin(self) -> None:
-        """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
+        """Begin the duty of the present order (nothing if it has none for this agent); without an order, `alone`."""
         follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
@@ -265,7 +265,7 @@ class Agent:
         self.run.begin([self._row], program)
 
     def _find_program(self, duty: Duty) -> Program | None:
-        """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
+        """Find the program of a duty; None if this agent, by its library, may not be ordered to run it."""
         try:
             program = self.spec.finds(duty[0], Binding(duty[1]))
         except UnderstudyError:

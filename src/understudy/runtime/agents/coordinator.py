@@ -145,7 +145,7 @@ class SquadCoordinator:
     def sense(self) -> None:
         """Hear leaders and members, decide who leads, and compute the statistics of this tick.
 
-        Who only follows computes those that depend on the past.
+        An agent that only follows computes just the statistics that depend on the past.
         """
         orders, reports = self._orders.take_all(), self._reports.take_all()
         self._now = now = self._read_clock()  # after they were taken: the program may have been frozen before

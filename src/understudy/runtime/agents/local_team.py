@@ -132,12 +132,12 @@ class LocalTeam:
         self.clear()
 
     def clear(self) -> None:
-        """Start all agents anew, without orders and memory; the first candidate leads each squad."""
+        """Restart all agents, without orders and memory; the first candidate leads each squad."""
         for name in (*self.plan.robots, *self.plan.squads):
             self.start(name, leads=True)
 
     def start(self, name: str, *, leads: bool = False) -> None:
-        """Start an agent anew, without any memory; `leads`: it leads the squads for which it is the first choice."""
+        """Restart an agent, without any memory; `leads`: it leads the squads for which it is the first choice."""
         self.stop(name)
         self.stopped.discard(name)
         node = self.network.join(name)

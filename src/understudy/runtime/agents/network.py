@@ -1,4 +1,4 @@
-"""The network between agents: messages by key, and who is there; and one within a single process."""
+"""The network between agents: messages by key, and the agents that are present; and one within a single process."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def deliver_at_once(sender: str, receiver: str, step: int) -> list[int]:
 
 
 def make_fate(ticks: int, loss: float, *, seed: int = 0) -> Fate:
-    """Make the fate of messages that arrive so many steps later, and of which a share `loss` never does."""
+    """Make the fate of messages that arrive `ticks` steps later, and of which a share `loss` is lost."""
     if loss == 0.0 and ticks == 0:
         return deliver_at_once
     draws = Random(seed)

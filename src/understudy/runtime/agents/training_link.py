@@ -1,4 +1,4 @@
-"""The messages with which a computer that trains a member drives it, and what the member lets it see (docs/agents.md).
+"""The messages between a computer that trains a member and the member: drive messages and views (docs/agents.md).
 
 A drive message holds for a short lease, counted on the member's own clock from when it would have arrived if nothing
 had held it up. When no further one comes, because the trainer ended, or its computer died, the member does again what
@@ -42,7 +42,7 @@ class DriveMessage(msgspec.Struct, frozen=True, array_like=True):
 
 
 class MemberView(msgspec.Struct, frozen=True, array_like=True):
-    """What a member lets those who watch it see: all its readings at a tick, and where the targets are."""
+    """A member as a trainer sees it: all its readings at a tick, and where the targets are."""
 
     member: str
     start: Count
@@ -70,7 +70,7 @@ def decode_drive(data: bytes) -> DriveMessage:
 
 
 def decode_member_view(data: bytes) -> MemberView:
-    """Decode what a member lets see; raise UnreadableMessage if it is nothing of that kind."""
+    """Decode a member's view; raise UnreadableMessage if the message is none."""
     try:
         return msgspec.msgpack.decode(data, type=MemberView)
     except UNREADABLE as error:
@@ -83,7 +83,7 @@ def drive_key(member: str) -> str:
 
 
 def view_key(member: str) -> str:
-    """Return the key of what a member lets see."""
+    """Return the key of the views that a member sends."""
     return f"view/{member}"
 
 

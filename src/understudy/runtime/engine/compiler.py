@@ -1,4 +1,4 @@
-"""The compiler: from the programs of agents to the tables that kernels run (ARCHITECTURE section 6).
+"""The compiler: from the programs of agents to the tables that kernels run (docs/architecture.md).
 
 The hierarchy under each root is laid out as ground instances. Parts that programs share are stored once.
 """

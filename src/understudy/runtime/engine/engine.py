@@ -1,4 +1,4 @@
-"""The engine: N agents that run compiled programs, exactly as interpreters would (ARCHITECTURE section 6)."""
+"""The engine: N agents that run compiled programs, exactly as interpreters would (docs/semantics.md)."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def query_python_transition(
 
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
-"""`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""
+"""A function like `map`, possibly with threads, that calls a function for each range of agents, `first` to `stop`."""
 
 
 class Engine:

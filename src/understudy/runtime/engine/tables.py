@@ -27,10 +27,11 @@ FALLEN and RISEN are columns that read 0 or 1 in the tick in which the state was
 """
 
 SET, ADD, CLOCK = 0, 1, 2
-"""What a change does to a memory slot: becomes the value (NaN: as if never set), grows by it, becomes the time."""
+"""The effect of a change on a memory slot: it becomes the value (NaN: as if never set), grows by it, or becomes the
+time."""
 
 ASKED = -(2**31)
-"""In place of a tree: a transition function that Python has to ask."""
+"""The mark, in place of a tree's entry, of a transition function that Python has to call."""
 
 NODE = np.dtype(
     [("low", "f8"), ("high", "f8"), ("source", "i4"), ("inside", "i4"), ("outside", "i4"), ("absent", "i4")],

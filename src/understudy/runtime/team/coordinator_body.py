@@ -1,4 +1,4 @@
-"""Coordinators as a body: those of one sort, with everything below them (ARCHITECTURE section 1).
+"""Coordinators as a body: the coordinators of one sort of squads, with everything below them.
 
 A session or a run trains or runs coordinators through this body in the same way as robots.
 """

@@ -1,4 +1,4 @@
-"""Orders: which of a coordinator's members does what, and when the order reaches it."""
+"""Orders: the duty of each of a coordinator's members, and the time at which the order reaches the member."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy.runtime.team.comms import DOWN, CommsChannel, DelayedValues
 from understudy.runtime.team.members import MemberGroup, Membership
 
 SAME_S = 1e-6
-"""Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""
+"""The difference below which times are equal: a restored run state knows its start only as a duration, rounded."""
 
 
 class OrderDispatcher:
@@ -127,7 +127,7 @@ class OrderDispatcher:
         self.start(new)
 
     def deal_again(self, counted: NDArray[np.bool_]) -> None:
-        """Deal the shares of present orders among the members that are present now; who can keep its duty does."""
+        """Deal the shares of present orders among the members that are present; a member keeps its duty if it can."""
         for number in np.unique(self.order).tolist():
             order = self._orders[number]
             if order is not None and any(duty.share is not None for duty in order.duties):

@@ -1,7 +1,7 @@
 """Squads as a body: the statistics that S coordinators of one sort sense over their members, and the orders they give.
 
-A squad is a body (ARCHITECTURE section 1): its readings are statistics over its members, its basic behaviors are
-theirs. Members may be robots or coordinators; this module makes no difference between them.
+A squad is a body: its readings are statistics over its members, its basic behaviors are theirs. Members may be robots
+or coordinators; this module makes no difference between them.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ class SquadBody(BodyWrapper[Body]):
         return self.ordering.index_order(order)
 
     def act(self, commands: Commands) -> None:
-        """Give orders: where a coordinator entered a state anew, its members stop and begin what the order says."""
+        """Give orders: where a coordinator entered a state, its members stop and begin what the order says."""
         tick = round(self.time_s / self.tick_s)
         self.ordering.issue(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
 

@@ -1,4 +1,4 @@
-"""Teams: robots at the leaves and coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
+"""Teams: robots at the leaves and coordinators above, all pulsed in one tick (docs/semantics.md, paper section 5).
 
 A tick is: all sense, bottom-up; all decide, top-down; the members of a coordinator begin its new orders at once.
 """
@@ -75,7 +75,8 @@ class TeamTree:
 
 
 Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner]
-"""Makes what runs the agents of a body, one program each; others they may be ordered to run."""
+"""A function that makes the runner of a body's agents: from their programs, and others that they may be ordered to
+run."""
 
 
 def make_interpreter_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
@@ -167,7 +168,7 @@ class Team:
             if squad.name not in self._led:
                 bands.append(
                     MemberGroup(squad.name, robots, finds[squad.name])
-                )  # nobody's member, in this team
+                )  # no agent of this team has it as a member
                 continue
             roster = Membership.from_squads(members, worlds, rows)
             body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
