@@ -82,12 +82,12 @@ def _make_scenario(name: str) -> Scenario:
 
 
 def call_world_function(function: Callable[..., Any], name: str, *given: int, remedy: str) -> Any:
-    """Call a function of the user's own that makes a world; whatever it raises becomes a SettingError."""
+    """Call a function of the user's own that makes a world; turn any error into a SettingError."""
     try:
         return function(*given)
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a function of the user's own does
+    except Exception as error:  # a user's function can raise any error
         raise refuse_world(name, f"raised {type(error).__name__}: {error}", remedy) from error
 
 

@@ -18,7 +18,7 @@ PLACES = 6
 
 
 def make_scenario_snapshot(scenario: Scenario, view: WorldView, *, name: str, about: str = "") -> Scenario:
-    """Return a scenario in which everything is where it is in a view, whatever the seed.
+    """Return a scenario in which everything is where it is in a view, for every seed.
 
     Parameters
     ----------

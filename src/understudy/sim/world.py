@@ -463,4 +463,4 @@ class World(EditableWorld):
 
 
 _REMADE = ("rules", "_planner", "_skills", "_plan", "_kernel_worlds", "_room", "_context", "failure_ticks")
-"""Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""
+"""Attributes that a copy of a world computes for itself: caches, and arrays that kernels work with."""

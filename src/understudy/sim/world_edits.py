@@ -17,7 +17,7 @@ from understudy.sim.state import WorldParams, WorldState
 
 
 class EditableWorld(ABC):
-    """The part of a world that is changed by hand. Whatever is refused leaves the world as it was."""
+    """The part of a world that is changed by hand. A refused change leaves the world as it was."""
 
     scenario: Scenario
     state: WorldState

@@ -133,7 +133,7 @@ class SensorRow(Generic[S]):
     kernels: Literal["camera", "ranging"] | None = None
     """The optional part of the kernels that it needs, which is not compiled for worlds without such sensors."""
     reach: Callable[[S], float] = lambda sensor: 0.0
-    """A function that returns how far beyond the rim it detects things, m."""
+    """A function that returns the largest distance from the robot's rim at which a sensor detects things, m."""
     scan: Callable[[S, RobotType], RangeScan] | None = None
     topics: Callable[[S, RobotType], tuple[SensorTopic, ...]] = lambda sensor, kind: ()
 

@@ -205,7 +205,7 @@ def make_team(
     libraries
         The library of each sort of agents; see `collect_libraries`.
     roots
-        By sort of agents, the name of the behavior that those who are in no squad run, and the target for each of its
+        By sort of agents, the name of the behavior that agents outside of any squad run, and the target for each of its
         parameters. Sorts without an entry idle until a coordinator orders something.
 
     Returns
