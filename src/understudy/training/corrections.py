@@ -25,15 +25,15 @@ from understudy.training.sample_buffer import Sample
 from understudy.training.trainee import OwnSwitch, TickResult
 
 SOON_S = 2.0
-"""Who sends the robot back so soon after it switched says that it should not have switched."""
+"""A press within this time after a switch that sends the robot back says that it should not have switched, s."""
 UNSEEN_S = 0.2
-"""Nobody sees a state that lasts no longer than this, s."""
+"""A person does not see a state that lasts at most this long, s."""
 
 
 class LastSwitch:
-    """The last switch that the learned automaton made, as the example that a correction of it would show: stay.
+    """The last switch that the learned automaton made, and the example that a correction of it would give: to stay.
 
-    Switches through states that nobody sees are one switch, from the state that was seen last.
+    States that last at most UNSEEN_S are skipped: switches through them are one, from the state before them.
     """
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:

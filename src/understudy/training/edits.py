@@ -46,7 +46,7 @@ class ExampleChange(TypedDict, total=False):
 
 
 def describe_edit(what: str, examples: int) -> str:
-    """Name an edit of so many examples, for undo."""
+    """Name an edit for undo, with the number of examples that it changes."""
     return f"{what} {examples} example{'s' * (examples != 1)}"
 
 

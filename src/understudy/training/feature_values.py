@@ -29,7 +29,7 @@ from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed
 
 
 def list_steady_readings(body: Body) -> frozenset[str]:
-    """List the readings that a reaction time never shifts: categories, which are events rather than motion."""
+    """List the readings that a reaction time never shifts: categorical ones, which are events rather than motion."""
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 

@@ -1,4 +1,4 @@
-"""The log of a session: what is recorded of its lesson, and when it is on disk.
+"""The log of a session, which records its lesson and decides when each change is on disk.
 
 It turns ticks and presses into examples, and keeps the history for undo and the journal for resuming.
 """
@@ -145,7 +145,7 @@ class LessonLog:
         self.journal.write(FlagRaised(entry, rows, state if several else UNSET))
 
     def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
-        """Log a tick without a press, as a watched one if the lesson records these."""
+        """Log a tick without a press; if the lesson learns from silence, it may become a watched example."""
         automaton = self.lesson.automaton
         self.last_switch.note_tick(outcome, moment, binding, first=automaton.states[0].name)
         resting = outcome.state == outcome.next == automaton.states[0].name

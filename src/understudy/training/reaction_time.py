@@ -24,14 +24,15 @@ from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 
 STEP_S = 0.05
-"""Reaction times that are tried lie so far apart."""
+"""The distance between the reaction times that are tried, s."""
 SHIFTS_S = np.round(np.arange(0.0, LONGEST_REACTION_S - 0.2 + STEP_S / 2, STEP_S), 3)
 FEWEST_ALIKE, FEWEST = 4, 8
-"""So many presses from one state to another tell something; so many together are enough."""
+"""The least number of presses from one state to another that count, and of all that count together."""
 CLEAR = 4.0
-"""How much likelier (its logarithm) the presses are with the shift than without; without any, than with the longest."""
+"""The least difference of log likelihoods by which a shift is clear: of the presses with the best shift to those
+without any, or without any to those with the longest."""
 WITHIN = 8.0
-"""A shift less likely than the best by more than this is out of the question."""
+"""The largest difference of log likelihoods by which a shift may be less likely than the best and still be possible."""
 
 FEWEST_CHANGES = 0.15
 """Readings that change in fewer of the steps before presses, such as counts, are events rather than motion.
@@ -100,7 +101,7 @@ def estimate_reaction_time(
     likely = SHIFTS_S[total >= total.max() - WITHIN]
     best = int(np.flatnonzero(total >= total.max() - 1e-9)[-1])  # between two ticks, the later is as good
     if total[best] - total[0] < CLEAR:
-        best = 0  # who is not clearly late is not told so
+        best = 0  # without clear evidence, presses count as timely
     if best == 0 and total[0] - total[-1] < CLEAR:
         return None
     clearest = max(told, key=lambda each: each.likelihood[best] - each.likelihood[0])
@@ -131,7 +132,7 @@ def _groups(lesson: Lesson) -> Iterator[list[Example]]:
     alike: dict[tuple[str, str], list[Example]] = {}
     for example in lesson.examples:
         recorded = example.moment is not None and not example.edited and not example.quarantined
-        recorded = recorded and example.reaction_s is None  # otherwise the time of who pressed is known
+        recorded = recorded and example.reaction_s is None  # otherwise the person's reaction time is known
         if example.kind is ExampleKind.DIRECTIVE and recorded and _reaches(example, lesson):
             alike.setdefault((example.state, example.next), []).append(example)
     return (group for group in alike.values() if len(group) >= FEWEST_ALIKE)
@@ -144,7 +145,7 @@ def _reaches(example: Example, lesson: Lesson) -> bool:
 
 
 def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _ShiftLikelihood | None:
-    """Return the likelihood of a group for the feature that depends most on the shift; None if none changes."""
+    """Return the likelihood of a group by the feature that tells most about the shift; None if no feature changes."""
     percept, found = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
         if bound.is_own or isinstance(bound.kind, Categorical):

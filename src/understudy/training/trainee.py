@@ -1,4 +1,4 @@
-"""The trainee: the agent in training, pulsed by the semantics of presses (ARCHITECTURE section 3).
+"""The trainee: the agent in training, pulsed by the semantics of presses (docs/semantics.md).
 
 A press replaces step 1 of the automaton in training. Without a press, step 1 returns the current state in training
 mode, and asks the learned transition functions in testing and in live teaching. This module decides what a press
