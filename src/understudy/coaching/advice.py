@@ -28,13 +28,13 @@ from understudy.model.tree_regions import Box
 from understudy.training.feature_values import compute_example_values
 
 MOST_SLIPS = 3
-"""So many likely slips at once: a person who is asked about more stops reading."""
+"""The number of likely slips that are listed at once: a person who is asked about more stops reading."""
 MOST_ADVICE = 2
-"""So many pieces of one kind of advice on one state."""
+"""The largest number of pieces of advice of one kind on one state."""
 NEARBY = 0.15
-"""So near, another example says the same: well within what is far from one."""
+"""The distance up to which another example says the same; it is well below the distance that counts as far."""
 MOST_FURTHER = 24
-"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
+"""The number of presses whose effect is tried by leaving each out, beyond those for which that was tried before."""
 
 
 class AdviceKind(StrEnum):
@@ -77,7 +77,11 @@ class Advice:
 
 
 class WrongDecisions(NamedTuple):
-    """What a behavior decided where it went wrong: in how many new worlds it ran, and for each seed what happened."""
+    """The decisions of a behavior in the new worlds in which it went wrong.
+
+    `worlds` is the number of worlds in which it ran. `why` says what happened, by the seed of a world in which it went
+    wrong, and `met` are the decisions in these worlds.
+    """
 
     worlds: int
     why: Mapping[int, str]

@@ -43,19 +43,19 @@ from understudy.model.tree_regions import Box, ValueSet, find_tested_features, l
 BEGINNING = 0.7
 """The weight of a gap in the start state, relative to other states: a run passes it only once."""
 LEAST_SHARE = 0.02
-"""A situation rarer than this is not worth a person's time."""
+"""The least share of situations that a gap must concern to be worth a person's time."""
 LEAST_CONTRAST = 0.5
-"""From so much nearer on, other examples make a leaf questionable."""
+"""How much nearer examples of another outcome must be than those of a leaf to make it questionable, as a contrast."""
 MOST_SITUATIONS = 48
-"""So many situations are moved into each leaf."""
+"""The number of situations that are moved into each leaf."""
 LEAST_CASES = 8
-"""With fewer cases the share of those decided as shown says nothing."""
+"""The least number of cases for which the share decided as shown is reported."""
 GOOD = 0.95
-"""With this share of cases decided as shown, a lesson has enough examples."""
+"""The share of cases decided as shown from which on a lesson has enough examples."""
 UNSURE = 0.3
-"""No advice on a lesson of hardly any examples weighs more."""
+"""The largest weight of advice on a lesson with very few examples."""
 IN_WORLDS = 0.95
-"""No advice weighs more without a trial in worlds; advice on what goes wrong there does."""
+"""The largest weight of advice without trials in worlds; advice on mistakes found in worlds weighs more."""
 
 
 def give_advice(

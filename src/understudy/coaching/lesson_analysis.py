@@ -45,11 +45,11 @@ from understudy.model.tree import STAY, Tree, make_leaf
 from understudy.model.tree_regions import Box, find_tested_features
 
 UNTESTED = 0.25
-"""The weight of a feature that a state's tree does not test: the lesson has it, so it may matter all the same."""
+"""The weight of a feature that a state's tree does not test; it may matter, since the lesson has it."""
 FAR = 0.35
-"""From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
+"""The distance from which on a situation is far from an example: a third of a number's range, or 60 degrees."""
 ENOUGH = 3
-"""The least number of directives and confirmations with which anything is said about what is missing."""
+"""The least number of directives and confirmations from which gaps in a lesson are reported."""
 MOST_TRIALS, MOST_SLOW_TRIALS = 64, 8
 """The largest numbers of trials in a lesson, each without an example, for trees and for classifiers of scikit-learn.
 
@@ -58,7 +58,7 @@ In larger lessons each trial leaves out several examples at once.
 SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 """Classifiers that take a second to fit: there are no trials of them."""
 MOST_FITS = 40
-"""So many transition functions at most, each without one example, are asked about one decision."""
+"""The largest number of transition functions, each learned without one example, that decide one situation again."""
 DRAWS, SEED = 4, 1
 """The number of random halves of the examples that are drawn, and the seed of the draws."""
 

@@ -278,7 +278,7 @@ def _listed(
 
 
 def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:
-    """Return at most so many decisions, evenly over all."""
+    """Return at most `most` decisions, spread evenly over all."""
     return met[:: max(1, -(-len(met) // most))]
 
 

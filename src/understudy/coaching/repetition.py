@@ -17,7 +17,7 @@ from understudy.model.lesson import Lesson
 AWAY = 3.0
 """The distance, in largest steps between two moments, beyond which the robot has left a situation."""
 PARTS = 4
-"""A demonstrator is asked in so many parts of a round, one in each round, until the lesson changes."""
+"""The number of parts of a round. The robot asks in another part in each round, until the lesson changes."""
 LOOK_S = 0.5
 """The time between two looks at whether a robot repeats itself, s."""
 GAP_S = 1.0

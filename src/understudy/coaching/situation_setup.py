@@ -20,11 +20,11 @@ from understudy.training.other_agents import SessionSnapshot, require_rewindable
 from understudy.training.session import Session
 
 TRIES = 240
-"""Poses tried in each world."""
+"""The number of poses that are tried in each world."""
 EXACT = 0.02
-"""So near what was meant that no other pose is tried."""
+"""The distance from the wanted situation below which no further pose is tried."""
 NEARBY = 0.5
-"""From this share of the tries on, poses are drawn around the best so far."""
+"""The share of tries after which poses are drawn around the best one so far."""
 
 
 class SituationSpec(Protocol):

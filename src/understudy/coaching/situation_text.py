@@ -46,9 +46,9 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )
-"""How people say the cells of readings of a target, in rising order."""
+"""The words for the cells of readings of a target, in rising order."""
 USUAL: Mapping[str, str] = MappingProxyType({FEATURES.get(reading, reading): reading for reading in READ})
-"""From how features are usually called to what they read."""
+"""The reading that a feature of a usual name has, by that name."""
 ABSENT_WORDS: Mapping[str, str] = MappingProxyType({"blob_x": "not seen", "blob_size": "not seen"})
 PRESENT_WORDS: Mapping[str, str] = MappingProxyType({"not seen": "seen"})
 

@@ -47,11 +47,11 @@ class Uncertainty:
 
 
 NONE_SHOWN, HARDLY = 1.0, 0.6
-"""What doubt is where a state was shown nothing, or a lesson hardly anything."""
+"""The doubt in a state without examples, and the doubt in a lesson with very few."""
 HANGS = 0.7
-"""The most that a boundary held by one example makes of it."""
+"""The largest doubt about a decision near a boundary that depends on a single example."""
 CLOSE_BY = 0.05
-"""As near to the one example as this, its word is good."""
+"""The distance to the single example below which its decision is not in doubt."""
 
 
 class UncertaintyModel:
