@@ -1,4 +1,4 @@
-"""Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/reference/library-format.md).
+"""Documents: one readable JSON text per automaton (docs/reference/library-format.md).
 
 Examples are the source. The trees learned from them are stored too, with a hash: they are used if the hash matches,
 otherwise they are learned again from the examples, and this is reported.

@@ -171,7 +171,7 @@ def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
 
 
 def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
-    """Read the automaton in a file, whatever the file is called."""
+    """Read the automaton in a file of any name."""
     path = Path(path)
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
