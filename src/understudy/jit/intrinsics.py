@@ -1,4 +1,4 @@
-"""What kernels call and Numba compiles in a way of its own: twins of the functions in `plain`.
+"""Functions that kernels call and Numba compiles specially: twins of the functions in `plain`.
 
 Numba passes a tuple as all numbers in it, some 300 for the arrays of a world, at every call of every kernel. Most of
 the code that it makes would do nothing else. So kernels pass a reference to the tuple.
@@ -118,4 +118,4 @@ TWINS: dict[Any, Any] = {
     read_now: emit_atomic_load,
     let_others_run: yield_thread,
 }
-"""What Numba takes instead of a plain function."""
+"""The function that Numba compiles in place of each plain function."""

@@ -15,7 +15,7 @@ class LinkedLibrary(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return this library, as what `set_env` is called on."""
+        """Return this library itself: Numba calls `set_env` on it."""
         return self
 
     def set_env(self, name: str, env: Any) -> None:

@@ -63,7 +63,7 @@ class StoredKernels(_Cache):
         for content in self._find_contents(sig, target_context):
             try:
                 loaded = CompileResult._rebuild(target_context, *pickle.loads(content))
-            except Exception:  # whatever a file can do to these: it is of no use
+            except Exception:  # a damaged file can raise any error, and is of no use
                 logging.getLogger(__name__).debug("%s cannot be loaded", self._name, exc_info=True)
             else:
                 self.contents[sig] = content
