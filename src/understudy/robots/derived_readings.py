@@ -100,6 +100,6 @@ class DerivedReadings:
         if now - since < after_s:
             return 0.0
         wanted = sum(each[3] for each in self._track) / len(self._track) * (now - since)
-        # The farthest, not the last place: who drives in a circle comes back to where it was, and is not stuck.
+        # The farthest, not the last place: a robot that drives in a circle comes back, and is not stuck.
         farthest = max(hypot(each[1] - x0, each[2] - y0) for each in self._track)
         return float(farthest < NOWHERE * wanted)

@@ -315,7 +315,7 @@ class SensorInputs:
             for source, latest in here:
                 try:
                     latest.values = source.extract(message)
-                except Exception as error:  # what somebody made up must not end the thread that listens
+                except Exception as error:  # a forged message must not end the thread that listens
                     latest.values, latest.problem = {}, str(error)
                     latest.refused += 1
                     continue

@@ -85,7 +85,7 @@ class Robot:
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
         self.simulation_clock = SimulationClock(transport) if file.use_sim_time else None
-        """The clock by which it ticks, if that is a simulation's. Whatever stops it goes by this computer's clock."""
+        """The clock by which it ticks, if that is a simulation's. Stops go by this computer's clock."""
         self._time_s = 0.0
         self.scenario, self.kind = find_robot_scenario(file, path)
         """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
@@ -112,7 +112,7 @@ class Robot:
         if of.unfit or of.stop:
             transport.subscribe(file.topic(of.topic), DIAGNOSTICS, self.statuses.receive)
         self.status_publisher: StatusPublisher | None = None
-        """What publishes its state as diagnostics, if its file asks for that."""
+        """The publisher of its state as diagnostics; None if its file does not ask for that."""
         if of.publish:
             publish = transport.publisher(file.topic(of.topic), DIAGNOSTICS)
             self.status_publisher = StatusPublisher(publish, [self.describe_status])

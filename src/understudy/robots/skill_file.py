@@ -52,7 +52,7 @@ class SkillSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 def find_skill_problems(key: str, name: str, skill: SkillSpec) -> Iterator[DecodeProblem]:
-    """Yield what in the description of a skill is invalid, whatever its type defines."""
+    """Yield problems in the description of a skill that do not depend on its message type."""
     if not NAME.fullmatch(name):
         yield DecodeProblem(key, "is not a valid name of a skill", "give letters, digits and _")
     if (skill.action is None) == (skill.service is None):

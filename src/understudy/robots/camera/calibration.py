@@ -144,7 +144,7 @@ def _joined(parts: Sequence[Pixels], where: str) -> Pixels:
 
 
 def _mistaken(color: Color, shown: Sequence[LabeledImage]) -> float:
-    """Compute the share of the object that is missed plus the share wrongly included, averaged over images.
+    """Compute the share of the object that a color misses plus the share wrongly included, averaged over images.
 
     Both are relative to the size of the object.
     """

@@ -25,7 +25,7 @@ it by less."""
 BINS = 256
 """The number of periods in each of which lines are only compared with the tightest bound of each direction."""
 LEAST_UNEVEN_S = 1e-5
-"""The first attempt at the unevenness of clocks that no straight line fits, s."""
+"""The unevenness that is tried first for clocks that no straight line fits, s."""
 RESOLUTION_S = 1e-6
 """The slack of every bound, s, because times are rounded."""
 
@@ -209,7 +209,7 @@ def _find_region(
 
 
 def _extrapolate(bounds: NDArray[np.float64], first_s: float, rate: float) -> Column:
-    """Return what bounds at other times mean for the first one, if the rates differ as much as possible."""
+    """Convert bounds at other times to bounds at the first one, if the rates differ as much as possible."""
     passed = bounds[:, 0] - first_s
     return np.asarray(bounds[:, 1] - passed - rate * np.abs(passed))
 

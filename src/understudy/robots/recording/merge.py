@@ -47,7 +47,7 @@ NS = 1e9
 
 
 class MemberClock(msgspec.Struct, frozen=True, kw_only=True):
-    """How the clock of one agent was found to be.
+    """The clock of one agent, as estimated from its messages.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class MemberClock(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TeamClock(msgspec.Struct, frozen=True, kw_only=True):
-    """The clock of a merged recording: whose it is, when the recording begins by it, and those of all members."""
+    """The clock of a merged recording: the reference agent, the recording's start, and the clocks of all members."""
 
     reference: str
     start_ns: int
@@ -92,7 +92,7 @@ class TeamClock(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass
 class _Survey:
-    """One recording as far as merging needs to know it: when each message was sent or heard, by its digest."""
+    """The part of one recording that merging needs: when each message was sent or heard, by its digest."""
 
     path: Path
     agent: str = ""

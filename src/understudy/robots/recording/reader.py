@@ -133,7 +133,7 @@ def has_own_header(path: Path | str) -> bool | None:
         from mcap.records import Metadata
     except ImportError:
         raise ExtraMissing(what="a recording", extra="ros2") from None
-    with suppress(Exception), Path(path).open("rb") as file:  # whatever a reader does with damaged bytes
+    with suppress(Exception), Path(path).open("rb") as file:  # a reader can raise any error on damaged bytes
         summary = make_reader(file).get_summary()
         if summary is not None:
             return any(each.name.startswith(METADATA) for each in summary.metadata_indexes)
@@ -360,7 +360,7 @@ class _ReadingColumn:
 
 
 def iterate_records(path: Path | str) -> Iterator[Any]:
-    """Yield the records of an MCAP file, whatever is wrong with it raises an exception after the last good one."""
+    """Yield the records of an MCAP file; any error is raised after the last valid record."""
     try:
         from mcap.stream_reader import StreamReader
     except ImportError:

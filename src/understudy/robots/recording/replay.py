@@ -12,7 +12,7 @@ from understudy.runtime.body import Channel, Commands, Reading
 
 
 class ReplayBody:
-    """The body of a recording, at its first tick; each command, whatever it is, advances it to the next tick.
+    """The body of a recording, at its first tick; each command advances it to the next tick, and is ignored otherwise.
 
     Until readings are sensed, its time is the start of the run.
     """

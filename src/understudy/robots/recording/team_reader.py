@@ -28,7 +28,7 @@ NS = 1e9
 
 @dataclass(frozen=True, slots=True)
 class LoggedOrders:
-    """A message of a coordinator: the agent that recorded it, whether as its sender, and when, ns since 1970."""
+    """A coordinator's message in the recording of an agent, which sent or received it, and when, ns since 1970."""
 
     agent: str
     is_sent: bool

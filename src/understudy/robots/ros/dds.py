@@ -41,7 +41,7 @@ BEAT_S = 0.2
 MOST = 4096
 """The largest number of publishers that are read at once."""
 KEPT = 100
-"""The number of messages that are kept of each topic with messages for who comes late, as tf2 has it."""
+"""The number of messages that are kept of each topic whose last messages late subscribers receive, as in tf2."""
 GOAL_ID = 16
 """The size of the id of a goal, with which feedback begins, in bytes."""
 GRAVE = 1 | 2
@@ -151,7 +151,7 @@ class DdsTransport:
         raw, writer = named.data_type, DataWriter(self._participant, named, qos=quality)
         number = len(self._writers)
         self._writers.append(writer)
-        del writer  # a participant leaves when nobody holds its writers
+        del writer  # a participant leaves when no reference to its writers is left
 
         def publish(data: bytes) -> None:
             if self._writers:

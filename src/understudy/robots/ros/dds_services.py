@@ -119,7 +119,7 @@ class DdsServices:
         del self._changes, self._gone, self._alive, self._subscriptions, self._participant
 
     def _list_readers(self) -> Sequence[Any]:
-        """List the readers of requests to services that have been discovered, anew if any came or left."""
+        """List the discovered readers of requests to services; the list is renewed if any came or left."""
         with self._asking:
             if self._changes.triggered:
                 self._subscriptions.take(N=MOST, condition=self._gone)

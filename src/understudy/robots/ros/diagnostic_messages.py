@@ -24,7 +24,7 @@ class StatusLevel(IntEnum):
 
 @dataclass(frozen=True)
 class DiagnosticStatus:
-    """One status: what it is of, its level, a sentence, and values by name."""
+    """One status: the name of its component, its level, a sentence, and values by name."""
 
     name: str
     level: StatusLevel

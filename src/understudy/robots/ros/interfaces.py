@@ -146,7 +146,7 @@ class Interfaces:
             if len(data) > LONGEST:
                 raise ValueError(f"it is {len(data)} bytes long")
             return self.typestore.deserialize_cdr(data, type)
-        except Exception as error:  # whatever a decoder does with bytes that somebody made up
+        except Exception as error:  # a decoder may raise any error on forged bytes
             raise MessageRefused(type=type, problem=f"{error.__class__.__name__}: {error}") from None
 
     @cached_property

@@ -117,7 +117,7 @@ def decode_message(type: str, data: bytes) -> Any:
         try:
             return load_typestore(release).deserialize_cdr(data, type)
         except Exception as error:
-            # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
+            # A decoder may raise any error on forged bytes; only this message may be lost by that.
             problem = problem or f"{error.__class__.__name__}: {error}"
     raise MessageRefused(type=type, problem=problem)
 

@@ -46,7 +46,7 @@ class Transport(Protocol):
     def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Pass each message of a topic to `received` until the transport is closed.
 
-        With `kept`, also those that publishers sent before and keep for who comes late, as on /tf_static.
+        With `kept`, also the messages that publishers sent before and keep for late subscribers, as on /tf_static.
         """
         ...
 

@@ -182,7 +182,7 @@ class ZenohTransport:
             raise Unreachable(what=f"Zenoh's router {where}", problem=problem, remedy=remedy) from error
         self._domain, self._id = domain, str(self._session.zid())
         self._own = ZenohSession(domain, self._id)
-        self._lock, self._closed = RLock(), False  # who listens may publish at once
+        self._lock, self._closed = RLock(), False  # reentrant: a callback may publish
         self._left, self._clock = Event(), clock
         self._others: dict[str, Endpoint] = {}
         self._declared: list[Any] = []
@@ -207,7 +207,7 @@ class ZenohTransport:
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         for last in (type.hash, UNHASHED):
             self._listen(make_service_key(self._domain, topic, type.name, last), received)
 

@@ -320,7 +320,7 @@ class Guard:
         return sum(peer.topic == self._topic for peer in self._peers()) - self._monitor.watchdogs
 
     def _expect_others(self) -> None:
-        """Take those who publish commands before arming for the robot's own, if skills of it drive.
+        """Count the publishers of commands before arming as the robot's own, if it has skills that drive.
 
         A watchdog that was started just now may not have been discovered, so that more are expected rather than fewer.
         """

@@ -228,7 +228,7 @@ class RobotSkills:
             each.repeat_cancellations()
 
     def _record(self, skill: Skill) -> None:
-        """Publish what is new of the last execution of a skill, if there was one."""
+        """Publish the news of the last execution of a skill, if there was one."""
         if self._records is not None and (skill.last.goal is not None or skill.last.problem):
             self._records.publish_changes(skill.name, skill.last)
 

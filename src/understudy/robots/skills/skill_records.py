@@ -19,7 +19,7 @@ TOPIC = "understudy/skills"
 
 
 class SkillRecords:
-    """What was published of the skills of a robot, and what is new.
+    """The published state of a robot's skills, by which changes are found.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class SkillRecords:
         self._told: dict[str, tuple[Execution, Mapping[str, float], str]] = {}
 
     def publish_changes(self, skill: str, execution: Execution) -> None:
-        """Publish what is new of the last execution of a skill: its goal, its feedback, its outcome."""
+        """Publish the changes of the last execution of a skill: its goal, its feedback, its outcome."""
         told, feedback, outcome = self._told.get(skill, (None, {}, ""))
         now = execution.feedback, execution.outcome
         if told is not execution:

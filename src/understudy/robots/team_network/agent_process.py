@@ -128,7 +128,7 @@ class AgentProcess:
         self.left = False
         """Whether the agent was told to leave."""
         self.restarts = False
-        """Whether the agent has to start anew, with another library."""
+        """Whether the agent has to restart, with another library."""
         self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
         self._pace: Callable[[], float] = clock
@@ -235,7 +235,7 @@ class AgentProcess:
         self._carry_out()
 
     def _tell_viewers(self) -> None:
-        """Publish this agent's status from time to time, while somebody watches the team."""
+        """Publish this agent's status from time to time, while a computer watches the team."""
         now = self._clock()
         if now - self._told_s >= STATUS_S and is_watched(self._network):
             self._told_s = now
@@ -304,7 +304,7 @@ class AgentProcess:
                 AgentAnswer(problem="was asked something that it does not understand")
             )
         if question.do == "stop" and self.robot is not None:
-            self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
+            self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from any thread
         if question.do == "ready":
             return msgspec.msgpack.encode(self._make_ready())
         if question.do in ("prepare", "forget"):  # which takes a while, in which decisions go on
@@ -403,7 +403,7 @@ class AgentProcess:
             member.name: problem
             for coordinator in self.coordinators
             if coordinator.leads
-            or coordinator.spec.name == self.name  # which does not lead if it hears nobody
+            or coordinator.spec.name == self.name  # which does not lead if it hears no other agent
             for members in coordinator.members
             for member in members.members
             if (problem := members.find_problem(member))

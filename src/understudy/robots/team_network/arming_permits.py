@@ -39,7 +39,7 @@ class ArmingPermits:
         return permit
 
     def use(self, permit: str) -> int | None:
-        """Return the number of stops for which a permit holds; None if it holds no more, or was used."""
+        """Return the number of stops for which a permit is valid; None if it has expired, or was used."""
         with self._lock:
             at, stop_count = self._given.pop(permit, (None, 0))
         return stop_count if at is not None and self._clock() - at <= PERMIT_S else None

@@ -147,7 +147,7 @@ class LibraryFolder:
             yield
 
     def _contains(self, files: Files) -> bool:
-        """Say whether the folder's documents are these; one that cannot be read is to be replaced."""
+        """Return whether the folder has exactly these documents; False if one of its documents cannot be read."""
         try:
             return read_library_files(self.folder) == files
         except (UnderstudyError, OSError):

@@ -63,7 +63,7 @@ class SilentTransport:
         return "is asked by the robot's own agent"
 
     def peers(self) -> Sequence[Publisher]:
-        """Return nobody."""
+        """Return no publishers."""
         return ()
 
     def close(self) -> None:

@@ -27,7 +27,7 @@ PRESENCE_S = 1.0
 WAIT_MS = 500
 """The time in ms for which a starting agent waits for the others; it goes on connecting to them afterwards."""
 SILENT_MS = 5000
-"""A link from which nothing was heard for so long is given up, and made anew, ms."""
+"""The time without a message after which a link is closed and made again, ms."""
 OPENING_MS = 5000
 """The longest time in ms to make a link: each lost packet of the first ones costs a second."""
 RETRY = {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 2}
@@ -62,7 +62,7 @@ class ZenohOptions:
 
 
 class ZenohInbox(Inbox):
-    """Messages that a subscriber of Zenoh has received; if nobody takes them, the oldest are dropped."""
+    """Messages that a subscriber of Zenoh has received; if they are not taken, the oldest are dropped."""
 
     def __init__(self, heard: Any, is_closed: Callable[[], bool]) -> None:
         super().__init__()
