@@ -19,9 +19,9 @@ Ints = NDArray[np.int64]
 
 MOST_ROUNDS = 15
 STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
-"""The changes of a constant that are tried, as shares of how far it is still looked for."""
+"""The changes of a constant that are tried, as shares of the range that is still searched."""
 NARROWER = 0.75
-"""By how much the range narrows in which a constant is looked for, from one round to the next."""
+"""The factor by which the range that is searched for a constant shrinks from one round to the next."""
 
 UNEXPLAINED_PRICE = 6.0
 """The price of a switch to the label for none of the candidates, beside that of any switch.
@@ -29,10 +29,10 @@ UNEXPLAINED_PRICE = 6.0
 What is not known is rarer than what is known, and takes longer than the two ticks in which a stick overshoots.
 """
 MISTIMED = 0.05
-"""The share of ticks at which a driver does what another state of the automaton does that explains the drive."""
+"""The share of ticks at which a driver does what another state of the same automaton does: earlier or later than it."""
 
 LEARNED_PRICE = 2.0
-"""The price of a switch beside its chance, where this was learned from few switches."""
+"""The price of a switch in addition to its probability, if that was learned from few switches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def measure_residuals(
 ) -> Floats:
     """Return the difference of the commands from those expected in each state, shape [X, T, C].
 
-    Aims are scaled by the shares [T, C] of full speed. A driver with a dead time answers to a tick so many ticks later;
+    Aims are scaled by the shares [T, C] of full speed. A driver with a dead time responds to a tick that much later;
     answers after the end of an episode are NaN.
     """
     last, commands = drive.list_last_commands(), drive.commands

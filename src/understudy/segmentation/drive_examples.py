@@ -1,7 +1,7 @@
 """Examples from segmented drives: a session over the recorded readings, with a press at each switch of the labels.
 
-Directives, defaults and watched examples then mean the same as in any session, because one is run (ARCHITECTURE
-section 3). Switches in doubt go into quarantine.
+Directives, defaults and watched examples then mean the same as in any session (docs/semantics.md). Switches in doubt go
+into quarantine.
 """
 
 from __future__ import annotations

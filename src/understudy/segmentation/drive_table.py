@@ -26,9 +26,10 @@ Floats = NDArray[np.float64]
 COMMAND = "command."
 """The beginning of the names of columns of commands in a table that needs no mapping file."""
 MOST_UNEVEN = 0.1
-"""Rows that are apart by up to this share more or less than a tick are taken as ticks as they are."""
+"""The largest deviation of the time between two rows from a tick, as a share of it; if few deviate more, rows are
+ticks."""
 WIDEST_RAD = 13.0
-"""An angle in radians that goes beyond two turns is taken for one in degrees."""
+"""The largest angle in radians, about two turns; a column with a larger one is refused, as it may be in degrees."""
 
 
 def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:

@@ -2,8 +2,8 @@
 
 The trees of a merged lesson cannot show them, because they separate examples that contradict each other wherever they
 can. So each driver's own examples are learned apart, and the trees of each two drivers are compared where both have
-examples. Nobody switches twice at the very same reading, and reaction times are estimates: what happened while a driver
-may have been deciding already is not compared, and a difference counts only if it is unlikely by chance.
+examples. No driver switches twice at the very same reading, and reaction times are estimates: what happened while a
+driver may have been deciding already is not compared, and a difference counts only if it is unlikely by chance.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from understudy.training.watched_examples import measure_deciding_time
 CHANCE = 0.05
 """The probability by chance below which a difference between two drivers is a contradiction."""
 MOST_COMPARED = 300
-"""About how many examples of each driver are compared to find the two that are most alike."""
+"""The approximate number of examples of each driver that are compared to find the two most similar ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,7 +256,7 @@ def _decide(function: Transition, state: str, example: Example, known: Sequence[
 
 
 def _compute_chance(first: Sequence[Example], second: Sequence[Example], following: str) -> float:
-    """Compute how likely it is that so many of those who went on to a state are the second driver's, by chance."""
+    """Compute the probability that, by chance, the second driver has as many of the examples that lead to a state."""
     mine = sum(each.next == following for each in second)
     went = sum(each.next == following for each in first)
     return compute_fisher_p(mine, len(second), went, len(first))

@@ -19,7 +19,7 @@ OUTLIERS = 0.01
 FINEST = 0.005
 """The smallest noise, as a share of a channel's range: what a stick or a number in a file resolves."""
 FAR = 0.2
-"""A command so far from an aim, as a share of a channel's range, tells how fast it gets there, whatever the noise."""
+"""The distance from an aim, as a share of a channel's range, from which on a command tells the gain for any noise."""
 GAINS = (1.0, 0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.13, 0.09)
 """The shares of the way to an aim that are tried."""
 

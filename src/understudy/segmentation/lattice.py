@@ -136,7 +136,7 @@ def find_states(lattice: Lattice) -> Ints:
 
 
 ENTERED = -1
-"""Stands for the tick before in which a state was not reached by staying: its label began the shortest stay ago."""
+"""The predecessor of a state that was not reached by staying: its label began one shortest stay before."""
 
 
 class _Exits:
@@ -145,7 +145,7 @@ class _Exits:
     def __init__(self, lattice: Lattice) -> None:
         ticks, labels = lattice.entry.shape
         self._lattice = lattice
-        # Where labels have one state and switches cost the same, beginning one anew is never better than staying.
+        # Where labels have one state and switches cost the same, beginning one again is never better than staying.
         self._alike = lattice.following is None and lattice.moves is None
         self._constant = lattice.get_moves(0) if lattice.moves is None else None
         self.score = np.empty((ticks, 1 if self._alike else labels))

@@ -33,7 +33,7 @@ from understudy.training.reaction_time import (
 )
 
 CONTRADICTED = 12.0
-"""The logarithm by which each example that the learned rules contradict makes a reaction time less likely."""
+"""The amount by which each example that the learned rules contradict lowers a reaction time's log likelihood."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def _choose_reaction_time(
     times = [round(estimate.reaction_s - step * segmentation.drive.tick_s, 3) for step in range(steps + 1)]
     steady = list_drive_steady_readings(segmentation.drive)
     likelihood = np.interp(times, SHIFTS_S, compute_shift_likelihood(lesson, steady=steady))
-    # Examples are made anew: the reaction time also decides which watched ticks before a press are discarded.
+    # Examples are made again: the reaction time also decides which watched ticks before a press are discarded.
     empty = Lesson(lesson.automaton, options=lesson.options)
     best, score, wrong = 0, -np.inf, dict[int, int]()
     for step in np.argsort(-likelihood, kind="stable").tolist():

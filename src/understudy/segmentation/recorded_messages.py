@@ -78,7 +78,7 @@ def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
 
 
 def _group_by_topic(path: Path, names: list[str]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Return the path of fields of each column, by topic and column."""
+    """Split names of columns, such as /odom.twist.linear.x, and return the fields of each, by topic and column name."""
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for name in names:
         topic, *fields = name.split(".")

@@ -26,9 +26,9 @@ PARQUET_SUFFIX = ".parquet"
 
 
 class RecordedTable(NamedTuple):
-    """Rows of cells with the number of each in the file, and sentences about what was left out.
+    """Rows of cells with the number of each row in the file, and sentences about omitted rows and cells.
 
-    `counted` is what the numbers count: lines, or messages.
+    `counted` names the things that the numbers count: lines, or messages.
     """
 
     path: Path

@@ -33,7 +33,7 @@ def run_over_drive(
 ) -> Ints:
     """Run an automaton over the readings of a drive, restarted at each episode.
 
-    Nothing moves the robot: at each tick the readings are the recorded ones, whatever the automaton did before.
+    Nothing moves the robot: at each tick the readings are the recorded ones; decisions of the automaton have no effect.
 
     Parameters
     ----------

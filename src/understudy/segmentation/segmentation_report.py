@@ -46,7 +46,7 @@ class ChannelRow:
 
 @dataclass(frozen=True, slots=True)
 class DriveReport:
-    """What a drive was found to be.
+    """The result of a segmentation as plain data.
 
     `constants` are those that were found, by candidate. `reaction_s` is None if the drive does not tell it;
     `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful. `findings`

@@ -159,7 +159,7 @@ def _split_in_two(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
 
 
 def _sign_test(better: int, worse: int) -> float:
-    """Return the probability of at least so many better ones among those that differ, if both were as likely."""
+    """Return the p-value of a sign test: the probability of at least `better` better cases if both are as likely."""
     count = better + worse
     return float(sum(comb(count, each) for each in range(better, count + 1)) / 2**count)
 

@@ -59,7 +59,7 @@ def make_stateless(lesson: Lesson) -> Lesson:
     """Make a lesson stateless, with ticks at which the driver went on as confirmations.
 
     Stateless lessons learn from directives and confirmations only. A tree that decides for all states needs to know
-    where a behavior goes on, and for a driver who steers all the time, this is as much meant as a switch.
+    where a behavior goes on. A driver steers all the time, so each tick without a switch is as deliberate as a switch.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ RIDGE = 0.1
 CONSTANT_SHARE = 0.02
 """The share of that weight that the constant term gets."""
 FIRST_PRICE = 1.5
-"""What a switch costs in the first round, before anything is known about switches, as the price of a switch."""
+"""The price of a switch in the first round, before anything is known about switches."""
 LEAST = -30.0
 """The smallest logarithm of a chance."""
 
