@@ -20,7 +20,7 @@ from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_children, 
 
 NO_VALUES = ValueSet((), False)
 NONEMPTY = 1
-"""The bit that every box has beside those of its axes, so that a space without axes has one cell and is not empty."""
+"""A bit that every box has besides those of its axes, so that a space without axes has one cell and is not empty."""
 
 
 def make_feature_domain(bound: BoundFeature) -> ValueSet:

@@ -37,7 +37,7 @@ def _sort_cycles(search: CycleSearch) -> list[Cycle]:
 
 
 def _make_repetition(subject: Subject, cycle: Cycle, orders: list[str]) -> Finding:
-    """Make the finding of states that follow each other whenever members raise flags, whatever else is read.
+    """Make the finding of states that follow each other whenever members raise flags, for all other readings.
 
     Either all give the same order, or nothing but flags leads from one to the next.
     """
@@ -102,7 +102,7 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
 
 
 def _describe_pace(cycle: Cycle) -> str:
-    """Say how often a cycle comes back to its first state, or that it switches at every tick."""
+    """Describe how often a cycle comes back to its first state, or that it switches at every tick."""
     least, most = min(cycle.ticks), max(cycle.ticks)
     if most == len(cycle.states):
         return "at every tick"

@@ -88,7 +88,7 @@ TREE_CHECKS: Sequence[Check] = (
     find_unused_features,
     find_unused_parameters,
 )
-"""What is looked for in one automaton, beside cycles."""
+"""The checks of one automaton's trees, besides the search for cycles."""
 
 
 def check_library(

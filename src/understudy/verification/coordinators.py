@@ -1,4 +1,4 @@
-"""Find orders that no member of a squad has a behavior for, and statistics of flags that an order keeps down."""
+"""Find orders that no member of a squad has a behavior for, and statistics of flags that an order resets."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def find_orders_without_behavior(subject: Subject) -> Iterator[Finding]:
 def mark_statistics(root: Level, library: Library, members: SquadMembers) -> None:
     """Mark, for each state of a coordinator, the statistics of flags that its order keeps at their reset value.
 
-    Marked too are those that can leave this value in the very tick in which the order restarts the members.
+    Statistics that can leave this value in the very tick in which the order restarts the members are marked, too.
     """
     statistics = {
         each.name: each

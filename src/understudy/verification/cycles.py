@@ -20,7 +20,7 @@ from understudy.verification.cells import Leaf
 from understudy.verification.levels import Level
 
 MOST_PULSES = 20_000
-"""So many pulses of one automaton are run before the search is given up, and reported as unfinished."""
+"""The number of pulses of one automaton after which the search is given up, and reported as unfinished."""
 TICK_S = 0.1
 """The tick length that is assumed where no scenario gives one, s."""
 
@@ -54,7 +54,7 @@ class Cycle:
     """A cycle of switches: the root's states in order, the boxes that it runs in, and for each its length in ticks.
 
     `nested` is true if levels below the root switch in it, and `clocked` if it depends on the length of a tick.
-    `resets` is true if it needs that members, who could, do not raise their flags in the tick of an order.
+    `resets` is true if it is possible only if members do not raise flags in the tick of an order, as they may.
     """
 
     states: tuple[int, ...]
@@ -196,7 +196,7 @@ class CycleFinder:
             yield Pulse((frame, *pulse.frames), pulse.box, pulse.switched)
 
     def _pulse_child(self, level: Level, state: int, below: Run | None, box: int) -> Iterator[Pulse]:
-        """Pulse what a state runs, started anew if `below` is None, if any of its flags matters to the state."""
+        """Pulse the automaton that a state runs, restarted if `below` is None, if any of its flags matters there."""
         child = level.children[state]
         if child is None or not self._waits_for_flags(level, state):
             yield Pulse((), box, False)
@@ -204,7 +204,7 @@ class CycleFinder:
         yield from self._pulse(child, below or (Frame(0, 0),), box)
 
     def _waits_for_flags(self, level: Level, state: int) -> bool:
-        """Return whether a state's tree tests a flag that what it runs can raise."""
+        """Return whether a state's tree tests a flag that the automaton it runs can raise."""
         child, leaves = level.children[state], level.leaves[state]
         if child is None or leaves is None:
             return False
@@ -320,7 +320,7 @@ class CycleFinder:
 
 
 class _GivenUp(Exception):
-    """The search takes too long, or meets what it cannot decide."""
+    """The search takes too long, or meets something that it cannot decide."""
 
 
 def _find_reset(feature: object) -> float | None:

@@ -1,4 +1,4 @@
-"""Find dead ends: states that stay once what they run has raised a flag and idles, so that nothing moves the robot."""
+"""Find dead ends: states that stay once the automaton they run has raised a flag and idles, so that nothing moves."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from understudy.verification.levels import Level, build_hierarchy
 from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_BOXES = 200
-"""Of so many boxes in which a flag is raised each is looked at; of more, only the box of all readings."""
+"""The largest number of boxes in which a flag is raised that are examined one by one; of more, only the box of all
+readings is."""
 
 
 def find_dead_ends(subject: Subject) -> Iterator[Finding]:
     """Find states that stay, in some cell, after the automaton that they run has raised a flag.
 
     That automaton idles from then on, so the robot stands, and only what moves by itself can still change a reading.
-    States that are never left at all are found elsewhere. Coordinators wait for members, who go on.
+    States that are never left at all are found elsewhere. Coordinators wait for members, which go on.
     """
     level = subject.level
     leads = any(behavior.order is not None for behavior in subject.library.kit.behaviors.values())
@@ -86,7 +87,7 @@ def _list_raised_while_staying(level: Level, index: int, child: Level, flag: str
 
 
 def _raise_flag(level: Level, index: int, flag: str) -> int:
-    """Return the box of a state in which what it runs has raised a flag, and no other."""
+    """Return the box of a state in which the automaton it runs has raised a flag, and no other."""
     box = level.get_domain(index)
     for axis in level.axes:
         feature = axis.bound.feature
@@ -115,7 +116,7 @@ def _list_changes(subject: Subject, box: int, way_out: Leaf) -> list[str] | None
 
 
 def list_raising_boxes(level: Level, flag: str, *, at_once: bool = False) -> list[int]:
-    """List the boxes of body readings in one of which they are when an automaton raises a flag; or does so at once."""
+    """List boxes of body readings such that readings are in one of them when an automaton raises a flag."""
     found: dict[int, None] = {}
     for state in [0] if at_once else sorted(level.reachable_states):
         for following, leaves in level.exits[state].items():
@@ -178,7 +179,7 @@ def _make_finding(
 
 
 def _list_stoppers(subject: Subject) -> list[str]:
-    """List the automata of the library that may leave a state which runs this one, without a flag of it."""
+    """List the automata of the library that run this one in a state and may leave that state without its flag."""
     found = []
     for name in subject.library.find_users(subject.level.name):
         user = build_hierarchy(subject.library, name)

@@ -1,4 +1,4 @@
-"""Find features and parameters that decide nothing, and states that do not follow the parameter they decide by."""
+"""Find features and parameters on which no decision depends, and states that ignore the parameter they decide by."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from understudy.verification.levels import Level
 from understudy.verification.subject import Subject
 
 MOST_PAIRS = 200_000
-"""So many pairs of leaves are compared; a feature of larger trees that is tested counts as one that decides."""
+"""The largest number of pairs of leaves that are compared; in larger trees, each feature that is tested counts as one
+on which decisions depend."""
 
 
 def find_unused_features(subject: Subject) -> Iterator[Finding]:

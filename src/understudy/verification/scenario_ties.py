@@ -204,7 +204,7 @@ def _list_pairs(
 
 
 def _present(bound: BoundFeature) -> ValueSet:
-    """Return the set of all present values."""
+    """Return the set of all values that a feature can have while it is present."""
     return ValueSet(make_full_value_set(bound.kind).parts, False)
 
 

@@ -58,7 +58,7 @@ def _list_single(bound: BoundFeature, statistic: Statistic) -> Iterator[Tie]:
 
 
 def _list_pairs(first: BoundFeature, one: Statistic, second: BoundFeature, other: Statistic) -> Iterator[Tie]:
-    """Yield what two statistics of the same members and the same condition say about each other."""
+    """Yield the ties between two statistics of the same members and the same condition."""
     if one.reading is None and one.flag is None:
         return
     if _is_told(one, other) and _get_condition(one) == _get_condition(other):

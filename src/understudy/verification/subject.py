@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from understudy.verification.coordinators import SquadMembers
 
 MOST_CELLS = 3
-"""So many cells of one finding are described; the others are counted."""
+"""The number of cells of one finding that are described; the others are counted."""
 MOST_EXAMPLES = 5
-"""So many examples of one finding are named; the others are counted."""
+"""The number of examples of one finding that are named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False)

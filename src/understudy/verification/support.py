@@ -1,4 +1,4 @@
-"""Find what rests on few examples: cells that one decides, readings that none of a state had, and outliers."""
+"""Find decisions with little evidence: cells with a single example, readings without any in a state, and outliers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from understudy.verification.finding import Finding, FindingCell, FindingKind, S
 from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_WEAK = 3
-"""So many cells of one example are described, the weakest; the others are counted."""
+"""The number of cells of one example that are described, the weakest first; the others are counted."""
 FEWEST_OTHERS = 10
 """Among fewer other values no example counts as far outside. Of ten values that vary by chance in the manner of a
 normal distribution, one lies as far outside in about one case of a hundred (Dixon 1950, Q above 0.5)."""
@@ -45,7 +45,7 @@ def _list_states(subject: Subject) -> Iterator[tuple[str, str, int, Sequence[Lea
 
 
 class _OneExample(NamedTuple):
-    """A leaf on which a single press agrees: what it does there, and the watched examples that say otherwise, or so."""
+    """A leaf that a single press supports, with the watched examples that contradict it and those that confirm it."""
 
     contradicting: int
     agreeing: int

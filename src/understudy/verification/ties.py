@@ -11,7 +11,7 @@ from understudy.model.tree_regions import ValueSet
 from understudy.verification.cells import Axis
 
 MOST_STEPS = 20_000
-"""So many values are tried in turn to find a possible feature vector; then the box counts as possible."""
+"""The number of values that are tried in turn to find a possible feature vector; then the box counts as possible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,10 @@ class Tie:
 
 
 class _PreparedTie:
-    """A tie with the bits of its regions: it excludes a cell that has all of them and too large a sum."""
+    """A tie, prepared to test cells: one that is in all regions of the tie and has too large a sum is impossible.
+
+    Regions are bit masks over the parts of each feature's axis.
+    """
 
     __slots__ = ("axes", "bound", "places", "terms", "whole")
 
