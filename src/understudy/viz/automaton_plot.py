@@ -54,7 +54,7 @@ def plot_graphs(graphs: Sequence[AutomatonGraph], ax: Axes | None = None) -> Axe
 
 
 class _Pen:
-    """What draws one picture, `top` units below the upper edge of axes."""
+    """A drawer of one picture, `top` units below the upper edge of axes."""
 
     def __init__(self, axes: Axes, top: float) -> None:
         self.axes, self.top = axes, top

@@ -83,7 +83,7 @@ def write_scaled_text(
     align: str = "left",
     color: str = INK,
 ) -> None:
-    """Write a text on its base line, of a font size in picture units, whatever the size of the axes."""
+    """Write a text on its base line, of a font size in picture units, which scales with the axes."""
     made = _scaled_text_class()(
         x, y, text, units=size, color=color, ha=align, va="baseline", fontweight="bold" if bold else "normal",
         fontfamily="DejaVu Sans", clip_on=False, zorder=6, parse_math=False,

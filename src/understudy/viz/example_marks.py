@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 """The marker of each next state, which tells states apart without colors."""
 SIZE, SMALL, RING, MOST_RINGS = 7.5, 3.5, 4.5, 3
-"""The size of a mark in points, that of watched examples, and what examples at one place are larger, up to how many."""
+"""Sizes of marks, in points: of an example from a press, of a watched one, and the growth for each further example at
+the same place, which ends after MOST_RINGS of them."""
 WORDS = {
     ExampleKind.DIRECTIVE: "pressed",
     ExampleKind.CONFIRMATION: "confirmed",

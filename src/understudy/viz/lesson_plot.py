@@ -202,7 +202,7 @@ class _Plane:
         )  # fmt: skip
 
     def _draw_borders(self, axes: Axes) -> None:
-        """Draw a line wherever the decision changes."""
+        """Draw lines where the decision changes."""
         from matplotlib.collections import LineCollection
 
         xs, ys, outcomes = self._grid()

@@ -192,7 +192,7 @@ def draw_path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = 
 def list_path_entries(
     frames: Sequence[RunFrame], *, styles: Sequence[LineStyle] = SOLID_LINES
 ) -> list[Artist]:
-    """Return the entries of the legend of a run: activities or robots, teams, and what has no label."""
+    """Return the entries of the legend of a run: activities or robots, teams, and the objects without a label."""
     first, last = frames[0].view, frames[-1].view
     now = list_object_marks(last)
     before = find_removed_objects(list_object_marks(first), now, last)

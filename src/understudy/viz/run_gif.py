@@ -88,7 +88,7 @@ def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
 
 
 class _FrameRenderer:
-    """A renderer of the pictures of a run; whatever does not move is drawn once."""
+    """A renderer of the pictures of a run; things that do not move are drawn once."""
 
     def __init__(self, frames: Sequence[RunFrame]) -> None:
         from PIL import Image

@@ -82,7 +82,7 @@ def plot_tree(
 
 
 class _NodeText:
-    """What stands in the boxes of a tree and beside its branches."""
+    """The texts in the boxes of a tree and beside its branches."""
 
     def __init__(
         self,
