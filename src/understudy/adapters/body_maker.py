@@ -125,7 +125,7 @@ def _takes_seed(function: Callable[..., Any], name: str) -> bool:
 
 def _make_body(made: Any, seed: int, name: str) -> Body:
     """Return the body that a function made, or that of the environment that it made."""
-    gymnasium: Any = sys.modules.get("gymnasium")  # imported by whatever made an environment
+    gymnasium: Any = sys.modules.get("gymnasium")  # imported by the module that made an environment
     if gymnasium is not None and isinstance(made, gymnasium.Env):
         from understudy.adapters.gymnasium import GymnasiumBody
 

@@ -50,7 +50,7 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
 
     Agent i of environment w is agent w*N + i of the body. An agent whose part has ended is not commanded and gets no
     reward; `return`, `terminated` and `truncated` stay as they are. An environment in which the parts of all agents
-    have ended stays as it is until `reset`, whatever the others do.
+    have ended stays as it is until `reset`, while the others go on.
 
     Parameters
     ----------
@@ -306,10 +306,10 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
             environment.close()
 
     def _call(self, name: str, function: Callable[..., Any], *args: Any, **named: Any) -> Any:
-        """Call a method of an environment; whatever it raises becomes a DefinitionError, which names the checker."""
+        """Call a method of an environment; turn any error into a DefinitionError, which names the checker."""
         try:
             return function(*args, **named)
-        except Exception as error:  # whatever code of the environment does
+        except Exception as error:  # an environment's code can raise any error
             raise DefinitionError(
                 what=self._where,
                 problem=f"its {name} failed: {type(error).__name__}: {error}",

@@ -27,7 +27,8 @@ OUTCOMES = (
 TICK_S = 0.1
 """The length of a tick of an environment that does not say how many frames a second it renders, s."""
 MOST_NAMED = 64
-"""The most values of a whole number that each get a basic behavior; of more, only the least and the greatest do."""
+"""The largest number of values of a whole-number channel that each get a basic behavior; of more, only the least and
+the greatest value do."""
 
 
 def choose_tick_s(tick_s: float | None, metadata: Mapping[str, Any]) -> float:

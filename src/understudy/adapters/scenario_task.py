@@ -40,7 +40,7 @@ SEEDS = 2**31
 
 
 class ScenarioEnvironment(ABC):
-    """The world of a scenario as an environment for reinforcement learning, whatever package it is for.
+    """The world of a scenario as an environment for reinforcement learning; packages' own interfaces are built on it.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class ScenarioEnvironment(ABC):
 
     @abstractmethod
     def _set_up(self) -> None:
-        """Set what a package wants of an environment besides, such as its spaces."""
+        """Set the attributes that a package's environments need in addition, such as their spaces."""
 
     def _make_spaces(self) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
         """Make the observation and action space of one robot."""

@@ -16,7 +16,7 @@ from understudy.errors import SettingError
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Kind
 
 MOST_NUMBERS = 256
-"""The most numbers of an observation or action: more are an image or a scan, which nothing can be taught with."""
+"""The largest number of numbers in an observation or action; more are an image or a scan, unusable as readings."""
 
 Place: TypeAlias = tuple[str | int, ...]
 """The keys and positions that lead to a part of a nested observation or action."""
