@@ -165,7 +165,7 @@ def _make_timestamps(ticks: np.ndarray, found: Demonstrations) -> np.ndarray:
 
 
 def _frames_per_second(found: Demonstrations) -> int | float:
-    """Return a whole number wherever the length of a tick allows it, as LeRobot's own data sets have."""
+    """Return the frames per second, a whole number where the tick length allows it, as in LeRobot's own data sets."""
     exact = 1 / found.tick_s
     return round(exact) if round(exact) and abs(exact - round(exact)) < 1e-6 * exact else exact
 
