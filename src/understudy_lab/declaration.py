@@ -99,7 +99,7 @@ def mark_numbers(heads: Iterable[Any]) -> list[str]:
 
 @dataclass(frozen=True)
 class Goal:
-    """A goal: a number that is to be at least or at most so much."""
+    """A goal: a number with a least or largest acceptable value."""
 
     what: str
     number: str | Median | Callable[..., float]

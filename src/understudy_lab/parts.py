@@ -54,7 +54,7 @@ class Part:
         Raises
         ------
         SettingError
-            If the text does not name one of so many parts.
+            If the text does not name one of the parts.
         """
         found = WRITTEN.fullmatch(text)
         if found is None or int(found[1]) > int(found[2]):

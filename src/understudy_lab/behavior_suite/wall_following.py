@@ -43,7 +43,7 @@ BLOCKED_M, CLEAR_M = 0.45, 0.8  # ahead
 WIDE_M, WELL_M = 0.55, 0.45  # on the hand
 AHEAD = "sonar_ahead"
 EARLY_M = 0.15
-"""A switch made so much too early, m, is taken back in live teaching."""
+"""The distance by which a switch must come too early, m, to be taken back in live teaching."""
 
 
 def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:

@@ -37,7 +37,7 @@ BEHAVIOR, ALONE = "collective_patrol", "patrol"
 PORT = 7447
 PATIENCE_S = 60.0
 FRESH_S = 0.5
-"""What an agent did last counts for so long, s."""
+"""The time for which an agent's last activity counts, s."""
 LABORATORY = (sys.executable, "-m")
 
 

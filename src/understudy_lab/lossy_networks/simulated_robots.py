@@ -94,7 +94,7 @@ class RecordedWorld:
 
 
 DEADLINE_S = 0.35
-"""A robot stops so long after the last command, s: its computer may be late, because it shares this one."""
+"""The time after the last command at which a robot stops, s; agents may be late, since all share this computer."""
 
 
 def main() -> None:

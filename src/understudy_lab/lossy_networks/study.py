@@ -32,7 +32,7 @@ from understudy_lab.study import ResultTable, Row, Study, StudyPlan, Task
 SEEDS = range(67_000, 67_004)
 """The teaching seeds of the published result; none was used during development."""
 RUNS = (1, 2)
-"""Each teaching runs so often over each network, because runs in real time differ."""
+"""The number of runs of each teaching over each network; they differ, because they run in real time."""
 SECONDS = 240.0
 """The length of a run, s, in real time."""
 LOSSY = Loss(0.2, 0.1, 0.03)

@@ -33,7 +33,7 @@ WORLDS = 20
 """The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
 PATROLS, PATROL_TICKS = 2, 3000
 
-# GoTo(A): to the station, from wherever the seed puts the robot.
+# GoTo(A): to the station, from the place that the seed gives the robot.
 
 GOTO_S, THERE_M = 60.0, 0.55
 

@@ -12,7 +12,7 @@ def show_collective_patrol(screen: SessionView) -> str | None:
     """Return the next state while demonstrating CollectivePatrol; None for no change, KEEP to confirm the current.
 
     All robots attack when one sees an intruder, go home when one has reached it, and disperse when all are home or when
-    nobody has seen the intruder for a while.
+    no robot has seen the intruder for a while.
     """
     seen = screen.features
     if screen.state == "start":

@@ -28,7 +28,7 @@ GROUPS = group_by("order", ORDERS)
 ONE_TURN = radians(7.0)
 """The angle by which a robot turns in one tick, rad."""
 FAR_M = 1.0
-"""The distance above which a robot should drive to its target wherever that is, m."""
+"""The distance above which a robot should drive to its target in any direction, m."""
 
 
 def work(task: Task) -> Row:
