@@ -1,6 +1,6 @@
 """Explanations of recorded runs: the run is repeated up to a tick, and the decision of every level is explained.
 
-Runs can be repeated exactly (ARCHITECTURE section 3), so a recording only has to say how the run was made. If the
+Runs can be repeated exactly (docs/semantics.md), so a recording only has to say how the run was made. If the
 repeated run differs from the recorded one, an error is raised and nothing is explained.
 """
 

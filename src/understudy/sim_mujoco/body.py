@@ -167,7 +167,7 @@ class MujocoBody(WorldWrapper):
         state["x"], state["y"] = np.clip(poses[:, 0], 0.0, width), np.clip(poses[:, 1], 0.0, height)
         state["heading"] = poses[:, 2]
         blocked = state["blocked"].copy()
-        busy = (table[:, :2] != 0.0).any(axis=1)  # who drives or turns neither loads nor unloads
+        busy = (table[:, :2] != 0.0).any(axis=1)  # a robot that drives or turns neither loads nor unloads
         table = table.copy()
         table[:, :2] = 0.0
         table[:, 2:4][busy] = 0.0

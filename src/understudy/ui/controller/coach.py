@@ -206,7 +206,7 @@ class CoachController:
 
 
 OTHER_WORLDS = 4
-"""So many further worlds are looked through for a situation that this one does not have."""
+"""The number of further worlds that are searched for a situation if the present one does not have it."""
 
 
 def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = None) -> SetupResult:
@@ -255,7 +255,7 @@ def skip_ahead(trainer: Trainer) -> StatusMessage:
 
 
 SEARCHED_WORLDS = 40
-"""In so many further worlds the situation is looked for in which an answer matters most."""
+"""The number of further worlds that are searched for the situation in which an answer matters most."""
 
 
 @keep_status

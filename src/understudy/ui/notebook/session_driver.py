@@ -22,7 +22,7 @@ from understudy.ui.notebook.widget_request import ACTIONS, WidgetRequest, parse_
 REPORT_S = 2.0
 """How often a view that is on a screen reports it, s; the page's script has the same number."""
 SILENT_S = 3 * REPORT_S
-"""After so much silence a view counts as hidden, s."""
+"""The time without a report after which a view counts as hidden, s."""
 
 
 class SessionDriver:

@@ -49,7 +49,7 @@ def press_state(trainer: Trainer, state: str | None) -> None:
 
 
 def toggle_questions(trainer: Trainer) -> None:
-    """Let the robot pause and ask where it is unsure, or no longer."""
+    """Switch whether the robot pauses and asks where it is unsure."""
     asks = trainer.coach.asking.when is QueryPolicy.PAUSE
     coach.change_query_policy(trainer, QueryPolicy.NEVER if asks else QueryPolicy.PAUSE)
 

@@ -193,7 +193,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         )
 
     async def on_event(self, event: events.Event) -> None:
-        """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""
+        """Stop real robots when Escape is pressed on any screen, and then do what Escape does there."""
         if isinstance(event, events.Key) and event.key == "escape" and not event.is_forwarded:
             for screen in self.screen_stack:
                 if isinstance(screen, TeachingScreen):
@@ -201,7 +201,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         await super().on_event(event)
 
     async def action_quit(self) -> None:
-        """Ctrl-Q: the same as q, so that nothing is lost unasked."""
+        """Quit on Ctrl-Q with the same question as on q, so that nothing is lost."""
         if isinstance(self.screen, TeachingScreen):
             self.screen.action_leave()
         elif self.open_session is None:

@@ -33,7 +33,7 @@ STYLES = {FOOD: "bold green", HOME: "bold magenta", THING: "bold", SOLID: "brigh
 """Colors that terminals have their own shades of, which fit light and dark ones."""
 AIM_DOTS_M, NOSE_M = 0.55, 0.9
 MOST_ARROWS = 40
-"""So many robots are arrows; more are dots."""
+"""The largest number of robots that are drawn as arrows; more are dots."""
 
 
 def fit_arena(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
