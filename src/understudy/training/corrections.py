@@ -150,11 +150,11 @@ class CorrectionStep:
     def from_lessons(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
         """Make the step from the lessons before and after a press; None if the press was not a correction."""
         old = {example.number: example for example in before.examples}
-        made = [example for example in after.examples if example.number not in old]
-        if not made or not made[0].correction:
+        new_examples = [example for example in after.examples if example.number not in old]
+        if not new_examples or not new_examples[0].correction:
             return None
         bare = tuple(old.get(example.number, example) for example in after.examples)
-        return cls(before, replace(after, examples=bare), made[0], stay)
+        return cls(before, replace(after, examples=bare), new_examples[0], stay)
 
     @cached_property
     def diagnosis(self) -> CorrectionDiagnosis | None:

@@ -68,14 +68,14 @@ def compute_feature_values(
     agent: int,
 ) -> dict[str, float]:
     """Compute the present values of features, by label, for one agent with these targets of parameters."""
-    found = {}
+    values_by_label = {}
     for bound in features:
         value = find_own_value(bound.feature, own)
         if value is None:
             ground = BoundFeature(bound.feature, bound.binding.substitute(targets))
             value = float(read_feature_column(ground, percept, agents=body.agents)[agent])
-        found[str(bound)] = value
-    return found
+        values_by_label[str(bound)] = value
+    return values_by_label
 
 
 def compute_example_values(

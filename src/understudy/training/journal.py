@@ -64,8 +64,8 @@ class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
     ) -> Self:
         """Make the entry of a session that begins now with a body."""
         keys = list_reading_keys(body)
-        known = {reading.name: str(reading.kind) for reading in body.readings}
-        kinds = [known[name] for name, _ in keys]
+        kinds_by_name = {reading.name: str(reading.kind) for reading in body.readings}
+        kinds = [kinds_by_name[name] for name, _ in keys]
         return cls(lesson, agent, list(keys), body.tick_s, dict(targets), dict(about), kinds)
 
 

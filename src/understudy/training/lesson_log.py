@@ -95,16 +95,16 @@ class LessonLog:
     def complete(self) -> Lesson:
         """The current lesson, with the latest watched examples and the record that its examples need."""
         lesson, record = self.lesson, self._recorder.record
-        seen = self._agreed().seen
+        ticks = self._agreed().seen
         return compact_reading_log(
             replace(
                 lesson,
                 examples=(
                     *lesson.examples,
-                    *self._numbered(seen, range(len(record), len(record) + len(seen))),
+                    *self._numbered(ticks, range(len(record), len(record) + len(ticks))),
                 ),
                 record=record.with_rows(
-                    [each.moment.values for each in seen], [each.moment.seconds for each in seen]
+                    [each.moment.values for each in ticks], [each.moment.seconds for each in ticks]
                 ),
             )
         )
@@ -173,7 +173,7 @@ class LessonLog:
             for example in self.lesson.examples
             if example.kind is ExampleKind.DIRECTIVE and not example.quarantined
         }
-        found = self.last_switch.find_answered(
+        switch = self.last_switch.find_answered(
             now.seconds,
             state,
             directed=directed,
@@ -183,7 +183,7 @@ class LessonLog:
             appeared=self.last_switch.has_anything_appeared(now.values, self.lesson.automaton.features),
         )
         lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
-        return found if found is not None and found.state in lasting else None
+        return switch if switch is not None and switch.state in lasting else None
 
     def record(
         self,
@@ -220,27 +220,27 @@ class LessonLog:
             moment, window = self._recorder.keep_last(), 0
         else:
             moment, window = self._recorder.keep_press()
-        made = []
-        for number, shown in enumerate(outcome.shown, self._next_number()):
+        examples = []
+        for number, pressed in enumerate(outcome.shown, self._next_number()):
             example = Example(
                 number,
-                shown.state,
+                pressed.state,
                 (),
-                shown.next,
-                shown.kind,
+                pressed.next,
+                pressed.kind,
                 correction=outcome.correction,
                 moment=moment,
                 window=window,
-                own=shown.own,
+                own=pressed.own,
                 binding=binding,
             )
             values = compute_example_values(example, self.lesson, self._recorder.record, steady=self._steady)
-            made.append(replace(example, values=values))
-        lesson = replace(self.lesson, examples=self._index.replace_watched(made))
-        what, stay = f"{made[0].state} → {made[0].next}", None
+            examples.append(replace(example, values=values))
+        lesson = replace(self.lesson, examples=self._index.replace_watched(examples))
+        what, stay = f"{examples[0].state} → {examples[0].next}", None
         if outcome.correction:
-            stay = self.last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
-            self._last_correction = CorrectionStep(self.lesson, lesson, made[0], stay)
+            stay = self.last_switch.find_undone_stay(examples[0], self.lesson, self._recorder.now)
+            self._last_correction = CorrectionStep(self.lesson, lesson, examples[0], stay)
             lesson, what = self._last_correction.step(what)
         self.last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
@@ -279,15 +279,15 @@ class LessonLog:
     def _agreed(self) -> WatchedBatch:
         self._index.update(self.lesson.examples)
         return self._watched.extract_batch(
-            self.lesson, self._recorder.keys, known=self._index.keys, steady=self._steady
+            self.lesson, self._recorder.keys, existing=self._index.keys, steady=self._steady
         )
 
-    def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
+    def _numbered(self, ticks: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
         """Return watched examples with their numbers and their rows of the record."""
         first = self._next_number()
         return [
             replace(each.example, number=number, moment=row)
-            for number, (each, row) in enumerate(zip(seen, rows, strict=True), first)
+            for number, (each, row) in enumerate(zip(ticks, rows, strict=True), first)
         ]
 
     def _next_number(self) -> int:

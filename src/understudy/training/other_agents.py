@@ -67,8 +67,8 @@ class OtherAgents:
         library: Library | None = None,
     ) -> None:
         """Let all other agents idle (None), or begin a behavior of the library, or of another one."""
-        known = library or self._library
-        program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
+        source = library or self._library
+        program = IDLE_PROGRAM if behavior is None else link(source, behavior, binding or {})
         self.behavior_call = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 

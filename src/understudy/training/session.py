@@ -432,8 +432,8 @@ class Session(EditableSession):
         binding
             A target for each parameter of the behavior.
         """
-        if behavior is not None and behavior not in (known := self.library.kit.behaviors):
-            raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
+        if behavior is not None and behavior not in (behaviors := self.library.kit.behaviors):
+            raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(behaviors))
         self._driving = None
         if behavior is not None:
             self._driving = Interpreter(link(self.library, behavior, binding or {}), now=self.body.time_s)
