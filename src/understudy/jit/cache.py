@@ -121,18 +121,18 @@ def _mark_used(path: Path) -> None:
 
 def _delete_unused(folder: Path) -> None:
     """Delete the kernels that were not used for longest, and unfinished files of processes that have ended."""
-    kept, total, now = [], 0, time()
+    entries, total, now = [], 0, time()
     for path in folder.iterdir():
         try:
             status = path.stat()
             if path.suffix == SUFFIX:
-                kept.append((status.st_mtime, status.st_size, path))
+                entries.append((status.st_mtime, status.st_size, path))
                 total += status.st_size
             elif path.name.startswith(".") and now - status.st_mtime > HALF_WRITTEN_S:
                 path.unlink()
         except OSError:  # another process deleted it
             continue
-    for _, size, path in sorted(kept):
+    for _, size, path in sorted(entries):
         if total <= MOST_BYTES:
             break
         path.unlink(missing_ok=True)
@@ -166,8 +166,8 @@ def _make_temporary() -> Path:
     folder = Path(tempfile.gettempdir()) / f"understudy-kernels-{user}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
-        kept = folder.lstat()
-        if kept.st_mode & 0o077 == 0 and kept.st_uid == user and not folder.is_symlink():
+        status = folder.lstat()
+        if status.st_mode & 0o077 == 0 and status.st_uid == user and not folder.is_symlink():
             return folder
     except OSError:
         pass

@@ -71,8 +71,8 @@ class Kernel(Generic[P, R]):
 
     def __call__(self, *args: P.args, **no_names: P.kwargs) -> R:
         """Run the kernel."""
-        found: R = self.run(*args)
-        return found
+        result: R = self.run(*args)
+        return result
 
     def is_compiled(self, *args: Any) -> bool:
         """Return whether the next call with arguments of these types runs compiled code."""

@@ -83,8 +83,8 @@ class StoredKernels(_Cache):
         if sig in self.contents:
             yield self.contents[sig]
         _, processor, features = target_context.codegen().magic_tuple()
-        known = find_processor_kind({each[1:] for each in features.split(",") if each.startswith("+")})
-        for kind in ((processor, features), *(() if known is None else [(known.name, "")])):
+        shipped = find_processor_kind({each[1:] for each in features.split(",") if each.startswith("+")})
+        for kind in ((processor, features), *(() if shipped is None else [(shipped.name, "")])):
             content = read_kernel(self._make_key(sig, *kind))
             if content is not None:
                 yield content
