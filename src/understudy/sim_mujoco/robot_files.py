@@ -70,11 +70,11 @@ def check_ros(scenario: Scenario) -> None:
 def list_robot_names(scenario: Scenario) -> tuple[str, ...]:
     """Return the names of all robots by number: the type, such as humanoid, or pioneer_1 and pioneer_2 if several."""
     types = [group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at))]
-    seen: dict[str, int] = {}
+    counts: dict[str, int] = {}
     names = []
     for each in types:
-        seen[each] = seen.get(each, 0) + 1
-        names.append(f"{each}_{seen[each]}" if types.count(each) > 1 else each)
+        counts[each] = counts.get(each, 0) + 1
+        names.append(f"{each}_{counts[each]}" if types.count(each) > 1 else each)
     return tuple(names)
 
 
@@ -150,12 +150,12 @@ def list_sensor_topics(kind: RobotType) -> tuple[SensorTopic, ...]:
 
 def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:
     """Return the published readings: the topic, its message type, and other settings for a robot file."""
-    found: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
+    sources: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
     for topic in list_sensor_topics(kind):
         for reading, settings in topic.readings.items():
-            found.setdefault(reading, (topic.name, topic.type, settings))
+            sources.setdefault(reading, (topic.name, topic.type, settings))
     odometry = {name: ("odom", ODOMETRY, {"field": of, "unit": unit}) for name, (of, unit) in POSE.items()}
-    return found | odometry
+    return sources | odometry
 
 
 def list_located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:

@@ -113,7 +113,7 @@ def _eye(body: Any, number: int, camera: Camera | None) -> None:
 
     Its own ellipsoid does not hide the view, because ellipsoids are not visible from inside.
     """
-    seen = camera or Camera()
-    half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
+    settings = camera or Camera()
+    half = settings.height_px / settings.width_px * tan(radians(settings.view_deg) / 2)
     mounted = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))
     mounted.quat = [0.5, 0.5, -0.5, -0.5]
