@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_automaton(shown: Automaton | TrainedAutomaton, ax: Axes | None = None) -> Axes:
+def plot_automaton(automaton: Automaton | TrainedAutomaton, ax: Axes | None = None) -> Axes:
     """Plot an automaton; thresholds are rounded such that examples stay on their sides, if it has a lesson."""
-    taught = TrainedAutomaton(shown) if isinstance(shown, Automaton) else shown
+    taught = TrainedAutomaton(automaton) if isinstance(automaton, Automaton) else automaton
     return plot_graphs([lay_out_taught(taught, measure_text)], ax)
 
 

@@ -42,11 +42,11 @@ def draw_examples(
         before[place] += 1
         if example.quarantined:
             crossed.append(place)
-    for (kind, outcome, ring), found in groups.items():
+    for (kind, outcome, ring), group in groups.items():
         look = _look(kind, outcome)
         if ring:
             look |= {"ms": SIZE + RING * ring, "mfc": "none"}
-        axes.plot(*zip(*found, strict=True), ls="", zorder=4 - 0.1 * ring, clip_on=False, **look)
+        axes.plot(*zip(*group, strict=True), ls="", zorder=4 - 0.1 * ring, clip_on=False, **look)
     if crossed:
         axes.plot(*zip(*crossed, strict=True), ls="", zorder=5, clip_on=False, **_CROSS)
     return _list_entries({(kind, outcome) for kind, outcome, _ in groups}, states, crossed=bool(crossed))
@@ -64,13 +64,13 @@ def _look(kind: ExampleKind, outcome: int) -> dict[str, Any]:
 
 
 def _list_entries(
-    shown: set[tuple[ExampleKind, int]], states: Sequence[str], *, crossed: bool
+    kinds_and_outcomes: set[tuple[ExampleKind, int]], states: Sequence[str], *, crossed: bool
 ) -> list[Artist]:
     from matplotlib.lines import Line2D
 
     order = list(WORDS)
     entries: list[Artist] = [
         Line2D([], [], ls="", label=escape_math(f"{WORDS[kind]}: {states[outcome]}"), **_look(kind, outcome))
-        for kind, outcome in sorted(shown, key=lambda each: (order.index(each[0]), each[1]))
+        for kind, outcome in sorted(kinds_and_outcomes, key=lambda each: (order.index(each[0]), each[1]))
     ]
     return [*entries, *([Line2D([], [], ls="", label="in quarantine", **_CROSS)] if crossed else [])]
