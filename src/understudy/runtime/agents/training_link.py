@@ -61,12 +61,12 @@ class MemberView(msgspec.Struct, frozen=True, array_like=True):
 def decode_drive(data: bytes) -> DriveMessage:
     """Decode a drive message; raise UnreadableMessage if it is none."""
     try:
-        found = msgspec.msgpack.decode(data, type=DriveMessage)
+        message = msgspec.msgpack.decode(data, type=DriveMessage)
     except UNREADABLE as error:
         raise UnreadableMessage(str(error)) from None
-    if not all(map(isfinite, found.commands.values())):
+    if not all(map(isfinite, message.commands.values())):
         raise UnreadableMessage("a command is not finite")
-    return found
+    return message
 
 
 def decode_member_view(data: bytes) -> MemberView:
@@ -125,8 +125,8 @@ class DriveFollower:
     @property
     def commands(self) -> Commands:
         """The command of the last message, a column [1] for each channel."""
-        given: Mapping[str, float] = {} if self._message is None else self._message.commands
-        return {channel: np.array([value]) for channel, value in given.items()}
+        values: Mapping[str, float] = {} if self._message is None else self._message.commands
+        return {channel: np.array([value]) for channel, value in values.items()}
 
     @property
     def skill(self) -> Duty | None:

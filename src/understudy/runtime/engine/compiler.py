@@ -269,19 +269,19 @@ def _memories(grounds: Sequence[_GroundInstance]) -> tuple[int, int, list[dict[K
     slots = 0
     for number in reversed(range(len(grounds))):  # parents come after their children
         ground = grounds[number]
-        kept: dict[Kept, None] = {}
+        variables: dict[Kept, None] = {}
         for change in (change for changes in ground.changes for change in changes):
-            kept[change.of, change.name] = None
+            variables[change.of, change.name] = None
         for source in ground.sources:
             if isinstance(source, CounterFeature | TimerFeature):
-                kept["counter" if isinstance(source, CounterFeature) else "timer", source.name] = None
+                variables["counter" if isinstance(source, CounterFeature) else "timer", source.name] = None
         begin = begins[number]
-        memories[number] = {each: begin + position for position, each in enumerate(kept)}
-        slots = max(slots, begin + len(kept))
+        memories[number] = {each: begin + position for position, each in enumerate(variables)}
+        slots = max(slots, begin + len(variables))
         for child in ground.children:
             if child >= 0:
                 depths[child] = max(depths[child], depths[number] + 1)
-                begins[child] = max(begins[child], begin + len(kept))
+                begins[child] = max(begins[child], begin + len(variables))
     return max(depths, default=1), slots, memories
 
 

@@ -171,14 +171,14 @@ def check_tree(tree: Tree, automaton: Automaton, state: str) -> None:
 
 def _problem(node: Node, automaton: Automaton) -> str | None:
     if node.test == TestKind.LEAF:
-        known = STAY <= node.yes < len(automaton.states)
-        return None if known else f"answers state {node.yes} of {len(automaton.states)}"
+        valid = STAY <= node.yes < len(automaton.states)
+        return None if valid else f"answers state {node.yes} of {len(automaton.states)}"
     if not 0 <= node.feature < len(automaton.features):
         return f"asks for feature {node.feature} of {len(automaton.features)}"
     bound = automaton.features[node.feature]
     if node.test == TestKind.LABEL:
         labels = len(bound.kind.labels) if isinstance(bound.kind, Categorical) else 0
-        known = 0 < len(node.branches) == labels
-        return None if known else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
+        valid = 0 < len(node.branches) == labels
+        return None if valid else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
     cuts = {TestKind.BELOW: (node.high,), TestKind.ARC: (node.low, node.high)}.get(TestKind(node.test), ())
     return f"has a boundary of {bound} that is not a number" if any(map(isnan, cuts)) else None
