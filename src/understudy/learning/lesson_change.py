@@ -86,8 +86,8 @@ def summarize_lesson_change(before: TrainedAutomaton, after: TrainedAutomaton) -
 
 def list_new_presses(before: Lesson, after: Lesson) -> list[Example]:
     """List the press-made examples that a lesson did not have before: those that were pressed or edited since."""
-    known = {_identify(example) for example in before.examples}
-    return [each for each in after.examples if each.is_from_press and _identify(each) not in known]
+    former = {_identify(example) for example in before.examples}
+    return [each for each in after.examples if each.is_from_press and _identify(each) not in former]
 
 
 def _identify(example: Example) -> tuple[object, ...]:
