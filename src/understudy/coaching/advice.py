@@ -208,7 +208,7 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
         if not isinstance(state.transition, Tree):
             continue
         now = state.decide(state.transition, analysis.situations)
-        found = []
+        isolated = []
         for row in _list_unsupported_presses(state):
             if (state, (row,)) not in analysis.trials:
                 left -= 1
@@ -217,9 +217,9 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
             if not state.predict_without((row,)).all():
                 then = state.decide(state.fit_without((row,)), analysis.situations)
                 changed = (now == state.shown.outcomes[row]) & (then != now)
-                found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
+                isolated.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
         advised: set[str] = set()
-        for share, row, changed in sorted(found, key=lambda each: each[:2]):
+        for share, row, changed in sorted(isolated, key=lambda each: each[:2]):
             example = state.examples[row]
             if example.next not in advised and len(advised) < MOST_ADVICE:
                 advised.add(example.next)

@@ -164,10 +164,10 @@ def _misses(
     features: Sequence[BoundFeature], region: Box, values: Sequence[float] | NDArray[np.float64]
 ) -> list[float]:
     """Return the distance of each value from its part of a region, 0 inside; own features are ignored."""
-    found = []
+    misses = []
     for bound, part, value in zip(features, region, values, strict=False):
-        found.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
-    return found
+        misses.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
+    return misses
 
 
 def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:
