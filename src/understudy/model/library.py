@@ -137,15 +137,15 @@ class TrainedAutomaton:
         return call_markup("html_cards:draw_automaton", self)
 
 
-def check_trained_automaton(given: object) -> None:
+def check_trained_automaton(value: object) -> None:
     """Refuse anything that is not a TrainedAutomaton, and explain how to make one from a lesson or an automaton."""
-    if isinstance(given, TrainedAutomaton):
+    if isinstance(value, TrainedAutomaton):
         return
-    what, remedy = f"{given!r:.60}", "give a TrainedAutomaton"
-    if isinstance(given, Lesson):
-        what, remedy = f"lesson {given.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
-    if isinstance(given, Automaton):
-        what, remedy = f"automaton {given.name!r}", "give TrainedAutomaton(automaton)"
+    what, remedy = f"{value!r:.60}", "give a TrainedAutomaton"
+    if isinstance(value, Lesson):
+        what, remedy = f"lesson {value.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
+    if isinstance(value, Automaton):
+        what, remedy = f"automaton {value.name!r}", "give TrainedAutomaton(automaton)"
     raise DefinitionError(what=what, problem="it is not a trained automaton", remedy=remedy)
 
 
@@ -263,8 +263,8 @@ class Library:
             return self.taught[name].automaton
         if name in self.kit.behaviors:
             return self.kit.behaviors[name]
-        known = [*self.kit.behaviors, *self.taught]
-        raise UnknownName(what="behavior", name=name, where="the library", known=known)
+        names = [*self.kit.behaviors, *self.taught]
+        raise UnknownName(what="behavior", name=name, where="the library", known=names)
 
     def automaton(self, name: str) -> Automaton:
         """Return the automaton with the given name.
@@ -324,8 +324,8 @@ class Library:
             The name, and the arguments in the order of the behavior's parameters; in alphabetical order of the
             parameters if the library has no behavior with this name.
         """
-        known = name in self.taught or name in self.kit.behaviors
-        return format_bound_name(name, binding, self.parameters(name) if known else ())
+        exists = name in self.taught or name in self.kit.behaviors
+        return format_bound_name(name, binding, self.parameters(name) if exists else ())
 
     def find_users(self, name: str) -> tuple[str, ...]:
         """Find the automata that have a state which runs the given behavior.
