@@ -95,16 +95,18 @@ class CycleFinder:
 
     def search(self) -> CycleSearch:
         """Search from every state that can be entered and left."""
-        found: dict[tuple[int, ...], list[tuple[int, int, bool]]] = {}
+        runs_by_states: dict[tuple[int, ...], list[tuple[int, int, bool]]] = {}
         try:
             for start in sorted(self.root.reachable_states):
                 if self.root.exits[start]:
                     for states, box, ticks, nested in self._from_state(start):
-                        found.setdefault(states, []).append((box, ticks, nested))
+                        runs_by_states.setdefault(states, []).append((box, ticks, nested))
             finished = True
         except _GivenUp:
             finished = False
-        return CycleSearch(tuple(self._make(states, runs) for states, runs in found.items()), finished)
+        return CycleSearch(
+            tuple(self._make(states, runs) for states, runs in runs_by_states.items()), finished
+        )
 
     def _make(self, states: tuple[int, ...], runs: Sequence[tuple[int, int, bool]]) -> Cycle:
         tested = {bits for state in states for leaf in self.root.leaves[state] or () for bits in leaf.tested}
@@ -131,13 +133,13 @@ class CycleFinder:
             ((first, *pulse.frames), pulse.box, (start,), 1, bool(pulse.frames), frozenset([first]))
             for pulse in self._pulse_child(self.root, start, None, self.root.space.full)
         ]
-        seen: set[tuple[Run, int, tuple[int, ...]]] = set()
+        visited: set[tuple[Run, int, tuple[int, ...]]] = set()
         while waiting:
             run, box, states, ticks, nested, entries = waiting.pop()
             run = self._grow_older(run)
-            if (run, box, states) in seen:
+            if (run, box, states) in visited:
                 continue
-            seen.add((run, box, states))
+            visited.add((run, box, states))
             for pulse in self._pulse(self.root, run, box):
                 if not pulse.switched:
                     continue
@@ -234,23 +236,23 @@ class CycleFinder:
 
     def _own_bits(self, level: Level, frame: Frame, below: Run) -> int:
         """Return the bits of the values of all features that are not held."""
-        found = 0
+        bits = 0
         for axis in level.axes:
             feature = axis.bound.feature
             if isinstance(feature, Feature):
                 reset = _find_reset(feature)
                 if reset is not None:
-                    found |= axis.whole if self.flags_vary and frame.age > 0 else axis.find_bit(reset)
+                    bits |= axis.whole if self.flags_vary and frame.age > 0 else axis.find_bit(reset)
             elif isinstance(feature, FlagFeature):
-                found |= axis.find_bit(YES if self._raised(level, frame.state, below) == feature.name else NO)
+                bits |= axis.find_bit(YES if self._raised(level, frame.state, below) == feature.name else NO)
             elif isinstance(feature, CounterFeature):
-                found |= axis.find_bit(dict(frame.counters).get(feature.name, 0.0))
+                bits |= axis.find_bit(dict(frame.counters).get(feature.name, 0.0))
             elif isinstance(feature, TimerFeature):
                 ticks = dict(frame.timers).get(feature.name)
-                found |= axis.find_bit(nan if ticks is None else ticks * self.tick_s)
+                bits |= axis.find_bit(nan if ticks is None else ticks * self.tick_s)
             else:
-                found |= axis.find_bit(round(frame.age * self.tick_s, 9))
-        return found
+                bits |= axis.find_bit(round(frame.age * self.tick_s, 9))
+        return bits
 
     def _raised(self, level: Level, state: int, below: Run) -> str | None:
         """Return the flag that the automaton of a state has raised."""
@@ -295,16 +297,16 @@ class CycleFinder:
 
     def _grow_older(self, run: Run) -> Run:
         """Return a run one tick later; ages count to just beyond the thresholds of the features that read them."""
-        found = []
+        older = []
         level: Level | None = self.root
         for frame in run:
             if level is None:
                 break
             cap = self._age_cap(level)
             timers = tuple((name, min(ticks + 1, cap)) for name, ticks in frame.timers)
-            found.append(frame._replace(age=min(frame.age + 1, cap), timers=timers))
+            older.append(frame._replace(age=min(frame.age + 1, cap), timers=timers))
             level = level.children[frame.state]
-        return tuple(found)
+        return tuple(older)
 
     def _age_cap(self, level: Level) -> int:
         if id(level) not in self._caps:

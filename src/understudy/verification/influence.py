@@ -48,7 +48,7 @@ def find_deciding_features(level: Level) -> set[int]:
 
     A decision depends on a feature if two leaves with different outcomes have boxes that no other feature separates.
     """
-    found: set[int] = set()
+    deciding: set[int] = set()
     left = MOST_PAIRS
     for index, leaves in enumerate(level.leaves):
         if leaves is None:
@@ -57,16 +57,16 @@ def find_deciding_features(level: Level) -> set[int]:
             at for at, axis in enumerate(level.axes) if any(axis.whole in leaf.tested for leaf in leaves)
         }
         if left <= 0:
-            found |= tested
+            deciding |= tested
         for first, second in combinations(leaves, 2):
-            if tested <= found:
+            if tested <= deciding:
                 break
             left -= 1
             if _next(first, index) != _next(second, index):
                 apart = _find_separating(first, second, level.axes)
                 if len(apart) == 1:
-                    found |= apart
-    return found
+                    deciding |= apart
+    return deciding
 
 
 def _next(leaf: Leaf, index: int) -> int:

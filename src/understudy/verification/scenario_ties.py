@@ -45,19 +45,19 @@ def list_bound_features(library: Library, targets: Iterable[str]) -> list[BoundF
     """List the features of a library's automata, bound to each target and each parameter."""
     names = dict.fromkeys(targets)
     names |= {name: None for taught in library.taught.values() for name in taught.automaton.parameters}
-    found: dict[BoundFeature, None] = {}
+    bound_features: dict[BoundFeature, None] = {}
     for taught in library.taught.values():
         for bound in taught.automaton.features:
             if not isinstance(bound.feature, Feature):
                 continue
-            found[bound] = None
+            bound_features[bound] = None
             if len(bound.binding) == 1:
                 (parameter,) = bound.binding
-                found |= {
+                bound_features |= {
                     BoundFeature(bound.feature, type(bound.binding)({parameter: name})): None
                     for name in names
                 }
-    return list(found)
+    return list(bound_features)
 
 
 def list_scenario_ties(scenario: Scenario, library: Library) -> list[Tie]:
@@ -75,14 +75,14 @@ def list_scenario_ties(scenario: Scenario, library: Library) -> list[Tie]:
     list[Tie]
         The ties that hold for all types of robots that have the readings.
     """
-    found: list[Tie] = []
+    ties: list[Tie] = []
     features = list_bound_features(library, scenario.targets)
     for bound in features:
-        found += _list_single(scenario, bound)
+        ties += _list_single(scenario, bound)
     by_key = {_key(bound): bound for bound in features}
     for bound in features:
-        found += _list_pairs(scenario, bound, by_key)
-    return found
+        ties += _list_pairs(scenario, bound, by_key)
+    return ties
 
 
 def _key(bound: BoundFeature) -> tuple[str, str]:
@@ -119,8 +119,10 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
         low = min(ends[0] for ends in ranges if ends is not None)
         high = max(ends[1] for ends in ranges if ends is not None)
         unit = f" {bound.feature.unit}" if bound.feature.unit else ""
-        said = f"{bound} is at least {low:g}{unit}" + (f" and at most {high:g}{unit}" if high < inf else "")
-        yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, said)
+        sentence = f"{bound} is at least {low:g}{unit}" + (
+            f" and at most {high:g}{unit}" if high < inf else ""
+        )
+        yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, sentence)
     if all(isinstance(sensor, CargoSensor) for _, sensor in sensors) and bound.feature.unit:
         yield Tie(f"{bound} is 0 or at least 1", {bound: BETWEEN})
     if all(_is_always_there(scenario, kind, sensor, reading, target) for kind, sensor in sensors):
@@ -194,9 +196,9 @@ def _list_pairs(
     for first, second in (("range", "bearing"), ("blob_x", "blob_size")):
         other = by_key.get((second, target)) if reading == first else None
         if other is not None:
-            said = f"{bound} and {other} are absent together"
-            yield Tie(said, {bound: ABSENT_ONLY, other: _present(other)})
-            yield Tie(said, {bound: PRESENT, other: ABSENT_ONLY})
+            sentence = f"{bound} and {other} are absent together"
+            yield Tie(sentence, {bound: ABSENT_ONLY, other: _present(other)})
+            yield Tie(sentence, {bound: PRESENT, other: ABSENT_ONLY})
     if reading == "holding" and (enough := by_key.get(("enough", ""))) is not None:
         yield Tie(f"{enough} is yes only while {bound} is yes", {bound: DOWN, enough: UP})
     if reading == "range" and measures_exactly(scenario):
@@ -240,23 +242,23 @@ def _list_reach(
     here = by_key.get(("station_here", ""))
     thing = _find_lasting_object(scenario, target)
     if here is not None and thing is not None and homes == [thing] and _is_single(thing):
-        said = f"{here} is yes exactly where {bound} is at most {reach:g} m"
-        yield Tie(said, {here: UP, bound: far})
-        yield Tie(said, {here: DOWN, bound: near})
+        sentence = f"{here} is yes exactly where {bound} is at most {reach:g} m"
+        yield Tie(sentence, {here: UP, bound: far})
+        yield Tie(sentence, {here: DOWN, bound: near})
         if least := _find_least_distance(thing, foods):
             yield from _list_distances(scenario, bound, here, least, reach, by_key)
     if meant.nearest is None or [each.name for each in foods] != [meant.nearest] or meant.unclaimed:
         return
     below, left = by_key.get(("food_here", "")), by_key.get(("food_left", ""))
     if below is not None:
-        said = f"{below} is at least 1 exactly where {bound} is at most {reach:g} m"
-        yield Tie(said, {below: SOME, bound: far})
-        yield Tie(said, {below: SOME, bound: ABSENT_ONLY})
-        yield Tie(said, {below: NONE, bound: near})
+        sentence = f"{below} is at least 1 exactly where {bound} is at most {reach:g} m"
+        yield Tie(sentence, {below: SOME, bound: far})
+        yield Tie(sentence, {below: SOME, bound: ABSENT_ONLY})
+        yield Tie(sentence, {below: NONE, bound: near})
     if left is not None:
-        said = f"{bound} is absent exactly while {left} is no"
-        yield Tie(said, {left: DOWN, bound: PRESENT})
-        yield Tie(said, {left: UP, bound: ABSENT_ONLY})
+        sentence = f"{bound} is absent exactly while {left} is no"
+        yield Tie(sentence, {left: DOWN, bound: PRESENT})
+        yield Tie(sentence, {left: UP, bound: ABSENT_ONLY})
     if below is not None and left is not None:
         yield Tie(f"{below} is 0 while {left} is no", {left: DOWN, below: SOME})
 
@@ -272,13 +274,13 @@ def _list_distances(
     """Yield what follows from the least distance between the home and food: no robot is near both."""
     below = by_key.get(("food_here", ""))
     if below is not None and least > 2 * reach + CLOSE:
-        said = f"{below} is at least 1 only while {here} is no, since the home is {least:g} m from food"
-        yield Tie(said, {below: SOME, here: UP})
+        sentence = f"{below} is at least 1 only while {here} is no, since the home is {least:g} m from food"
+        yield Tie(sentence, {below: SOME, here: UP})
     for name, meant in scenario.targets.items():
         food = by_key.get(("range", name))
         if food is not None and any(each.name == meant.nearest and each.amount for each in scenario.objects):
-            said = f"{home} and {food} are {least:g} m together at least"
-            yield Tie(said, {}, ((home, -1.0), (food, -1.0)), CLOSE - least)
+            sentence = f"{home} and {food} are {least:g} m together at least"
+            yield Tie(sentence, {}, ((home, -1.0), (food, -1.0)), CLOSE - least)
 
 
 def _find_least_distance(home: ObjectClass, foods: list[ObjectClass]) -> float:

@@ -61,23 +61,23 @@ def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
     Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes. The
     weakest come first: those that most watched examples contradict, then those that fewest confirm.
     """
-    found = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
-    if not found:
+    single = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
+    if not single:
         return
-    if len(found) == 1:
-        sentence = f"{found[0].does}: only example {found[0].example} says so."
+    if len(single) == 1:
+        sentence = f"{single[0].does}: only example {single[0].example} says so."
     else:
-        said = "; ".join(f"{each.does} (example {each.example})" for each in found[:MOST_WEAK])
-        weakest = "the weakest: " if len(found) > MOST_WEAK else ""
-        sentence = f"{len(found)} decisions rest on one example each; {weakest}{said}."
+        decisions = "; ".join(f"{each.does} (example {each.example})" for each in single[:MOST_WEAK])
+        weakest = "the weakest: " if len(single) > MOST_WEAK else ""
+        sentence = f"{len(single)} decisions rest on one example each; {weakest}{decisions}."
     yield Finding(
         FindingKind.ONE_EXAMPLE,
         Severity.NOTE,
         subject.label,
         sentence[0].upper() + sentence[1:],
-        tuple(each.state for each in found),
-        cells=tuple(each.cell for each in found),
-        examples=tuple(each.example for each in found),
+        tuple(each.state for each in single),
+        cells=tuple(each.cell for each in single),
+        examples=tuple(each.example for each in single),
         remedy="Show once more what to do there.",
     )
 
