@@ -77,7 +77,7 @@ def make_features(scenario: Scenario) -> tuple[Feature, ...]:
 
 def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
-    found: dict[str, Behavior] = {}
+    behaviors: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
     skills = list(dict.fromkeys(name for robot in scenario.types.values() for name in robot.skills))
     for kind, robot in scenario.types.items():
@@ -87,7 +87,7 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
                 for channel, value in channels.items()
             }
             behavior = Behavior(name, Command(**command), doc=_doing(channels, pulls=pulls))
-            if found.setdefault(name, behavior) != behavior:
+            if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
                     f"types.{kind}.behaviors.{name}",
@@ -96,24 +96,24 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
                 )
         for name, skill in robot.skills.items():
             behavior = make_skill_behavior(name, skill, number=1 + skills.index(name))
-            if found.setdefault(name, behavior) != behavior:
+            if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
                     f"types.{kind}.skills.{name}",
                     "differs from the behavior or skill of this name before",
                     "rename one of the two",
                 )
-    return found
+    return behaviors
 
 
 def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
     """List the readings of all types, each name once; raise SettingError if one name has different kinds."""
-    found: dict[str, Reading] = {}
+    readings: dict[str, Reading] = {}
     for kind, robot in scenario.types.items():
         own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot))
         of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot))
         for place, reading in (*own, *of_skills):
-            before = found.setdefault(reading.name, reading)
+            before = readings.setdefault(reading.name, reading)
             if before != reading and replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
                     scenario,
@@ -121,7 +121,7 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
                     f"reads {reading.name!r}, which is a different reading for an earlier type",
                     "rename one of the two",
                 )
-    return tuple(found.values())
+    return tuple(readings.values())
 
 
 def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
@@ -144,17 +144,17 @@ def make_targets(scenario: Scenario) -> tuple[Target, ...]:
 
 def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
     """List the readings of a type's sensors, each with the index of its sensor."""
-    found: dict[str, Reading] = {}
+    readings: dict[str, Reading] = {}
     later: list[tuple[int, ElapsedSensor]] = []
     for index, sensor in enumerate(robot.sensors):
         if isinstance(sensor, ElapsedSensor):
             later.append((index, sensor))
             continue
         for reading in find_sensor_row(sensor).readings(sensor):
-            found.setdefault(reading.name, reading)
+            readings.setdefault(reading.name, reading)
             yield index, reading
     for index, sensor in later:
-        of = found.get(sensor.of)
+        of = readings.get(sensor.of)
         doc = f"Time since {sensor.of} was last there."
         yield (
             index,
@@ -169,14 +169,14 @@ def _feature(name: str, reading: Reading, doc: str = "") -> Feature:
 
 def _doing(channels: Mapping[str, float | str], *, pulls: bool) -> str:
     """Describe a command in words."""
-    known = _WORDS | _PULLING_WORDS if pulls else _WORDS
+    phrases = _WORDS | _PULLING_WORDS if pulls else _WORDS
     words = [
-        f"raise {value}" if isinstance(value, str) else known[channel][value < 0]
+        f"raise {value}" if isinstance(value, str) else phrases[channel][value < 0]
         for channel, value in channels.items()
-        if value and (channel in known or isinstance(value, str))
+        if value and (channel in phrases or isinstance(value, str))
     ]
-    said = ", ".join(words)
-    return f"{said[0].upper()}{said[1:]}." if said else "Stand still."
+    sentence = ", ".join(words)
+    return f"{sentence[0].upper()}{sentence[1:]}." if sentence else "Stand still."
 
 
 _WORDS = {

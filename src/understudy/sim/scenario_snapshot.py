@@ -109,13 +109,13 @@ def _place_objects(thing: ObjectClass, view: WorldView) -> ObjectClass:
 def _obstacles(scenario: Scenario, view: WorldView) -> Iterator[Obstacle]:
     """Yield the round obstacles, as high as those of the scenario that look the same, then the polygons."""
     discs = view.discs
-    known = {(each.radius, each.color): each for each in scenario.obstacles if each.radius is not None}
+    originals = {(each.radius, each.color): each for each in scenario.obstacles if each.radius is not None}
 
     def sort(disc: int) -> tuple[float, str | None]:
         return round(float(discs.radius[disc]), PLACES), view.color(int(discs.color[disc]))
 
     for (radius, color), group in groupby(range(len(discs)), key=sort):
-        like = known.get((radius, color), Obstacle(radius=radius, color=color))
+        like = originals.get((radius, color), Obstacle(radius=radius, color=color))
         yield Obstacle(
             radius=radius,
             color=color,

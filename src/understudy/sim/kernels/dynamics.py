@@ -272,8 +272,8 @@ def update_objects(c: Any, world: int) -> None:
                     _walk(c, thing, slot, kind, tick, seed, world)
             elif (comes or kind.respawn) and thing.due == tick + 1:
                 thing.appeared += 1
-                found, x, y = _new_place(c, world, slot, thing.appeared, kind)
-                if not found:
+                has_place, x, y = _new_place(c, world, slot, thing.appeared, kind)
+                if not has_place:
                     thing.due = tick + 2
                     continue
                 thing.x, thing.y, thing.present, thing.captured = x, y, 1, -1

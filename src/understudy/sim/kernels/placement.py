@@ -394,7 +394,7 @@ def _lay_out_world(
                 if first >= 0:
                     _turn_polygon(x, y, heading, generator, corners, segments, first)
             elif not comes:
-                found, x, y = _find_place(
+                has_place, x, y = _find_place(
                     grid,
                     groups,
                     group,
@@ -408,7 +408,7 @@ def _lay_out_world(
                     segments,
                     first,
                 )
-                if not found:
+                if not has_place:
                     return g, k, grid
             _fill(group, item, seed, x, y, heading, robots, objects, discs)
             if group.alone and not comes:

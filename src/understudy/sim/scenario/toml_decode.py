@@ -64,14 +64,14 @@ def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodePr
         remedy = suggest_name("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
         return DecodeProblem(format_key_path((*steps, match[1])), "is missing", remedy)
     if problem.startswith("Invalid"):
-        given = str(_walk(document, steps))
+        text = str(_walk(document, steps))
         at = _sort_at(document, steps[:-1], whole) if steps and steps[-1] == "kind" else sort
         choices = [word for option in _options(at) for word in _choices(option)]
         what = "kind of sensor" if steps and steps[-1] == "kind" else "word"
         return DecodeProblem(
             format_key_path(steps),
-            f"is {given!r:.60}, which is unknown",
-            suggest_name(given, choices, what=what),
+            f"is {text!r:.60}, which is unknown",
+            suggest_name(text, choices, what=what),
         )
     if match := _EXPECTED.fullmatch(problem):
         wanted = " or ".join(
@@ -87,10 +87,8 @@ def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodePr
 
 
 def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
-    known = [
-        name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
-    ]
-    return DecodeProblem(format_key_path(steps), "is not a key here", suggest_name(key, known, what="key"))
+    keys = [name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__]
+    return DecodeProblem(format_key_path(steps), "is not a key here", suggest_name(key, keys, what="key"))
 
 
 def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:
@@ -107,11 +105,11 @@ def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct
         table = _walk(document, steps)
         keys = list(table) if isinstance(table, Mapping) else []
         failing = (key for key in keys if _fails_alone(document, message, (*steps, key), whole))
-        found = next(failing, None)
-        if found is None:
+        failing_key = next(failing, None)
+        if failing_key is None:
             return steps
-        document = _alone(document, steps, found)
-        steps = (*steps, found)
+        document = _alone(document, steps, failing_key)
+        steps = (*steps, failing_key)
     return steps
 
 
@@ -145,7 +143,7 @@ def _sort_at(document: Any, steps: KeySteps, whole: type[StrictStruct]) -> Any:
     sort: Any = whole
     for number, step in enumerate(steps):
         inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(sort))
-        sort = next((found for found in inside if found is not None), None)
+        sort = next((candidate for candidate in inside if candidate is not None), None)
     options = [option for option in _options(sort) if _is_part(option)]
     if len(options) > 1:
         kind = _kind(_walk(document, steps))

@@ -58,11 +58,13 @@ def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: Pull
 
 def _check_claimed(checker: ScenarioErrors, key: str, sensor: ClaimSensor) -> None:
     _check_raised(checker, f"{key}.signal", sensor.signal)
-    known = list_claimable_targets(checker.scenario)
+    claimable = list_claimable_targets(checker.scenario)
     if sensor.targets is not None and not sensor.targets:
         checker.fail(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
     for name in sensor.targets or ():
-        checker.check_known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
+        checker.check_known(
+            f"{key}.targets", name, claimable, what="target that is an object and may be claimed"
+        )
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
@@ -74,9 +76,9 @@ def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None
         remedy = "give the class of the objects as `nearest`"
         checker.fail(f"{key}.unclaimed", "is given without `nearest`", remedy)
     if (target.unclaimed is None) != (target.within is None):
-        given, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
-        remedy = f"give both or neither: {other} is {'the signal that claims' if given == 'within' else 'how near'}"
-        checker.fail(f"{key}.{given}", f"is given without `{other}`", remedy)
+        present, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
+        remedy = f"give both or neither: {other} is {'the signal that claims' if present == 'within' else 'how near'}"
+        checker.fail(f"{key}.{present}", f"is given without `{other}`", remedy)
 
 
 def _check_raised(checker: ScenarioErrors, key: str, signal: str) -> None:
@@ -100,5 +102,5 @@ def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
 
 def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:
     """Return the behaviors of a type that raise a signal, each with its signal."""
-    found = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
-    return [(name, signal) for name, signal in found if isinstance(signal, str)]
+    signals = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
+    return [(name, signal) for name, signal in signals if isinstance(signal, str)]

@@ -188,19 +188,19 @@ def _check_skills(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
                 problem = f"has {parameter!r}, which is also the name of a target or of another parameter"
                 checker.fail(f"{key}.{name}.parameters", problem, "give each a name of its own, as A and B")
         if skill.ends is not None:
-            known = [*skill.parameters, *targets]
-            checker.check_known(f"{key}.{name}.ends", skill.ends, known, what="parameter or target")
+            names = [*skill.parameters, *targets]
+            checker.check_known(f"{key}.{name}.ends", skill.ends, names, what="parameter or target")
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
     scenario = checker.scenario
     names = collect_names(scenario)
-    given = [name for name in _REFERENCES if getattr(target, name) is not None]
-    if len(given) != 1 and sorted(given) not in _TOGETHER:
+    references = [name for name in _REFERENCES if getattr(target, name) is not None]
+    if len(references) != 1 and sorted(references) not in _TOGETHER:
         remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
-        checker.fail(key, f"has {join_names(given)}", remedy)
+        checker.fail(key, f"has {join_names(references)}", remedy)
     for name in ("nearest", "object"):
-        if name in given:
+        if name in references:
             checker.check_known(
                 f"{key}.{name}", getattr(target, name), names.classes, what="class of objects"
             )

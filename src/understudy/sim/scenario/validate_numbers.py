@@ -139,8 +139,8 @@ def list_numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
 @cache
 def find_limit(part: type, name: str) -> Limit | None:
     """Return the limit of a field, from the part's class or a base of it; None if it has none."""
-    found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
-    return next((limit for limit in found if limit is not None), None)
+    limits = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
+    return next((limit for limit in limits if limit is not None), None)
 
 
 def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:

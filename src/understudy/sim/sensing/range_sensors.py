@@ -189,17 +189,17 @@ def _sweep_lidar(sensor: Lidar, kind: RobotType) -> RangeScan:
     arcs = (RangeArc(name, at, at) for k, name in enumerate(names) for at in (start + k * spacing,))
 
     def summarize(far: Sequence[float]) -> Mapping[str, float]:
-        found = dict(zip(names, far, strict=True))
+        values = dict(zip(names, far, strict=True))
         for name, (low, high) in sensor.sectors.items():
             first, count = _select_beams(sensor, low, high) or (0, 0)
             beam = find_nearest_beam(far, first, count, sensor.beams)
             hit = beam >= 0 and far[beam] < sensor.range
-            found[name] = far[beam] if beam >= 0 else nan
-            found[f"{name}_bearing"] = radians(start + beam * spacing) % tau if hit else nan
-            found[f"{name}_width"] = nan if beam < 0 else measure_widest_opening(
+            values[name] = far[beam] if beam >= 0 else nan
+            values[f"{name}_bearing"] = radians(start + beam * spacing) % tau if hit else nan
+            values[f"{name}_width"] = nan if beam < 0 else measure_widest_opening(
                 far, first, count, sensor.beams, radians(spacing), kind.radius, sensor.clear
             )  # fmt: skip
-        return found
+        return values
 
     return RangeScan(tuple(arcs), sensor.range, sensor.noise, sensor.sees, summarize)
 
