@@ -138,9 +138,9 @@ def settle_driver_contradictions(
     UnknownName
         If no example of the lesson is of that driver.
     """
-    known = list_drivers(lesson)
-    if trust not in known:
-        raise UnknownName(what="driver", name=trust, where=f"lesson {lesson.name!r}", known=known)
+    drivers = list_drivers(lesson)
+    if trust not in drivers:
+        raise UnknownName(what="driver", name=trust, where=f"lesson {lesson.name!r}", known=drivers)
     if contradictions is not None:
         return set_quarantine(lesson, _list_reasons(trust, contradictions))
     while reasons := _list_reasons(trust, find_driver_contradictions(lesson)):
@@ -206,25 +206,25 @@ def _find_undecided(lesson: Lesson, examples: Sequence[Example]) -> set[int]:
             reaction_s = lesson.options.reaction_s if each.reaction_s is None else each.reaction_s
             press = each.source.time_s, measure_deciding_time(reaction_s)
             insort(pressed.setdefault(each.source.file, []), press)
-    found = set()
+    undecided = set()
     for each in examples:
         if each.source is not None and not each.is_from_press:
             presses = pressed.get(each.source.file, [])
             following = presses[bisect_left(presses, (each.source.time_s, 0.0)) :][:1]
             if any(time_s - each.source.time_s <= late_s for time_s, late_s in following):
-                found.add(each.number)
-    return found
+                undecided.add(each.number)
+    return undecided
 
 
 def _compare_drivers(
     lesson: Lesson, state: str, names: tuple[str, str], learned: tuple[_LearnedState, _LearnedState]
 ) -> Iterator[DriverContradiction]:
     """Yield the contradictions of two drivers in a state: one for each two next states that their trees decide for."""
-    known = lesson.automaton.state_names
+    state_names = lesson.automaton.state_names
     cells: dict[tuple[str, str], tuple[list[Example], list[Example]]] = {}
     for side, each in enumerate(learned):
         for example in each.compared:
-            one, two = (_decide(other.function, state, example, known) for other in learned)
+            one, two = (_decide(other.function, state, example, state_names) for other in learned)
             if one is not None and two is not None and one != two:
                 cells.setdefault((one, two), ([], []))[side].append(example)
     used = _list_tested_features(lesson, [each.function for each in learned])
@@ -245,14 +245,14 @@ def _compare_drivers(
             )
 
 
-def _decide(function: Transition, state: str, example: Example, known: Sequence[str]) -> str | None:
+def _decide(function: Transition, state: str, example: Example, state_names: Sequence[str]) -> str | None:
     """Return the next state that a function decides for; None for what its driver never showed."""
     if isinstance(function, Tree):
         _, leaf = function.path(example.values)
         if leaf == STAY:
             return None
     outcome = function.decide(example.values)
-    return state if outcome == STAY else known[outcome]
+    return state if outcome == STAY else state_names[outcome]
 
 
 def _compute_chance(first: Sequence[Example], second: Sequence[Example], following: str) -> float:

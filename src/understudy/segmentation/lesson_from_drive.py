@@ -58,8 +58,8 @@ class DriveLesson:
     @property
     def sources(self) -> Mapping[int, ExampleSource]:
         """The places in recordings that the examples were made from, by number of the example."""
-        found = {each.number: each.source for each in self.lesson.examples if each.source is not None}
-        return MappingProxyType(found)
+        source_of = {each.number: each.source for each in self.lesson.examples if each.source is not None}
+        return MappingProxyType(source_of)
 
     @property
     def drivers(self) -> tuple[str, ...]:
@@ -150,8 +150,8 @@ def to_lesson(
         replace(each, source=None if each.source is None else replace(each.source, driver=driver))
         for each in lesson.examples
     )
-    made = parametrize_lesson(replace(lesson, examples=tuple(examples)), targets)
-    return DriveLesson(made, library, estimate)
+    parametrized = parametrize_lesson(replace(lesson, examples=tuple(examples)), targets)
+    return DriveLesson(parametrized, library, estimate)
 
 
 def _choose_reaction_time(
@@ -172,10 +172,10 @@ def _choose_reaction_time(
         if likelihood[step] <= score:  # even if the rules contradict no example
             continue
         late = replace(empty, options=replace(empty.options, reaction_s=times[step]))
-        made = make_drive_examples(segmentation, library, late)
-        wrong[step] = _count_disagreements(made)
+        candidate = make_drive_examples(segmentation, library, late)
+        wrong[step] = _count_disagreements(candidate)
         if likelihood[step] - CONTRADICTED * wrong[step] > score:
-            best, score, lesson = step, likelihood[step] - CONTRADICTED * wrong[step], made
+            best, score, lesson = step, likelihood[step] - CONTRADICTED * wrong[step], candidate
     if best == 0:
         return lesson, estimate
     evidence = (

@@ -69,8 +69,8 @@ def estimate_shares(
     last, answer = answers
     lever = driver.gain * (aims - rest)
     moved = answer - rest - (1.0 - driver.gain) * (last - rest)
-    known = np.isfinite(lever) & np.isfinite(moved)
-    lever, moved = np.where(known, lever, 0.0), np.where(known, moved, 0.0)
+    finite = np.isfinite(lever) & np.isfinite(moved)
+    lever, moved = np.where(finite, lever, 0.0), np.where(finite, moved, 0.0)
     shares, prior = make_full_shares(drive), np.square(driver.noise / USUAL_SPREAD)
     for episode in drive.episodes:
         mine = (ticks >= episode.first) & (ticks < episode.end)

@@ -52,10 +52,10 @@ class FeatureScale:
 def measure_scale(drive: RecordedDrive, features: Sequence[BoundFeature]) -> FeatureScale:
     """Measure mean and spread of the inputs that features of a drive give."""
     raw = _read_inputs(drive, features)
-    known = np.isfinite(raw)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean = np.where(known, raw, 0.0).sum(axis=0) / count
-    spread = np.sqrt(np.where(known, np.square(raw - mean), 0.0).sum(axis=0) / count)
+    present = np.isfinite(raw)
+    count = np.maximum(present.sum(axis=0), 1)
+    mean = np.where(present, raw, 0.0).sum(axis=0) / count
+    spread = np.sqrt(np.where(present, np.square(raw - mean), 0.0).sum(axis=0) / count)
     spread[spread <= 0] = 1.0
     return FeatureScale(tuple(features), mean, spread)
 
