@@ -197,8 +197,8 @@ class Robot:
         for reading, target in keys:
             if (reading, target) not in values:
                 name = reading if target is None else f"{reading}({target})"
-                known = [each if target is None else f"{each}({target})" for each, target in values]
-                raise UnknownName(what="reading", name=name, where=self._where, known=known)
+                labels = [each if target is None else f"{each}({target})" for each, target in values]
+                raise UnknownName(what="reading", name=name, where=self._where, known=labels)
         return {key: values[key] for key in keys}
 
     def act(self, commands: Commands) -> None:

@@ -42,8 +42,8 @@ class SkillSpec(StrictStruct, frozen=True, kw_only=True):
     @property
     def parameters(self) -> Sequence[str]:
         """The parameters of the basic behavior, in alphabetical order."""
-        found = (OF_TARGET.fullmatch(value) for value in self.goal.values() if isinstance(value, str))
-        return sorted({match[1] for match in found if match is not None})
+        matches = (OF_TARGET.fullmatch(value) for value in self.goal.values() if isinstance(value, str))
+        return sorted({match[1] for match in matches if match is not None})
 
     @property
     def endpoint(self) -> str:

@@ -219,12 +219,12 @@ def _clip(corners: NDArray[np.float64], excess: Column) -> NDArray[np.float64]:
     inside = excess <= 0.0
     if inside.all():
         return corners
-    kept = []
+    clipped = []
     for here in range(len(corners)):
         after = (here + 1) % len(corners)
         if inside[here]:
-            kept.append(corners[here])
+            clipped.append(corners[here])
         if inside[here] != inside[after]:
             share = excess[here] / (excess[here] - excess[after])
-            kept.append(corners[here] + share * (corners[after] - corners[here]))
-    return np.array(kept).reshape(-1, 2)
+            clipped.append(corners[here] + share * (corners[after] - corners[here]))
+    return np.array(clipped).reshape(-1, 2)

@@ -264,7 +264,7 @@ def _find_routes(surveys: Mapping[str, _Survey], reference: str) -> dict[str, _R
 
 def _find_links(name: str, surveys: Mapping[str, _Survey]) -> list[_Link]:
     """Fit the clock of each other recording to that of this one, where they exchanged messages."""
-    own, found = surveys[name], list[_Link]()
+    own, links = surveys[name], list[_Link]()
     for other in surveys.values():
         if other is own:
             continue
@@ -272,8 +272,8 @@ def _find_links(name: str, surveys: Mapping[str, _Survey]) -> list[_Link]:
         sent = _pair(own, own.sent, other, other.heard)
         with suppress(NoExchange):
             fit = fit_clock(received, sent, 0.0, own.last_s)
-            found.append(_Link(other.agent, fit, len(received) + len(sent)))
-    return found
+            links.append(_Link(other.agent, fit, len(received) + len(sent)))
+    return links
 
 
 def _pair(own: _Survey, mine: Mapping[bytes, int], other: _Survey, theirs: Mapping[bytes, int]) -> Any:
@@ -443,8 +443,8 @@ class _Channels:
         if hasattr(record, "topic"):
             schema = self._of_agents.get((agent, record.schema_id), 0)
             metadata = {**record.metadata, AGENT: agent}
-            found = self._writer.register_channel(record.topic, record.message_encoding, schema, metadata)
-            self._channels[agent, record.id] = found
+            channel = self._writer.register_channel(record.topic, record.message_encoding, schema, metadata)
+            self._channels[agent, record.id] = channel
             return
         key = record.name, record.encoding, record.data
         if key not in self._schemas:

@@ -234,10 +234,10 @@ class AgentChannels:
         changed = detect_state_change(self._path, path)
         if changed is not None:
             self._path = path
-            told = make_message(
+            transition = make_message(
                 TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict()
             )
-            self._tapes[TRANSITION](encode_message(TRANSITION, told), at_s)
+            self._tapes[TRANSITION](encode_message(TRANSITION, transition), at_s)
 
     def write_commands(self, time_s: float, commands: Mapping[str, float], at_s: float | None = None) -> None:
         """Record the commands of a tick by channel."""

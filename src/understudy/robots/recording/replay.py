@@ -51,8 +51,8 @@ class ReplayBody:
         values = self.recording.values[min(self.tick, self.recording.ticks - 1)]
         for key in keys:
             if key not in self._rows:
-                where, known = str(self.recording.path), [format_reading_label(each) for each in self._rows]
-                raise UnknownName(what="reading", name=format_reading_label(key), where=where, known=known)
+                where, labels = str(self.recording.path), [format_reading_label(each) for each in self._rows]
+                raise UnknownName(what="reading", name=format_reading_label(key), where=where, known=labels)
         return {key: values[self._rows[key]].copy() for key in keys}
 
     def act(self, commands: Commands) -> None:

@@ -126,15 +126,15 @@ def read_presses(path: Path | str, recording: Recording) -> Sequence[RecordedPre
     if not set(COLUMNS) <= set(header) or not set(header) <= {*COLUMNS, DOES}:
         remedy = f"begin with {','.join(COLUMNS)}, and {DOES} if you want to test or restart, too"
         raise _wrong(path, 1, f"its columns are {', '.join(header) or 'none'}", remedy)
-    found = []
+    presses = []
     for line, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
             continue
         if len(row) != len(header):
             raise _wrong(path, line, f"it has {len(row)} cells", f"give {len(header)}")
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
-        found.append(_pressed(path, line, cells, recording))
-    return found
+        presses.append(_pressed(path, line, cells, recording))
+    return presses
 
 
 def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recording) -> RecordedPress:

@@ -73,11 +73,11 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
     if not is_known_type(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
         return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
-    found = [make_field_extractor(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
-    for each in found:
+    extractors = [make_field_extractor(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
+    for each in extractors:
         if isinstance(each, DecodeProblem):
             return DecodeProblem("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
-    ahead, left = (each[2] for each in found if not isinstance(each, DecodeProblem))
+    ahead, left = (each[2] for each in extractors if not isinstance(each, DecodeProblem))
 
     def extract(message: Any) -> tuple[float, float]:
         x, y = ahead(message), left(message)

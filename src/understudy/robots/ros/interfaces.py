@@ -71,7 +71,7 @@ class Interfaces:
         self.typestore: Typestore = Typestore()
         self.typestore.fielddefs = dict(load_typestore().fielddefs)
         self.typestore.types = dict(load_typestore().types)
-        found: dict[str, Any] = {}
+        definitions: dict[str, Any] = {}
         self._files: dict[str, Path] = {}
         for sort, name, text, path in (*_read(self.folder), *_built_in()):
             texts = [text] if sort == "msg" else _split(text)
@@ -91,17 +91,17 @@ class Interfaces:
                     raise FileError(
                         path=path, place="", problem=problem, remedy="give a definition of ROS 2"
                     ) from None
-                made = f"{package}/{sort}/{base}{suffix}"
+                type_name = f"{package}/{sort}/{base}{suffix}"
                 constants, fields = next(iter(parsed.values()))
-                found[made] = (constants, fields or EMPTY)
-                self._files[made] = path
-        for name in {each.rpartition("_")[0] for each in found if "/action/" in each}:
-            found |= _list_parts_of_action(name)
-        for name in {each.rpartition("_")[0] for each in found if each.endswith("_Request")}:
-            found |= _list_parts_of_service(name)
-        self._check(found)
+                definitions[type_name] = (constants, fields or EMPTY)
+                self._files[type_name] = path
+        for name in {each.rpartition("_")[0] for each in definitions if "/action/" in each}:
+            definitions |= _list_parts_of_action(name)
+        for name in {each.rpartition("_")[0] for each in definitions if each.endswith("_Request")}:
+            definitions |= _list_parts_of_service(name)
+        self._check(definitions)
         try:
-            self.typestore.register(found)
+            self.typestore.register(definitions)
         except Exception as error:
             problem = f"contradict each other ({str(error).splitlines()[0]})"
             remedy = "leave out types of ROS 2's common interfaces"
@@ -156,12 +156,12 @@ class Interfaces:
     def _wire(self, type: str) -> WireType:
         return WireType(type, str(self._hashable.hash_rihs01(type)))
 
-    def _check(self, found: Mapping[str, Any]) -> None:
+    def _check(self, definitions: Mapping[str, Any]) -> None:
         """Refuse types that are used and not defined."""
-        for name, (_, fields) in found.items():
+        for name, (_, fields) in definitions.items():
             for field, of in fields:
                 used = _find_named(of)
-                if used is not None and used not in found and used not in self.typestore.fielddefs:
+                if used is not None and used not in definitions and used not in self.typestore.fielddefs:
                     package, sort, base = used.split("/")
                     raise FileError(
                         path=self._files.get(name, self.folder or ""), place=field,

@@ -67,12 +67,12 @@ def make_hashable(typestore: Typestore) -> Typestore:
             return (sort, ("uint8", of[1])) if of[0] == "char" else field
         return field if sort == NAMED else (sort, (rename(of[0]), of[1]))
 
-    made = Typestore()
-    made.fielddefs = {
+    hashable = Typestore()
+    hashable.fielddefs = {
         name: (constants, [(field, rename(each)) for field, each in fields])
         for name, (constants, fields) in typestore.fielddefs.items()
     }
-    return made
+    return hashable
 
 
 def is_known_type(type: str) -> bool:
@@ -135,9 +135,12 @@ def make_message(type: str, **values: Any) -> Any:
 def make_message_of(typestore: Typestore, type: str, values: Mapping[str, Any]) -> Any:
     """Make a message of a type that `typestore` defines; fields that are left out are 0, empty or false."""
     fields = {name: (int(sort), of) for name, (sort, of) in typestore.fielddefs[type][1]}
-    known = {**DEFAULTS.get(type, {}), **values}
-    given = {name: known[name] if name in known else _blank(typestore, *of) for name, of in fields.items()}
-    return typestore.types[type](**given)
+    defaults_and_values = {**DEFAULTS.get(type, {}), **values}
+    arguments = {
+        name: defaults_and_values[name] if name in defaults_and_values else _blank(typestore, *of)
+        for name, of in fields.items()
+    }
+    return typestore.types[type](**arguments)
 
 
 def _blank(typestore: Typestore, sort: int, of: Any) -> Any:

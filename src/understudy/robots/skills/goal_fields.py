@@ -43,15 +43,17 @@ class GoalFields:
 
     def make(self, binding: Mapping[str, str], locate: Locate) -> Any:
         """Make the goal for targets of the parameters; raise PlaceUnknown if a target's place is unknown."""
-        made = self._interfaces.make(self._type)
+        goal = self._interfaces.make(self._type)
         for path, value in self._skill.goal.items():
             *above, last = path.split(".")
-            inside = made
+            inside = goal
             for name in above:
                 inside = getattr(inside, name)
-            given = self._find_value(value, binding, locate)
-            setattr(inside, last, float(given) if isinstance(getattr(inside, last), float) else given)
-        return made
+            field_value = self._find_value(value, binding, locate)
+            setattr(
+                inside, last, float(field_value) if isinstance(getattr(inside, last), float) else field_value
+            )
+        return goal
 
     @staticmethod
     def _find_value(value: Any, binding: Mapping[str, str], locate: Locate) -> Any:

@@ -35,9 +35,9 @@ class SkillRecords:
 
     def publish_changes(self, skill: str, execution: Execution) -> None:
         """Publish the changes of the last execution of a skill: its goal, its feedback, its outcome."""
-        told, feedback, outcome = self._told.get(skill, (None, {}, ""))
+        published, feedback, outcome = self._told.get(skill, (None, {}, ""))
         now = execution.feedback, execution.outcome
-        if told is not execution:
+        if published is not execution:
             feedback, outcome = {}, ""
             if execution.goal is not None:
                 self._write(skill, "goal", values=to_plain(execution.goal))
@@ -48,8 +48,8 @@ class SkillRecords:
         self._told[skill] = (execution, *now)
 
     def _write(self, skill: str, step: str, **about: Any) -> None:
-        said = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
-        self._publish(encode_text(msgspec.json.encode(said).decode()))
+        record = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
+        self._publish(encode_text(msgspec.json.encode(record).decode()))
 
 
 def to_plain(message: Any) -> Any:

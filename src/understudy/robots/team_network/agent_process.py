@@ -182,16 +182,16 @@ class AgentProcess:
 
     def _describe_diagnostics(self) -> DiagnosticStatus:
         """Describe the agent for its robot's diagnostics: WARN while no order holds."""
-        said = self.describe()
-        level = StatusLevel.WARN if said.order is None else StatusLevel.OK
-        message = "is alone: no order holds" if said.order is None else f"obeys {said.leader}"
+        status = self.describe()
+        level = StatusLevel.WARN if status.order is None else StatusLevel.OK
+        message = "is alone: no order holds" if status.order is None else f"obeys {status.leader}"
         values = {
-            "order": "" if said.order is None else f"{said.order[0]}.{said.order[1]}",
-            "duty": said.duty,
-            "state": " > ".join(said.path),
-            "leads": ", ".join(said.leads),
-            "late ticks": str(said.late),
-            "refused orders": str(sum(said.refused.values())),
+            "order": "" if status.order is None else f"{status.order[0]}.{status.order[1]}",
+            "duty": status.duty,
+            "state": " > ".join(status.path),
+            "leads": ", ".join(status.leads),
+            "late ticks": str(status.late),
+            "refused orders": str(sum(status.refused.values())),
         }
         return DiagnosticStatus(f"understudy agent: {self.name}", level, message, values)
 

@@ -92,16 +92,16 @@ def ask(
     dict
         The answer of each agent that gave one, by its name.
     """
-    found = {}
+    decoded = {}
     answers: dict[str, Any] = network.ask(
         f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
     )
     for key, data in answers.items():
         try:
-            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
+            decoded[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
         except UNREADABLE:
             continue
-    return dict(sorted(found.items()))
+    return dict(sorted(decoded.items()))
 
 
 def ask_to_stop(network: TeamAccess, by: str, agent: str = "*") -> dict[str, AgentAnswer]:

@@ -84,11 +84,11 @@ class TeamWatch:
         """List all agents of the team: robots, then squads bottom-up."""
         self._hear()
         now, present = self.clock(), self.network.present
-        found = []
+        agents = []
         for name in self.team.agents:
             status, heard_s = self._heard.get(name, (None, -inf))
-            found.append(WatchedAgent(name, status, now - heard_s, name in present))
-        return found
+            agents.append(WatchedAgent(name, status, now - heard_s, name in present))
+        return agents
 
     def find_agent(self, name: str) -> WatchedAgent:
         """Return one agent of the team."""

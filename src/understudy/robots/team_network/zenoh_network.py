@@ -181,8 +181,8 @@ class ZenohNetwork:
 
         def reply(query: Any) -> None:
             with contextlib.suppress(self._zenoh.ZError), query:
-                asked = b"" if query.payload is None else bytes(query.payload)
-                query.reply(f"{self._team}/{key}", answer(asked))
+                question = b"" if query.payload is None else bytes(query.payload)
+                query.reply(f"{self._team}/{key}", answer(question))
 
         self._declared.append(
             self._session.declare_queryable(
@@ -207,11 +207,11 @@ class ZenohNetwork:
         dict
             The answers, by the key of the agent that gave it.
         """
-        found = {}
+        answers = {}
         for reply in self._session.get(f"{self._team}/{key}", payload=question, timeout=timeout_s):
             if reply.ok is not None:
-                found[str(reply.ok.key_expr).removeprefix(f"{self._team}/")] = bytes(reply.ok.payload)
-        return found
+                answers[str(reply.ok.key_expr).removeprefix(f"{self._team}/")] = bytes(reply.ok.payload)
+        return answers
 
     def close(self) -> None:
         """Leave the network; nothing is received afterwards."""
@@ -236,11 +236,11 @@ class ZenohNetwork:
 
 def complete_address(address: str) -> str:
     """Return an address with the metadata that lets Zenoh send datagrams, unless it has some of its own."""
-    found = DATAGRAMS.get(address.partition("/")[0])
-    if found is None or "?" in address:
+    metadata = DATAGRAMS.get(address.partition("/")[0])
+    if metadata is None or "?" in address:
         return address
     where, sign, config = address.partition("#")
-    return f"{where}?{found}{sign}{config}"
+    return f"{where}?{metadata}{sign}{config}"
 
 
 def _configure(zenoh: Any, options: ZenohOptions) -> Any:
