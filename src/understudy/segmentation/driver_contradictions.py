@@ -1,9 +1,9 @@
 """Contradictions between drivers: situations of a lesson in which one driver switched and another did not, by name.
 
-The trees of a merged lesson cannot show them, because they separate examples that contradict each other wherever they
-can. So each driver's own examples are learned apart, and the trees of each two drivers are compared where both have
-examples. No driver switches twice at the very same reading, and reaction times are estimates: what happened while a
-driver may have been deciding already is not compared, and a difference counts only if it is unlikely by chance.
+The trees of a merged lesson cannot show them, because they separate contradicting examples if a test can. So each
+driver's own examples are learned apart, and the trees of each two drivers are compared where both have examples. No
+driver switches twice at the very same reading, and reaction times are estimates: what happened while a driver may have
+been deciding already is not compared, and a difference counts only if it is unlikely by chance.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def to_lesson(
     reaction_s
         The driver's reaction time, s. None: estimated from the drive.
     learner
-        How trees are learned; long drives give so many examples that pruning helps. None: as in any lesson.
+        How trees are learned; long drives give thousands of examples, so that pruning helps. None: as in any lesson.
 
     Returns
     -------

@@ -101,7 +101,7 @@ def _read_fields(
         decoded = message.decode()
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a decoder does with bytes that do not fit their definition
+    except Exception as error:  # a decoder can raise any error on bytes that do not fit their definition
         problem = f"a message cannot be decoded ({error.__class__.__name__}: {error})"
         raise FileError(path=path, place=f"topic {message.topic!r}", problem=problem, remedy=REMEDY) from None
     for name, fields in columns.items():
@@ -168,7 +168,7 @@ def _iterate(path: Path, omissions: list[str]) -> Iterator[_Message]:
             yield message
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+    except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
         problem = (
             "there is no such file"
             if isinstance(error, FileNotFoundError)

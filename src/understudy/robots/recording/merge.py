@@ -182,7 +182,7 @@ def read_team_clock(path: Path | str) -> TeamClock | None:
     """Read the clock of a merged recording; None if it is none."""
     from mcap.records import Message, Metadata
 
-    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+    with suppress(Exception):  # a reader can raise any error on incomplete or damaged bytes
         for record in iterate_records(Path(path)):
             if isinstance(record, Metadata) and record.name == TEAM_METADATA:
                 return msgspec.json.decode(record.metadata[CLOCKS], type=TeamClock)
@@ -208,7 +208,7 @@ def _survey_recording(path: Path) -> _Survey:
         raise
     except OSError as error:
         raise FileError(path=path, place="", problem=str(error.strerror or error), remedy=REMEDY) from None
-    except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+    except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
         if not survey.agent:
             raise FileError(
                 path=path, place="", problem=f"is no recording ({error})", remedy=REMEDY

@@ -202,7 +202,7 @@ class _FileReader:
                 else str(error.strerror or error)
             )
             raise _no_recording(path, problem) from None
-        except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+        except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
             if not begun:
                 raise _no_recording(path, f"it is not an MCAP file ({error.__class__.__name__})") from None
             return False  # all until here is good
@@ -382,7 +382,7 @@ def list_recorded_parts(path: Path | str) -> list[str]:
     from mcap.records import Metadata
 
     parts: dict[str, None] = {}
-    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+    with suppress(Exception):  # a reader can raise any error on incomplete or damaged bytes
         for record in iterate_records(Path(path)):
             if isinstance(record, Metadata) and record.name.partition(PART)[0] == METADATA:
                 parts[record.name.partition(PART)[2]] = None

@@ -1,7 +1,7 @@
 """Permits to arm a robot over the network: an order that a stop has overtaken, or that comes late, arms nothing.
 
 A program that arms a robot first asks its agent for a permit, and arms it with that. The agent notes how often the
-robot had been stopped when it was asked. So a stop after the question holds, whatever the network does with the
+robot had been stopped when it was asked. So a stop after the question holds, however late the network delivers the
 messages.
 """
 

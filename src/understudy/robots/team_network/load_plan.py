@@ -78,12 +78,12 @@ class LoadedTeam:
         return (*self.plan.robots, *self.plan.squads)
 
     def make_network_options(self, agent: str | None = None) -> ZenohOptions:
-        """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
+        """Return how an agent reaches the others; without an agent, how a visitor does, which listens at no address."""
         return make_network_options(self.settings, agent)
 
 
 def make_network_options(settings: TeamSettings, agent: str | None = None) -> ZenohOptions:
-    """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
+    """Return how an agent reaches the others; without an agent, how a visitor does, which listens at no address."""
     network = settings.network
     own = None if agent is None else settings.each.get(agent)
     listen = () if agent is None else network.listen

@@ -148,7 +148,7 @@ def move_pushed_boxes(c: Any, world: int) -> None:
 def limit_robot_step(c: Any, row: int, world: int) -> None:
     """Limit a robot's step by the other robots; fixed things have limited it before, boxes do so later."""
     move = c.moves[uint64(row - world * c.facts.count)]
-    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limit_by_robots` too.
+    # Clear by more than rounding can add, so that a robot that is alone is out of reach of `limit_by_robots` too.
     apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return

@@ -164,7 +164,7 @@ def _keeps_off(
         if thing.slot >= 0 and thing.slot == group.near:
             if other.solid == 0:
                 return True
-            apart = -1e-9  # right at its rim is free, whatever rounding does
+            apart = -1e-9  # right at its rim is free, in spite of rounding
     if thing.first < 0 and first < 0:
         dx, dy = x - thing.x, y - thing.y
         least = radius + group.radius + apart
