@@ -79,9 +79,9 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
     behaviors: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
-    skills = list(dict.fromkeys(name for robot in scenario.types.values() for name in robot.skills))
-    for kind, robot in scenario.types.items():
-        for name, channels in robot.behaviors.items():
+    skills = list(dict.fromkeys(name for robot_type in scenario.types.values() for name in robot_type.skills))
+    for type_name, robot_type in scenario.types.items():
+        for name, channels in robot_type.behaviors.items():
             command = {
                 channel: 1.0 + signals.index(value) if isinstance(value, str) else value
                 for channel, value in channels.items()
@@ -90,16 +90,16 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
             if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.behaviors.{name}",
+                    f"types.{type_name}.behaviors.{name}",
                     "is another command than the behavior of this name in a type before",
                     "rename one of the two",
                 )
-        for name, skill in robot.skills.items():
+        for name, skill in robot_type.skills.items():
             behavior = make_skill_behavior(name, skill, number=1 + skills.index(name))
             if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.skills.{name}",
+                    f"types.{type_name}.skills.{name}",
                     "differs from the behavior or skill of this name before",
                     "rename one of the two",
                 )
@@ -109,15 +109,15 @@ def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
 def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
     """List the readings of all types, each name once; raise SettingError if one name has different kinds."""
     readings: dict[str, Reading] = {}
-    for kind, robot in scenario.types.items():
-        own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot))
-        of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot))
+    for type_name, robot_type in scenario.types.items():
+        own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot_type))
+        of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot_type))
         for place, reading in (*own, *of_skills):
             before = readings.setdefault(reading.name, reading)
             if before != reading and replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.{place}",
+                    f"types.{type_name}.{place}",
                     f"reads {reading.name!r}, which is a different reading for an earlier type",
                     "rename one of the two",
                 )
@@ -223,10 +223,12 @@ def have_different_kits(kits: Mapping[str, Kit]) -> bool:
 
 
 def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
-    kind = scenario.types[name]
-    mine = {reading.name for _, reading in (*list_type_readings(kind), *list_skill_readings(kind))}
+    robot_type = scenario.types[name]
+    mine = {
+        reading.name for _, reading in (*list_type_readings(robot_type), *list_skill_readings(robot_type))
+    }
     others = {reading.name for reading in list_readings(scenario)} - mine
-    foreign = set(make_behaviors(scenario)) - set(kind.behaviors) - set(kind.skills)
+    foreign = set(make_behaviors(scenario)) - set(robot_type.behaviors) - set(robot_type.skills)
     parts = [part for part in kit.parts if not _is_of(part, others, foreign)]
     return kit if len(parts) == len(kit.parts) else Kit.from_parts(*parts)
 

@@ -140,9 +140,9 @@ def _types(scenario: Scenario, names: ScenarioNames) -> Records:
     return rows
 
 
-def _accelerations(kind: RobotType, tick_s: float) -> tuple[float, float]:
-    along = inf if kind.acceleration is None else kind.acceleration * tick_s**2
-    turning = kind.turning_acceleration_deg
+def _accelerations(robot_type: RobotType, tick_s: float) -> tuple[float, float]:
+    along = inf if robot_type.acceleration is None else robot_type.acceleration * tick_s**2
+    turning = robot_type.turning_acceleration_deg
     return along, inf if turning is None else radians(turning) * tick_s**2
 
 

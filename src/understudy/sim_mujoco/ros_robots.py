@@ -58,7 +58,7 @@ class RosRobot:
     body: MujocoBody
     number: int
     transport: Transport
-    asked: LastCommand = field(default_factory=LastCommand)
+    last_command: LastCommand = field(default_factory=LastCommand)
 
     def __post_init__(self) -> None:
         scenario = self.body.scenario
@@ -93,11 +93,11 @@ class RosRobot:
             return
         speed, turn = float(message.linear.x), float(message.angular.z)
         if isfinite(speed) and isfinite(turn):
-            self.asked = LastCommand(speed, turn, at_s)
+            self.last_command = LastCommand(speed, turn, at_s)
 
     def command(self, now_s: float, *, deadline_s: float = DEADLINE_S) -> tuple[float, float]:
         """Return drive and turn as shares of the robot's greatest speeds; zero if the last command is too old."""
-        latest = self.asked
+        latest = self.last_command
         if now_s - latest.at_s > deadline_s:
             return 0.0, 0.0
         return scale_to_commands(self.kind, latest.speed_m_s, latest.turn_rad_s)

@@ -31,8 +31,8 @@ HEIGHT = 0.7
 class RaycastScan:
     """The rays of one range sensor of a type of robots."""
 
-    def __init__(self, kind: RobotType, scan: RangeScan) -> None:
-        self._radius, self._range = kind.radius, scan.range
+    def __init__(self, robot_type: RobotType, scan: RangeScan) -> None:
+        self._radius, self._range = robot_type.radius, scan.range
         rays, self._first = list[tuple[float, float, float]](), list[int]()
         for arc in scan.arcs:
             low, turn = arc.from_deg, arc.to_deg - arc.from_deg

@@ -96,14 +96,14 @@ def _key(bound: BoundFeature) -> tuple[str, str]:
 def _list_sensors(scenario: Scenario, reading: str, target: str) -> list[tuple[RobotType, SensorBase]]:
     """List the sensors that give a reading of a target, or of any if it is a parameter, each with its robots' type."""
     return [
-        (kind, sensor)
-        for kind in scenario.types.values()
-        for sensor in kind.sensors
+        (robot_type, sensor)
+        for robot_type in scenario.types.values()
+        for sensor in robot_type.sensors
         if any(each.name == reading for each in find_sensor_row(sensor).readings(sensor))
         and not (
             isinstance(sensor, TargetLocator)
             and target in scenario.targets
-            and not _is_located(kind, sensor, target)
+            and not _is_located(robot_type, sensor, target)
         )
     ]
 
@@ -114,7 +114,7 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
     sensors = _list_sensors(scenario, reading, target)
     if not sensors:
         return
-    ranges = [_find_range(scenario, kind, sensor, reading) for kind, sensor in sensors]
+    ranges = [_find_range(scenario, robot_type, sensor, reading) for robot_type, sensor in sensors]
     if all(ends is not None for ends in ranges):
         low = min(ends[0] for ends in ranges if ends is not None)
         high = max(ends[1] for ends in ranges if ends is not None)
@@ -125,12 +125,12 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
         yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, sentence)
     if all(isinstance(sensor, CargoSensor) for _, sensor in sensors) and bound.feature.unit:
         yield Tie(f"{bound} is 0 or at least 1", {bound: BETWEEN})
-    if all(_is_always_there(scenario, kind, sensor, reading, target) for kind, sensor in sensors):
+    if all(_is_always_there(scenario, robot_type, sensor, reading, target) for robot_type, sensor in sensors):
         yield make_presence_tie(bound, f"{bound} is never absent")
 
 
 def _find_range(
-    scenario: Scenario, kind: RobotType, sensor: SensorBase, reading: str
+    scenario: Scenario, robot_type: RobotType, sensor: SensorBase, reading: str
 ) -> tuple[float, float] | None:
     """Return the least and the largest present value of a sensor's reading; None if nothing bounds it."""
     if isinstance(sensor, Sonar):
@@ -147,7 +147,7 @@ def _find_range(
         return 0.0, 1.0
     if isinstance(sensor, CargoSensor) and reading == "food_stored":
         stored = max([robots.stored for robots in scenario.robots], default=0)
-        return 0.0, float(max(kind.capacity, stored))
+        return 0.0, float(max(robot_type.capacity, stored))
     if isinstance(sensor, CargoSensor) and reading == "food_here":
         amounts = [
             each.amount if isinstance(each.amount, int) else each.amount[1] for each in scenario.objects
@@ -157,7 +157,7 @@ def _find_range(
 
 
 def _is_always_there(
-    scenario: Scenario, kind: RobotType, sensor: SensorBase, reading: str, target: str
+    scenario: Scenario, robot_type: RobotType, sensor: SensorBase, reading: str, target: str
 ) -> bool:
     """Return whether a sensor's reading is never absent."""
     if sensor.dropout > 0:
@@ -166,7 +166,7 @@ def _is_always_there(
         return True
     if isinstance(sensor, TargetLocator) and sensor.range is None:
         thing = _find_lasting_object(scenario, target)
-        return thing is not None and _is_located(kind, sensor, target)
+        return thing is not None and _is_located(robot_type, sensor, target)
     return False
 
 
@@ -181,9 +181,9 @@ def _find_lasting_object(scenario: Scenario, target: str) -> ObjectClass | None:
     return thing
 
 
-def _is_located(kind: RobotType, sensor: TargetLocator, target: str) -> bool:
+def _is_located(robot_type: RobotType, sensor: TargetLocator, target: str) -> bool:
     """Return whether a locator is the one that finds a target for its type of robots."""
-    locators = [each for each in kind.sensors if isinstance(each, TargetLocator)]
+    locators = [each for each in robot_type.sensors if isinstance(each, TargetLocator)]
     named = {name for each in locators for name in each.targets or ()}
     return target in sensor.targets if sensor.targets is not None else target not in named
 
@@ -214,8 +214,8 @@ def measures_exactly(scenario: Scenario) -> bool:
     """Return whether locators and cargo sensors of all types measure at every tick, everywhere, and without noise."""
     sensors = [
         sensor
-        for kind in scenario.types.values()
-        for sensor in kind.sensors
+        for robot_type in scenario.types.values()
+        for sensor in robot_type.sensors
         if isinstance(sensor, TargetLocator | CargoSensor)
     ]
     return all(
@@ -230,7 +230,7 @@ def _list_reach(
     scenario: Scenario, bound: BoundFeature, target: str, by_key: dict[tuple[str, str], BoundFeature]
 ) -> Iterator[Tie]:
     """Yield the ties of a distance with what robots reach there: the only home, and the only class of food."""
-    reaches = {kind.reach for kind in scenario.types.values()}
+    reaches = {robot_type.reach for robot_type in scenario.types.values()}
     meant = scenario.targets.get(target)
     if meant is None or len(reaches) != 1:
         return

@@ -19,8 +19,8 @@ def check_boxes_and_signals(checker: ScenarioErrors) -> None:
     for index, thing in enumerate(scenario.objects):
         if thing.pull is not None:
             _check_box(checker, f"objects[{index}]", thing, thing.pull)
-    for name, kind in scenario.types.items():
-        for index, sensor in enumerate(kind.sensors):
+    for name, robot_type in scenario.types.items():
+        for index, sensor in enumerate(robot_type.sensors):
             if isinstance(sensor, ClaimSensor):
                 _check_claimed(checker, f"types.{name}.sensors[{index}]", sensor)
     for name, target in scenario.targets.items():
@@ -100,7 +100,7 @@ def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
         checker.fail("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
 
 
-def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:
+def list_raised_signals(robot_type: RobotType) -> list[tuple[str, str]]:
     """Return the behaviors of a type that raise a signal, each with its signal."""
-    signals = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
+    signals = ((name, each.get(SIGNAL)) for name, each in robot_type.behaviors.items())
     return [(name, signal) for name, signal in signals if isinstance(signal, str)]

@@ -30,8 +30,8 @@ def check_squad_sorts(checker: ScenarioErrors) -> None:
         _check_members(checker, name)
     order = sort_squads_bottom_up(checker)
     read: dict[str, Read] = {
-        name: {reading.name: reading for _, reading in list_type_readings(kind)}
-        for name, kind in scenario.types.items()
+        name: {reading.name: reading for _, reading in list_type_readings(robot_type)}
+        for name, robot_type in scenario.types.items()
     }
     first_uses = {reading.name: (reading, "a robot") for reading in list_readings(scenario)}
     ordered: dict[str, frozenset[str]] = dict.fromkeys(scenario.types, frozenset(make_behaviors(scenario)))
