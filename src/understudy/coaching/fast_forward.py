@@ -112,7 +112,7 @@ def _run(
         if (question := asking.find_question()) is not None:
             return PauseReason.UNSURE, question
         session.tick()
-        if session.trainee.outcome.raised:
+        if session.trainee.result.raised:
             return PauseReason.FLAG, None
         if until(session):
             return PauseReason.PROPERTY, None

@@ -198,7 +198,7 @@ class _Recorder:
     """A transition function that notes the feature vectors for which it is asked, one for each agent in its state."""
 
     learned: Transition
-    asked: list[NDArray[np.float64]] = field(default_factory=list)
+    vectors: list[NDArray[np.float64]] = field(default_factory=list)
 
     def decide(self, values: Sequence[float], /) -> int:
         """Return the next state for a feature vector."""
@@ -210,7 +210,7 @@ class _Recorder:
 
     def decide_all(self, values: NDArray[np.float64], /) -> list[int]:
         """Return the next state for each feature vector [n, F]."""
-        self.asked.append(values)
+        self.vectors.append(values)
         return [self.learned.decide(row) for row in values.tolist()]
 
 
@@ -270,11 +270,11 @@ def _listed(
         before = [engine.levels(agent)[0].state for agent in mine.tolist()] if tick % every == 0 else []
         engine.tick()
         for name, recorder in recorders.items():
-            if before and recorder.asked:
+            if before and recorder.vectors:
                 places = [place for place, state in enumerate(before) if state == name]
-                for place, values in zip(places, recorder.asked[0].tolist(), strict=True):
+                for place, values in zip(places, recorder.vectors[0].tolist(), strict=True):
                     yield MetDecision(seeds[place], now, name, tuple(values))
-            recorder.asked.clear()
+            recorder.vectors.clear()
 
 
 def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:

@@ -45,14 +45,14 @@ class LastSwitch:
         self._last: tuple[OwnSwitch, Binding] | None = None
         self._switched_s: float | None = None
 
-    def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding, *, first: str) -> None:
+    def note_tick(self, result: TickResult, moment: Sample, binding: Binding, *, first: str) -> None:
         """Note a tick without a press; `first` is the state in which the automaton begins."""
-        if outcome.next == outcome.state:
+        if result.next == result.state:
             return
-        switch = OwnSwitch(outcome.state, outcome.next, outcome.own, moment.seconds, moment.values)
+        switch = OwnSwitch(result.state, result.next, result.own, moment.seconds, moment.values)
         last = self.switch
-        if last is not None and last.state not in (first, outcome.next) and self._is_unseen(moment.seconds):
-            switch = replace(last, next=outcome.next)
+        if last is not None and last.state not in (first, result.next) and self._is_unseen(moment.seconds):
+            switch = replace(last, next=result.next)
         self._last, self._switched_s = (switch, binding), moment.seconds
 
     def _is_unseen(self, now: float) -> bool:

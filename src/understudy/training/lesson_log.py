@@ -95,7 +95,7 @@ class LessonLog:
     def complete(self) -> Lesson:
         """The current lesson, with the latest watched examples and the record that its examples need."""
         lesson, record = self.lesson, self._recorder.record
-        ticks = self._agreed().seen
+        ticks = self._agreed().ticks
         return compact_reading_log(
             replace(
                 lesson,
@@ -132,10 +132,10 @@ class LessonLog:
         self._recorder.append(moment)
         self.journal.add_tick(moment, state)
 
-    def log_flag(self, outcome: TickResult) -> FlagEntry:
+    def log_flag(self, result: TickResult) -> FlagEntry:
         """Note that the learned automaton raised a flag at this tick, and return where a correction of it belongs."""
-        entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
-        self.log_raised(entry, outcome.next)
+        entry = FlagEntry(result.state, result.own, self._recorder.keep_last())
+        self.log_raised(entry, result.next)
         return entry
 
     def log_raised(self, entry: FlagEntry, state: str) -> None:
@@ -144,16 +144,16 @@ class LessonLog:
         rows = self.journal.new_rows(self._recorder.record)
         self.journal.write(FlagRaised(entry, rows, state if several else UNSET))
 
-    def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
+    def log_silence(self, result: TickResult, moment: Sample, binding: Binding) -> None:
         """Log a tick without a press; if the lesson learns from silence, it may become a watched example."""
         automaton = self.lesson.automaton
-        self.last_switch.note_tick(outcome, moment, binding, first=automaton.states[0].name)
-        resting = outcome.state == outcome.next == automaton.states[0].name
+        self.last_switch.note_tick(result, moment, binding, first=automaton.states[0].name)
+        resting = result.state == result.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.is_watching) or resting:
             return
-        if automaton.state(outcome.state).flag is None:
+        if automaton.state(result.state).flag is None:
             kind = ExampleKind.WATCHED
-            example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
+            example = Example(0, result.state, (), result.next, kind, own=result.own, binding=binding)
             self._watched.add_tick(WatchedTick(moment, example))
 
     def find_answered_switch(
@@ -187,7 +187,7 @@ class LessonLog:
 
     def record(
         self,
-        outcome: TickResult,
+        result: TickResult,
         press: Press,
         binding: Binding,
         *,
@@ -195,7 +195,7 @@ class LessonLog:
         after: TraineeState,
     ) -> None:
         """Record the examples of a press that took effect at this tick, from `before` to `after`."""
-        entry = outcome.shown[0].entry if outcome.shown else None
+        entry = result.examples[0].entry if result.examples else None
         if entry is not None:
             since_s = float(self._recorder.record.seconds[entry.moment])
         else:
@@ -203,12 +203,12 @@ class LessonLog:
         reaction_s = self.lesson.options.reaction_s
         self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
-        if not outcome.shown:
-            slip = self._find_directed_flag(outcome)
+        if not result.examples:
+            slip = self._find_directed_flag(result)
             if slip is None:
                 self.journal.write(PressApplied(press.number, list(after.run)))
             else:
-                lesson, what = correct_press(self.lesson, slip, outcome.next), f"mend example {slip}"
+                lesson, what = correct_press(self.lesson, slip, result.next), f"mend example {slip}"
                 self.step(what, lesson, before=before, after=after, press=press.number)
             return
         if entry is not None:
@@ -221,14 +221,14 @@ class LessonLog:
         else:
             moment, window = self._recorder.keep_press()
         examples = []
-        for number, pressed in enumerate(outcome.shown, self._next_number()):
+        for number, pressed in enumerate(result.examples, self._next_number()):
             example = Example(
                 number,
                 pressed.state,
                 (),
                 pressed.next,
                 pressed.kind,
-                correction=outcome.correction,
+                correction=result.correction,
                 moment=moment,
                 window=window,
                 own=pressed.own,
@@ -238,24 +238,24 @@ class LessonLog:
             examples.append(replace(example, values=values))
         lesson = replace(self.lesson, examples=self._index.replace_watched(examples))
         what, stay = f"{examples[0].state} → {examples[0].next}", None
-        if outcome.correction:
+        if result.correction:
             stay = self.last_switch.find_undone_stay(examples[0], self.lesson, self._recorder.now)
             self._last_correction = CorrectionStep(self.lesson, lesson, examples[0], stay)
             lesson, what = self._last_correction.step(what)
         self.last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
-    def _find_directed_flag(self, outcome: TickResult) -> int | None:
+    def _find_directed_flag(self, result: TickResult) -> int | None:
         """Return the number of the latest example if it led to a flag state that a press soon left; otherwise None."""
         last = max(
             (each for each in self.lesson.examples if each.is_from_press),
             key=lambda each: each.number,
             default=None,
         )
-        if not outcome.leaves_directed_flag or last is None or last.moment is None:
+        if not result.leaves_directed_flag or last is None or last.moment is None:
             return None
         passed_s = measure_elapsed(self._recorder.now, float(self._recorder.record.seconds[last.moment]))
-        return last.number if last.next == outcome.state and 0.0 <= passed_s <= SOON_S else None
+        return last.number if last.next == result.state and 0.0 <= passed_s <= SOON_S else None
 
     # Between ticks
 
@@ -271,8 +271,10 @@ class LessonLog:
         """Turn the watched ticks that were not corrected into watched examples."""
         agreed = self._agreed()
         self._watched.accept(agreed)
-        if agreed.seen:
-            watched = self._numbered(agreed.seen, [self._recorder.keep(each.moment) for each in agreed.seen])
+        if agreed.ticks:
+            watched = self._numbered(
+                agreed.ticks, [self._recorder.keep(each.moment) for each in agreed.ticks]
+            )
             self._history.amend(*watched)
             self.journal.write(WatchedAccepted(watched, self.journal.new_rows(self._recorder.record)))
 

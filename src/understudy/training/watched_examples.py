@@ -40,7 +40,7 @@ class WatchedTick:
 class WatchedBatch:
     """Ticks that become examples, and when each state was last seen to stay."""
 
-    seen: tuple[WatchedTick, ...]
+    ticks: tuple[WatchedTick, ...]
     last_stay: dict[str, float]
 
 
