@@ -26,11 +26,11 @@ from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.team_network.team_watch import NO_ANSWER, TeamWatch
 from understudy.runtime.agents.messages import Duty, UnreadableMessage, compute_layout
 from understudy.runtime.agents.training_link import (
-    DRIVE_LEASE_S,
-    DriveMessage,
+    TRAINER_LEASE_S,
     MemberView,
+    TrainerCommand,
     decode_member_view,
-    drive_key,
+    trainer_command_key,
     view_key,
 )
 from understudy.runtime.body import SKILL, Commands, list_reading_keys
@@ -181,16 +181,16 @@ class RemoteRobot(Robot):
         self._sequence += 1
         values = {channel: float(np.asarray(column)[0]) for channel, column in commands.items()}
         number = int(values.pop(SKILL, 0.0))
-        message = DriveMessage(
+        message = TrainerCommand(
             trainer=self._trainer,
             start=self._start,
             sequence=self._sequence,
             sent_s=self._clock(),
-            lease_s=DRIVE_LEASE_S,
+            lease_s=TRAINER_LEASE_S,
             commands=values,
             skill=self._calls[number - 1] if number else None,
         )
-        self._watch.network.publish(drive_key(self.file.name), msgspec.msgpack.encode(message))
+        self._watch.network.publish(trainer_command_key(self.file.name), msgspec.msgpack.encode(message))
 
     @property
     def _trainer(self) -> str:

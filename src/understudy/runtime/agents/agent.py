@@ -23,7 +23,11 @@ from understudy.runtime.agents.messages import (
 )
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.order_follower import OrderFollower, Refusal
-from understudy.runtime.agents.training_link import DriveFollower, decode_drive, drive_key
+from understudy.runtime.agents.training_link import (
+    TrainerFollower,
+    decode_trainer_command,
+    trainer_command_key,
+)
 from understudy.runtime.body import SKILL, Body, Commands, SkillPerformer
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
@@ -137,12 +141,12 @@ class Agent:
         self._ran_s = self._now
         self.renew_start()
         self.follower: OrderFollower | None = None
-        self.driver: DriveFollower | None = None
+        self.driver: TrainerFollower | None = None
         """The messages of its trainer; None if it has no trainer."""
         self._was_driven = False
         if spec.trainer is not None:
-            self.driver = DriveFollower(spec.trainer)
-            self._drives = network.listen(drive_key(spec.name))
+            self.driver = TrainerFollower(spec.trainer)
+            self._drives = network.listen(trainer_command_key(spec.name))
         self.keys = () if shared else tuple(self.run.keys)
         """The readings that it reports and, with a run of its own, those that it decides on."""
         if spec.link is not None:
@@ -240,7 +244,7 @@ class Agent:
             return
         for data in arrived:
             with suppress(UnreadableMessage):
-                self.driver.receive(decode_drive(data), now)
+                self.driver.receive(decode_trainer_command(data), now)
         is_driven = self.is_driven
         if is_driven and not self._was_driven:
             self._begin_program(IDLE_PROGRAM)
