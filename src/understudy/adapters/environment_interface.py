@@ -48,8 +48,8 @@ def find_valid(channel: Channel, column: Column) -> NDArray[np.bool_]:
 
 def format_range(channel: Channel) -> str:
     """Describe the numbers that a channel takes."""
-    sort = "a whole number" if channel.whole else "a finite number"
-    return f"{sort} from {channel.least:g} to {channel.most:g}"
+    number = "a whole number" if channel.whole else "a finite number"
+    return f"{number} from {channel.least:g} to {channel.most:g}"
 
 
 def map_readings(

@@ -34,9 +34,9 @@ from understudy.learning._split_kernels import (
 
 inner = njit_inner()
 
-# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
+# Columns of a node. AWAY: the child that absent values join. DEFAULT_SIDE and the next: of either end of a cut,
 # whether the default is above it (1), below it (-1), or neither.
-KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, DEFAULT_SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 ENOUGH_STAYS = 4
 """How many watched stays limit a decision, if they lie beyond all presses for it."""
 
@@ -203,8 +203,8 @@ def grow_nodes(
                 position = second if (end == 1) != (flip or test == BELOW) else first  # -1: before all values
                 lower, upper = column[values[position % present]], column[values[(position + 1) % present]]
                 cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
-                nodes[node, SORT + end] = is_default_value(column, segment, upper, group)
-                nodes[node, SORT + end] -= is_default_value(column, segment, lower, group)
+                nodes[node, DEFAULT_SIDE + end] = is_default_value(column, segment, upper, group)
+                nodes[node, DEFAULT_SIDE + end] -= is_default_value(column, segment, lower, group)
         elif test == LABEL:
             children = int(extent[feature])
         nodes[node, KIND], nodes[node, OF] = test, feature

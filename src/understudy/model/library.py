@@ -43,7 +43,7 @@ class Kit:
         Parameters
         ----------
         *parts
-            The parts, in the order in which the kit will list those of each sort.
+            The parts, in the order in which the kit will list those of each kind.
 
         Returns
         -------
@@ -53,7 +53,7 @@ class Kit:
         Raises
         ------
         DefinitionError
-            If two parts of one sort have the same name, or something else is given.
+            If two parts of one kind have the same name, or something else is given.
         """
         features: dict[str, AnyFeature] = {}
         behaviors: dict[str, Behavior] = {}
@@ -76,7 +76,7 @@ class Kit:
         return format_repr(self, f"of {format_number_of(features, 'feature')}", *facts)
 
     def __add__(self, other: Kit) -> Kit:
-        """Make a kit with the parts of both; refuse a name that both use for the same sort of part."""
+        """Make a kit with the parts of both; refuse a name that both use for the same kind of part."""
         return Kit.from_parts(*self.parts, *other.parts)
 
     @property
@@ -85,10 +85,10 @@ class Kit:
         return (*self.features.values(), *self.behaviors.values(), *self.targets.values())
 
 
-def _add(parts: dict[str, KitPart], part: KitPart, sort: str) -> None:
+def _add(parts: dict[str, KitPart], part: KitPart, part_kind: str) -> None:
     if part.name in parts:
         raise DefinitionError(
-            what="kit", problem=f"two {sort} have the name {part.name!r}", remedy="rename one of the two"
+            what="kit", problem=f"two {part_kind} have the name {part.name!r}", remedy="rename one of the two"
         )
     parts[part.name] = part
 

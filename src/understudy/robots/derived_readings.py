@@ -26,10 +26,15 @@ class DerivedReadings:
     """
 
     def __init__(
-        self, kind: RobotType | None, offered: Sequence[Reading], targets: Sequence[str], *, seed: int = 0
+        self,
+        robot_type: RobotType | None,
+        offered: Sequence[Reading],
+        targets: Sequence[str],
+        *,
+        seed: int = 0,
     ) -> None:
         names = {each.name for each in offered}
-        sensors = () if kind is None else kind.sensors
+        sensors = () if robot_type is None else robot_type.sensors
         self.random_sensors = [
             each for each in sensors if isinstance(each, RandomSensor) and each.name not in names
         ]

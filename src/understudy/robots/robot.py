@@ -377,10 +377,10 @@ def connect_robot_body(
 
 
 def check_readings_fit(
-    file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str
+    file: RobotFile, offered: Sequence[Reading], robot_type: RobotType | None, path: Path | str
 ) -> None:
     """Refuse a reading whose kind or unit differs from that of the same name in the scenario."""
-    there = {} if kind is None else {each.name: each for _, each in list_type_readings(kind)}
+    there = {} if robot_type is None else {each.name: each for _, each in list_type_readings(robot_type)}
     for each in offered:
         of = there.get(each.name)
         if of is None or each.of_targets != of.of_targets:

@@ -37,14 +37,14 @@ class Frame(NamedTuple):
     timers: tuple[tuple[str, int], ...] = ()
 
 
-Run = tuple[Frame, ...]
+LevelFrames = tuple[Frame, ...]
 """The frames of all levels that matter, from the root down."""
 
 
 class Pulse(NamedTuple):
     """What one pulse of a level may do: its frames after it, the box that it needs, and whether any level switched."""
 
-    frames: Run
+    frames: LevelFrames
     box: int
     switched: bool
 
@@ -129,11 +129,11 @@ class CycleFinder:
     def _from_state(self, start: int) -> Iterator[tuple[tuple[int, ...], int, int, bool]]:
         """Yield the root's states, the box, the ticks and whether levels below switched, for each cycle."""
         first = self._enter(self.root, start, Frame(0, 0))
-        waiting: list[tuple[Run, int, tuple[int, ...], int, bool, frozenset[Frame]]] = [
+        waiting: list[tuple[LevelFrames, int, tuple[int, ...], int, bool, frozenset[Frame]]] = [
             ((first, *pulse.frames), pulse.box, (start,), 1, bool(pulse.frames), frozenset([first]))
             for pulse in self._pulse_child(self.root, start, None, self.root.space.full)
         ]
-        visited: set[tuple[Run, int, tuple[int, ...]]] = set()
+        visited: set[tuple[LevelFrames, int, tuple[int, ...]]] = set()
         while waiting:
             run, box, states, ticks, nested, entries = waiting.pop()
             run = self._grow_older(run)
@@ -169,7 +169,7 @@ class CycleFinder:
 
     # One pulse
 
-    def _pulse(self, level: Level, run: Run, box: int) -> Iterator[Pulse]:
+    def _pulse(self, level: Level, run: LevelFrames, box: int) -> Iterator[Pulse]:
         """Yield what a pulse of a level may do, one for each leaf that some readings in the box reach."""
         self._pulses += 1
         if self._pulses > MOST_PULSES:
@@ -193,11 +193,11 @@ class CycleFinder:
             for pulse in self._pulse_child(level, leaf.outcome, None, narrowed):
                 yield Pulse((entered, *pulse.frames), pulse.box, True)
 
-    def _stay(self, level: Level, frame: Frame, below: Run, box: int) -> Iterator[Pulse]:
+    def _stay(self, level: Level, frame: Frame, below: LevelFrames, box: int) -> Iterator[Pulse]:
         for pulse in self._pulse_child(level, frame.state, below, box):
             yield Pulse((frame, *pulse.frames), pulse.box, pulse.switched)
 
-    def _pulse_child(self, level: Level, state: int, below: Run | None, box: int) -> Iterator[Pulse]:
+    def _pulse_child(self, level: Level, state: int, below: LevelFrames | None, box: int) -> Iterator[Pulse]:
         """Pulse the automaton that a state runs, restarted if `below` is None, if any of its flags matters there."""
         child = level.children[state]
         if child is None or not self._waits_for_flags(level, state):
@@ -234,7 +234,7 @@ class CycleFinder:
             )
         return self._caps[key]
 
-    def _own_bits(self, level: Level, frame: Frame, below: Run) -> int:
+    def _own_bits(self, level: Level, frame: Frame, below: LevelFrames) -> int:
         """Return the bits of the values of all features that are not held."""
         bits = 0
         for axis in level.axes:
@@ -254,7 +254,7 @@ class CycleFinder:
                 bits |= axis.find_bit(round(frame.age * self.tick_s, 9))
         return bits
 
-    def _raised(self, level: Level, state: int, below: Run) -> str | None:
+    def _raised(self, level: Level, state: int, below: LevelFrames) -> str | None:
         """Return the flag that the automaton of a state has raised."""
         child = level.children[state]
         return child.automaton.states[below[0].state].flag if child is not None and below else None
@@ -295,7 +295,7 @@ class CycleFinder:
         ]
         return max(min([*cuts, 0.0]) - 1.0, min(max([*cuts, 0.0]) + 1.0, number))
 
-    def _grow_older(self, run: Run) -> Run:
+    def _grow_older(self, run: LevelFrames) -> LevelFrames:
         """Return a run one tick later; ages count to just beyond the thresholds of the features that read them."""
         older = []
         level: Level | None = self.root

@@ -249,16 +249,16 @@ def _described(type: str, release: str) -> Any:
     # What ROS 2 calls uint8, Cyclone DDS 0.10, which systems ship, calls a byte; other endpoints compare names only.
     numbers = {"bool": bool, "byte": idl.byte, "char": idl.byte, "uint8": idl.byte, "string": str}
 
-    def one(sort: int, of: Any) -> Any:
-        if sort == NAMED:
+    def one(node_type: int, of: Any) -> Any:
+        if node_type == NAMED:
             return _described(of, release)
-        if sort == BASE:
+        if node_type == BASE:
             name, bound = of
             if name == "string" and bound:
                 return idl.bounded_str[bound]
             return numbers[name] if name in numbers else getattr(idl, name)
         inner, length = of
-        if sort == ARRAY:
+        if node_type == ARRAY:
             return idl.array[one(*inner), length]
         return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
 

@@ -93,16 +93,16 @@ def make_field_extractor(
 
     `list_fields` returns the fields of a message type by name.
     """
-    sort, of = NAMED, type
+    node_type, of = NAMED, type
     for name in path.split("."):
-        inside = list_fields(of) if sort == NAMED else {}
+        inside = list_fields(of) if node_type == NAMED else {}
         if name not in inside:
             has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
             return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
-        sort, of = inside[name]
-    if (sort, of) == (NAMED, QUATERNION):
+        node_type, of = inside[name]
+    if (node_type, of) == (NAMED, QUATERNION):
         return Toroidal(), unit or "rad", lambda message: compute_heading(_walk(message, path))
-    if sort != BASE or of[0] == "string":
+    if node_type != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
         return DecodeProblem("field", f"is {path!r:.60}, which is not a number", remedy)
     if (type, path) == POSE_2D:

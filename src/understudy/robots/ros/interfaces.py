@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SEPARATOR = "---"
 """The line between the parts of an .action or .srv file."""
 PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-"""The parts of each sort of interface, in the order of the file."""
+"""The parts of each kind of interface, in the order of the file."""
 ID, TIME = (NAMED, "unique_identifier_msgs/msg/UUID"), (NAMED, "builtin_interfaces/msg/Time")
 CANCEL = "action_msgs/srv/CancelGoal"
 """The type of the service that cancels goals, which is the same for all actions."""
@@ -73,9 +73,9 @@ class Interfaces:
         self.typestore.types = dict(load_typestore().types)
         definitions: dict[str, Any] = {}
         self._files: dict[str, Path] = {}
-        for sort, name, text, path in (*_read(self.folder), *_built_in()):
-            texts = [text] if sort == "msg" else _split(text)
-            suffixes = [""] if sort == "msg" else [f"_{part}" for part in PARTS[sort]]
+        for interface, name, text, path in (*_read(self.folder), *_built_in()):
+            texts = [text] if interface == "msg" else _split(text)
+            suffixes = [""] if interface == "msg" else [f"_{part}" for part in PARTS[interface]]
             if len(texts) != len(suffixes):
                 problem = f"has {len(texts)} parts instead of {len(suffixes)}"
                 raise FileError(
@@ -91,7 +91,7 @@ class Interfaces:
                     raise FileError(
                         path=path, place="", problem=problem, remedy="give a definition of ROS 2"
                     ) from None
-                type_name = f"{package}/{sort}/{base}{suffix}"
+                type_name = f"{package}/{interface}/{base}{suffix}"
                 constants, fields = next(iter(parsed.values()))
                 definitions[type_name] = (constants, fields or EMPTY)
                 self._files[type_name] = path
@@ -115,7 +115,7 @@ class Interfaces:
 
     def list_fields(self, type: str) -> Mapping[str, tuple[int, Any]]:
         """Return the fields of a message, or of a part of a service or action, by name."""
-        fields = {name: (int(sort), of) for name, (sort, of) in self.typestore.fielddefs[type][1]}
+        fields = {name: (int(node_type), of) for name, (node_type, of) in self.typestore.fielddefs[type][1]}
         return {name: of for name, of in fields.items() if name != EMPTY[0][0]}
 
     def find_service(self, type: str) -> ServiceTypes:
@@ -162,26 +162,26 @@ class Interfaces:
             for field, of in fields:
                 used = _find_named(of)
                 if used is not None and used not in definitions and used not in self.typestore.fielddefs:
-                    package, sort, base = used.split("/")
+                    package, interface, base = used.split("/")
                     raise FileError(
                         path=self._files.get(name, self.folder or ""), place=field,
                         problem=f"is of type {used}, which no file defines",
-                        remedy=f"put {package}/{sort}/{base}.{sort} into the folder of definitions",
+                        remedy=f"put {package}/{interface}/{base}.{interface} into the folder of definitions",
                     )  # fmt: skip
 
 
 def _read(folder: Path | None) -> Iterator[tuple[str, str, str, Path]]:
-    """Yield the sort, the name (package/name), the text and the path of each definition in a folder."""
+    """Yield the kind of interface, the name (package/name), the text and the path of each definition in a folder."""
     if folder is None:
         return
     if not folder.is_dir():
         raise FileError(
             path=folder, place="", problem="is no folder", remedy="give the folder with the definitions"
         )
-    for sort in ("msg", "srv", "action"):
-        for path in sorted(folder.glob(f"*/{sort}/*.{sort}")):
+    for interface in ("msg", "srv", "action"):
+        for path in sorted(folder.glob(f"*/{interface}/*.{interface}")):
             try:
-                yield sort, f"{path.parent.parent.name}/{path.stem}", path.read_text("utf-8-sig"), path
+                yield interface, f"{path.parent.parent.name}/{path.stem}", path.read_text("utf-8-sig"), path
             except (OSError, ValueError) as error:
                 problem = f"cannot be read ({error})"
                 raise FileError(path=path, place="", problem=problem, remedy="give a text in UTF-8") from None

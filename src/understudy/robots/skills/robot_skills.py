@@ -44,10 +44,10 @@ class Skill:
         spec, endpoint = self.spec, file.topic(self.spec.endpoint)
         if not interfaces.knows(spec.type):
             where = f"{file.definitions or 'definitions'}/{spec.type.replace('/', '/', 1)}"
-            sort = spec.type.split("/")[1]
+            interface = spec.type.split("/")[1]
             problem, remedy = (
                 f"is {spec.type!r:.60}, which is unknown",
-                f"put its definition into {where}.{sort}",
+                f"put its definition into {where}.{interface}",
             )
             if file.definitions is None:
                 remedy = f'{remedy}, and write definitions = "definitions"'

@@ -89,7 +89,9 @@ class Engine:
         self._programs = [*programs, *others]  # kept, so that no other gets their identity
         self.stacks = self.compiled.stacks(body.agents)
         self.running = np.full(body.agents, IDLING, np.int32)
-        self.slow = tuple(dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.asked))
+        self.slow = tuple(
+            dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.python_transitions)
+        )
         self._sensing = FeatureColumns(self.compiled.features, body)
         self._acting = CommandColumns(self.compiled.basics, body)
         self.keys = tuple(dict.fromkeys((*self._sensing.keys, *self._acting.keys)))
@@ -272,7 +274,7 @@ class Engine:
         while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
             states = stacks.state[waiting, -1 - running[waiting]]
             for state in np.unique(states).tolist():
-                query, agents = self.compiled.asked[state], waiting[states == state]
+                query, agents = self.compiled.python_transitions[state], waiting[states == state]
                 values = np.empty((len(agents), len(query.sources)))
                 _pulse_kernels.gather_feature_vectors(
                     agents, running, query.sources, columns, now, tables, stacks, values

@@ -20,8 +20,10 @@ from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, Node, TestKind, Tree
 
 FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
-SORTS = 8
-"""What an automaton reads of itself; as the source of a node: -1 - (sort + SORTS * (flag id, memory slot or column)).
+OWN_SOURCES = 8
+"""What an automaton reads of itself: FLAG to RISEN, with a flag's id, a memory slot or a column.
+
+As the source of a node it is -1 - (FLAG to RISEN + OWN_SOURCES * (id, slot or column)).
 
 FALLEN and RISEN are columns that read 0 or 1 in the tick in which the state was entered.
 """
