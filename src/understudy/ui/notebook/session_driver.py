@@ -129,8 +129,8 @@ class SessionDriver:
 
     def _notice_score(self) -> None:
         """Show a score that was taken since the last beat, in a thread of its own."""
-        score, (shown, *others) = self.trainer.score, self._score
-        if score.change is not shown or [score.problem, score.is_running] != others:
+        score, (change, *others) = self.trainer.score, self._score
+        if score.change is not change or [score.problem, score.is_running] != others:
             self._score = score.change, score.problem, score.is_running
             self.version += 1
 

@@ -95,10 +95,10 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         if self.unfinished is None:
             self._begin()
             return
-        found = self.unfinished
+        unfinished = self.unfinished
         question = (
-            f"A session of {self.plan.name} was interrupted. It began on {found.began:%d %B at %H:%M} and has "
-            f"{found.examples} example{'s' * (found.examples != 1)}; the last step was “{found.steps}”."
+            f"A session of {self.plan.name} was interrupted. It began on {unfinished.began:%d %B at %H:%M} and has "
+            f"{unfinished.examples} example{'s' * (unfinished.examples != 1)}; the last step was “{unfinished.steps}”."
         )
         ways = {"enter": "resume it", "n": "discard it, and start from the library", "escape": "quit"}
         self.push_screen(QuestionDialog(question, ways), self._answered)
@@ -153,13 +153,13 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         trainer = self.open_session.trainer
         if not isinstance(trainer.body, World):
             raise SessionError("failing worlds can be opened in simulated worlds only")
-        found, draft = list_failing_worlds(self.failures), make_draft(trainer)
-        rerun = partial(rerun_all, found.worlds, self._library, draft)
-        self.push_screen(FailuresScreen(found, rerun), partial(self._open_failure, found))
+        failures, draft = list_failing_worlds(self.failures), make_draft(trainer)
+        rerun = partial(rerun_all, failures.worlds, self._library, draft)
+        self.push_screen(FailuresScreen(failures, rerun), partial(self._open_failure, failures))
 
-    def _open_failure(self, found: FailureList, name: str | None) -> None:
+    def _open_failure(self, failures: FailureList, name: str | None) -> None:
         """Replace the session by one in a failing world, which goes on with what is in training."""
-        failing = next((each for each in found.worlds if each.folder.name == name), None)
+        failing = next((each for each in failures.worlds if each.folder.name == name), None)
         left = self.open_session
         if failing is None or left is None or not isinstance(self.screen, TeachingScreen):
             return
@@ -181,14 +181,14 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
             return
         self.open_session.close()
         trainer = self.open_session.trainer
-        kept = interrupted_sessions.finish_journal(
+        sentence = interrupted_sessions.finish_journal(
             self.open_session.journal, self.plan.folder, self.plan.name
         )
         self.exit(
             SessionEnd(
                 trainer.session_view.examples,
                 not trainer.has_unsaved_changes and bool(trainer.session.examples),
-                kept,
+                sentence,
             )
         )
 
