@@ -27,7 +27,7 @@ class BodyWrapper(Generic[GroundT]):
         self._stand_on(ground)
 
     def _stand_on(self, ground: GroundT) -> None:
-        """Pass on a body from now on, instead of the one before."""
+        """Wrap another body from now on, instead of the present one."""
         self.ground = ground
         self.agents = ground.agents
         self.readings: Sequence[Reading] = ground.readings

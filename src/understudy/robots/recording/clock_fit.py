@@ -179,7 +179,7 @@ def _find_farthest(above: _Envelope, below: _Envelope, first_s: float, last_s: f
 def _keep_tightest(
     bounds: NDArray[np.float64], sign: float, first_s: float, last_s: float
 ) -> NDArray[np.float64]:
-    """Return the tightest bound of each period; the others would hardly change the fit."""
+    """Return the tightest bound of each of BINS periods; the others would hardly change the fit."""
     bins = np.clip((bounds[:, 0] - first_s) / (last_s - first_s) * BINS, 0, BINS - 1).astype(np.intp)
     height = sign * (bounds[:, 1] - bounds[:, 0])
     order = np.lexsort((height, bins))

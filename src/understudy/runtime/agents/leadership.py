@@ -90,7 +90,7 @@ class Leadership:
             self._follow(term, message, now)
 
     def _follow(self, term: int, message: int, now: float) -> None:
-        """Follow the leader of a higher term, of whom members hear more and more messages."""
+        """Follow the leader of a higher term, after members have received two of its messages."""
         leader = find_leader(term, self.candidates)
         if leader != self.name:
             self.term, self.leader, self._message, self._obeyed = term, leader, message, None

@@ -179,9 +179,10 @@ class CoachController:
         self.asking.when = self.chosen_policy = when
 
     def describe_new_mark(self, before: Sequence[Question]) -> str:
-        """Describe what was marked since the last mark, `before`, if all that follows is about it; empty otherwise.
+        """Return the sentence of the newest marked question if it is new and the robot repeats itself; empty otherwise.
 
-        A robot that repeats itself goes on doing so. Its demonstrator has a whole round to say where it should not.
+        `before` are the questions that were marked before. A robot that repeats itself goes on doing so, so its
+        demonstrator has a whole round to press what it should do.
         """
         newest = self.asking.marked[-1:]
         repeats = newest and newest[0].doubt.because is DoubtReason.REPEATING
