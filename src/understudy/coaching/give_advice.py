@@ -98,7 +98,7 @@ def give_advice(
 
 
 def _weigh_by_worlds(advice: Advice, analysis: LessonAnalysis, wrong: WrongDecisions) -> Advice:
-    """Return advice with the number of new worlds that went wrong for what it states; such advice comes first."""
+    """Return advice with the number of new worlds in which its mistake happened; such advice comes first."""
     seeds = {met.seed for met in wrong.met if _concerns(advice, met, analysis)}
     if not seeds:
         return advice

@@ -301,7 +301,7 @@ def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) 
 
 
 def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
-    """Yield readings whose names are those that targets or the camera give."""
+    """Yield readings whose names are taken by readings of targets or of the camera."""
     taken = {
         "targets": [each.name for each in LOCATIONS] if robot.targets else [],
         "the camera": [each.name for each in BLOBS] if robot.camera is not None else [],

@@ -125,7 +125,7 @@ def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
 
 
 def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
-    """Make the channels of a scenario's robots: driving, and what it has of loading, gripping, signals and skills."""
+    """Make the channels of a scenario's robots: driving and, if it has these, loading, gripping, signals, skills."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
     hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
     signals = SIGNALING if list_signals(scenario) else ()

@@ -76,7 +76,7 @@ class RecordedDuty:
     leader
         The agent that gave the order.
     alone
-        Whether it begins what it runs without an order.
+        Whether it begins the program that it runs without an order.
     behavior
         The behavior that the order names; empty if it does nothing.
     binding

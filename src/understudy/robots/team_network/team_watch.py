@@ -115,7 +115,7 @@ class TeamWatch:
         return answers[name].problem if name in answers else NO_ANSWER
 
     def order_soon(self, do: str, by: str, name: str) -> None:
-        """Ask an agent without waiting for its answer, nor for those of others who were asked before."""
+        """Ask an agent without waiting for its answer, nor for the answers to earlier questions."""
         self._asking.submit(self.order, do, by, name)
 
     def close(self) -> None:

@@ -121,7 +121,7 @@ class ZenohNetwork:
         )
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key, without waiting; where the network is slow, it is dropped."""
+        """Send a message to all listeners of a key, without waiting; where the network is slow, it is dropped."""
         with self._lock:
             if self._closed:
                 return
@@ -191,7 +191,7 @@ class ZenohNetwork:
         )
 
     def ask(self, key: str, question: bytes, *, timeout_s: float = 2.0) -> dict[str, bytes]:
-        """Ask all who answer questions to a key.
+        """Ask all agents that answer questions to a key.
 
         Parameters
         ----------

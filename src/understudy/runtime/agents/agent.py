@@ -137,7 +137,7 @@ class Agent:
         self.beginnings = 0
         """How often it began something since it was made."""
         self.begun_s = body.time_s
-        """When it began what it runs, s."""
+        """When it began its present program, s."""
         self._ran_s = self._now
         self.renew_start()
         self.follower: OrderFollower | None = None
@@ -277,7 +277,7 @@ class Agent:
         return program if id(program) in self._runnable else None
 
     def act(self) -> None:
-        """Decide on this tick's snapshot, and act; while a trainer drives the agent, do what it commands."""
+        """Decide on this tick's snapshot, and act; while a trainer drives the agent, execute its commands."""
         driven = self.find_driven_commands()
         self.body.act(self.run.decide(self.percept) if driven is None else driven)
 

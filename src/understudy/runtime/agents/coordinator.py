@@ -1,4 +1,4 @@
-"""The coordinator of one squad, on each agent that may lead it: one leads, the others follow what it does.
+"""The coordinator of one squad, on each agent that may lead it: one leads, the others follow its state.
 
 All of them hear the reports and keep the statistics, so that a deputy that takes over knows the past. Only the leader
 decides, gives orders, and reports to the squad above.
@@ -143,7 +143,7 @@ class SquadCoordinator:
         return [body for body, _ in self.groups]
 
     def sense(self) -> None:
-        """Hear leaders and members, decide who leads, and compute the statistics of this tick.
+        """Receive messages of leaders and members, decide which agent leads, and compute the statistics of this tick.
 
         An agent that only follows computes just the statistics that depend on the past.
         """

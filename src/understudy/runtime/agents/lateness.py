@@ -2,7 +2,7 @@
 
 Every message says when it was sent, by the sender's own clock. The difference to the receiver's clock at its arrival is
 the offset of both clocks plus the time under way. The smallest difference of late is that of a message which nothing
-held up; a message with a larger one is late by what it has more.
+held up; a message with a larger one is late by the difference.
 """
 
 from __future__ import annotations

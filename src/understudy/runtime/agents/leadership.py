@@ -26,7 +26,7 @@ FROZEN_S = 0.5
 
 
 class Leadership:
-    """One candidate's knowledge of who leads a squad.
+    """One candidate's knowledge of the agent that leads a squad.
 
     Parameters
     ----------

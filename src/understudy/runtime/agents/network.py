@@ -39,7 +39,7 @@ class Network(Protocol):
     """One agent's access to the network of its team."""
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key, without waiting; it may be lost, late, or doubled."""
+        """Send a message to all listeners of a key, without waiting; it may be lost, late, or doubled."""
         ...
 
     def listen(self, key: str, observe: Observe | None = None) -> Inbox:
@@ -61,7 +61,7 @@ class Network(Protocol):
 
 
 class Envelope(NamedTuple):
-    """A message on its way: the number of the step in which it arrives, who sent it, its key, and its content."""
+    """A message on its way: the number of the step in which it arrives, its sender, its key, and its content."""
 
     due: int
     sender: str
@@ -115,7 +115,7 @@ class LocalNetwork:
         self._listeners.clear()
 
     def forget_listeners(self) -> None:
-        """Forget who listens to each key; it is found again at the next message."""
+        """Forget the listeners of each key; they are looked up again at the next message."""
         self._listeners.clear()
 
     def find_listeners(self, key: str) -> Sequence[LocalNode]:
@@ -165,7 +165,7 @@ class LocalNode:
         self.is_announced = False
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key."""
+        """Send a message to all listeners of a key."""
         self._network.send(self.name, key, message)
 
     def listen(self, key: str, observe: Observe | None = None) -> Inbox:

@@ -30,7 +30,7 @@ MOST_ROBOTS, FEWEST_WORLDS = 6_000, 30
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
-"""With how many targets a behavior is run in each world, at most: those that it was taught with first."""
+"""The largest number of targets with which a behavior is run in each world, the ones taught first."""
 COMPARED_CHANCE = 0.7
 """The largest p-value of the range by which two versions are compared: of a press that lies beyond two others."""
 YIELD_S = 0.0002

@@ -32,7 +32,7 @@ class FailuresScreen(Screen[str | None]):
 
     Parameters
     ----------
-    found
+    failures
         The failing worlds.
     rerun
         Runs all of them, and the properties of the library.

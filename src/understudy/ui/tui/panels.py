@@ -188,7 +188,7 @@ def render_changes(trainer: Trainer, width: int) -> Text:
 
 
 def render_status(trainer: Trainer) -> Text:
-    """Render the status, what the last press or edit changed beyond what it says, and the score in new worlds."""
+    """Render the status, the decisions that the last press or edit changed elsewhere, and the score in new worlds."""
     tone, score, change = trainer.status.tone, trainer.score, trainer.session.last_change
     text = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
     if (better := trainer.continuation.better) is not None:
