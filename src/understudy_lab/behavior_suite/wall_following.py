@@ -148,15 +148,15 @@ def hull(corners: Table) -> Table:
     points = sorted((float(x), float(y)) for x, y in corners)
 
     def half(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-        found: list[tuple[float, float]] = []
+        chain: list[tuple[float, float]] = []
         for x, y in points:
-            while len(found) > 1:
-                (x0, y0), (x1, y1) = found[-2:]
+            while len(chain) > 1:
+                (x0, y0), (x1, y1) = chain[-2:]
                 if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0:
                     break
-                found.pop()
-            found.append((x, y))
-        return found[:-1]
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
 
     return np.array(half(points) + half(points[::-1]))
 

@@ -99,16 +99,16 @@ DEADLINE_S = 0.35
 
 def main() -> None:
     """Simulate until the program is told to end."""
-    given = ArgumentParser(description=__doc__)
-    given.add_argument("folder", type=Path)
-    given.add_argument("--seed", type=int, default=0, help="of the world")
-    asked = given.parse_args()
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=0, help="of the world")
+    arguments = parser.parse_args()
     ends = Event()
     signal.signal(signal.SIGTERM, lambda number, frame: ends.set())
-    router = open_router(asked.folder)
-    with (asked.folder / WORLD).open("w") as file:
-        world = RecordedWorld(asked.folder, asked.seed, file)
-        write_files(asked.folder)
+    router = open_router(arguments.folder)
+    with (arguments.folder / WORLD).open("w") as file:
+        world = RecordedWorld(arguments.folder, arguments.seed, file)
+        write_files(arguments.folder)
         tick_in_real_time(world.tick, 1.0 / RATE_HZ, seconds=float("inf"), stopped=ends.is_set)
         world.transport.close()
     time.sleep(0.2)
