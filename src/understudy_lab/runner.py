@@ -20,32 +20,32 @@ Progress: TypeAlias = Callable[[int, int], None]
 def run(
     experiment: Study,
     plan: StudyPlan,
-    cache: RowCache,
+    kept: RowCache,
     *,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> list[Row]:
     """Run all tasks of a plan that are not stored yet, and return the rows in the order of the tasks."""
-    return run_tasks(experiment, experiment.tasks(plan), cache, jobs=jobs, progress=progress)
+    return run_tasks(experiment, experiment.tasks(plan), kept, jobs=jobs, progress=progress)
 
 
 def run_tasks(
     experiment: Study,
     tasks: Sequence[Task],
-    cache: RowCache,
+    kept: RowCache,
     *,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> list[Row]:
     """Run tasks of an experiment that are not stored yet, and return the rows in the order of the tasks."""
-    left = [task for task in tasks if task not in cache]
+    left = [task for task in tasks if task not in kept]
     done = len(tasks) - len(left)
     progress(done, len(tasks))
     for row in _worked(experiment, left, 1 if experiment.in_real_time else min(jobs, len(left))):
-        cache.keep(row)
+        kept.keep(row)
         done += 1
         progress(done, len(tasks))
-    return [cache[task] for task in tasks]
+    return [kept[task] for task in tasks]
 
 
 def find_missing_modules(experiment: Study) -> dict[str, str]:

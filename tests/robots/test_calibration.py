@@ -145,7 +145,7 @@ def test_folder(tmp_path: Path) -> None:
     save_image(tmp_path, "b.png", middle(GREEN).image)
     (tmp_path / "notes.txt").write_text("no image")
     pictures = read_image_folder(tmp_path)
-    color = calibrate_from_images([picture.labeled for picture in pictures], where=str(tmp_path))
+    color = calibrate_from_images([picture.shown for picture in pictures], where=str(tmp_path))
     first, second = detect_in_images(pictures, color)
     assert first.name == "a.jpg"
     assert first.blob is not None
@@ -163,7 +163,7 @@ def test_mask_as_jpeg(tmp_path: Path) -> None:
     save_image(tmp_path, "a.png", shown.image)
     save_image(tmp_path, "a.mask.jpg", np.asarray(shown.mask) // 2 + 60)
     (picture,) = read_image_folder(tmp_path)
-    np.testing.assert_array_equal(picture.labeled.mask, shown.mask)
+    np.testing.assert_array_equal(picture.shown.mask, shown.mask)
 
 
 def broken(folder: Path) -> None:

@@ -129,7 +129,7 @@ def search_seeds(
     progress: Callable[[RandomSearch], None] = lambda found: None,
     clock: Callable[[], float] = REAL_TIME,
 ) -> RandomSearch:
-    """Run a behavior in worlds of fresh seeds, simulated or of the user's own; see `search_at_random`.
+    """Run a behavior in worlds of fresh seeds, whatever these worlds are; see `search_at_random`.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ class SeedBatches:
         return seeds
 
     def note(self, worlds: int, seconds: float) -> None:
-        """Note the time that a batch of worlds took, s."""
+        """Take note that a batch of so many worlds took a time, s."""
         left_s = BATCH_S if self._end is None else min(BATCH_S, max(0.0, self._end - self._clock()))
         fitting = int(left_s * worlds / max(seconds, 1e-9))
         self._size = max(1, min(fitting, GROWTH * worlds, WORLDS_AT_ONCE))

@@ -23,7 +23,7 @@ class CalibrationImage(NamedTuple):
     """An image of a folder, with its mask if there is one."""
 
     name: str
-    labeled: LabeledImage
+    shown: LabeledImage
 
 
 class DetectionResult(NamedTuple):
@@ -63,7 +63,7 @@ def detect_in_images(pictures: tuple[CalibrationImage, ...], color: Color) -> tu
 
 
 def _found(camera: BlobDetector, picture: CalibrationImage) -> DetectionResult:
-    image, mask = picture.labeled
+    image, mask = picture.shown
     blob = camera.detect(image)["it"]
     if mask is None:
         return DetectionResult(picture.name, blob, None, None)

@@ -111,12 +111,12 @@ def _list_conditions(
     lesson: Lesson, transitions: Mapping[str, Transition]
 ) -> dict[tuple[str, str], list[str]]:
     """Return the conditions in words for each pair of state and next state."""
-    automaton, conditions = lesson.automaton, dict[tuple[str, str], list[str]]()
+    automaton, found = lesson.automaton, dict[tuple[str, str], list[str]]()
     for state, function in transitions.items():
         for following, texts in _list_outcomes(lesson, automaton, state, function):
             if following != state:
-                conditions[state, following] = texts
-    return conditions
+                found[state, following] = texts
+    return found
 
 
 def _list_outcomes(
@@ -134,14 +134,12 @@ def _list_outcomes(
 
 def describe_moment(trainer: Trainer, view: WorldView) -> PlainData:
     """Describe what changes with every tick, apart from the places of robots and objects."""
-    session_view = trainer.session_view
-    readings = [
-        [str(bound), format_value(bound, session_view.features[str(bound)])] for bound in trainer.features
-    ]
+    seen = trainer.session_view
+    readings = [[str(bound), format_value(bound, seen.features[str(bound)])] for bound in trainer.features]
     return {
         "time": formatting.format_minutes(view.time_s),
-        "state": session_view.state,
-        "path": list(session_view.path),
+        "state": seen.state,
+        "path": list(seen.path),
         "readings": readings,
         "targets": [[round(x, 3), round(y, 3)] for x, y in trainer.list_target_places()],
     }
@@ -154,29 +152,29 @@ def describe_changes(change: ChangeSummary | None) -> PlainData | None:
     decisions = [(each.said, *each.list_differences()) for each in change.changes]
     return {
         "line": str(change),
-        "decisions": [{"said": sentence, "gone": gone, "new": new} for sentence, gone, new in decisions],
+        "decisions": [{"said": said, "gone": gone, "new": new} for said, gone, new in decisions],
     }
 
 
 def describe_panel(trainer: Trainer, *, can_save: bool) -> PlainData:
     """Describe what the buttons and the status line show."""
-    view, question = trainer.session_view, trainer.coach.question
-    status, score = trainer.status, trainer.score
+    seen, question = trainer.session_view, trainer.coach.question
+    said, score = trainer.status, trainer.score
     return {
-        "title": f"{trainer.name}{formatting.format_targets(view)}",
-        "mode": view.mode.value,
+        "title": f"{trainer.name}{formatting.format_targets(seen)}",
+        "mode": seen.mode.value,
         "paused": trainer.paused,
-        "flag": view.flag,
-        "waiting": view.waiting,
-        "examples": view.examples,
-        "undoable": view.undoable,
-        "redoable": view.redoable,
-        "corrected": trainer.corrected and view.mode is not Mode.TESTING,
+        "flag": seen.flag,
+        "waiting": seen.waiting,
+        "examples": seen.examples,
+        "undoable": seen.undoable,
+        "redoable": seen.redoable,
+        "corrected": trainer.corrected and seen.mode is not Mode.TESTING,
         "asks": trainer.coach.asking.when is QueryPolicy.PAUSE,
         "question": None
         if question is None
         else {"sentence": question.sentence, "answers": list(question.answers), "state": question.state},
-        "status": {"text": status.text, "tone": status.tone},
+        "status": {"text": said.text, "tone": said.tone},
         "changed": describe_changes(trainer.session.last_change),
         "score": {"text": score.describe(), "trend": score.trend, "on": score.enabled},
         "can_save": can_save,

@@ -49,7 +49,7 @@ def press_state(trainer: Trainer, state: str | None) -> None:
 
 
 def toggle_questions(trainer: Trainer) -> None:
-    """Switch whether the robot pauses and asks where it is unsure."""
+    """Let the robot pause and ask where it is unsure, or no longer."""
     asks = trainer.coach.asking.when is QueryPolicy.PAUSE
     coach.change_query_policy(trainer, QueryPolicy.NEVER if asks else QueryPolicy.PAUSE)
 

@@ -95,10 +95,10 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         if self.unfinished is None:
             self._begin()
             return
-        unfinished = self.unfinished
+        found = self.unfinished
         question = (
-            f"A session of {self.plan.name} was interrupted. It began on {unfinished.began:%d %B at %H:%M} and has "
-            f"{unfinished.examples} example{'s' * (unfinished.examples != 1)}; the last step was “{unfinished.steps}”."
+            f"A session of {self.plan.name} was interrupted. It began on {found.began:%d %B at %H:%M} and has "
+            f"{found.examples} example{'s' * (found.examples != 1)}; the last step was “{found.steps}”."
         )
         ways = {"enter": "resume it", "n": "discard it, and start from the library", "escape": "quit"}
         self.push_screen(QuestionDialog(question, ways), self._answered)
@@ -153,13 +153,13 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         trainer = self.open_session.trainer
         if not isinstance(trainer.body, World):
             raise SessionError("failing worlds can be opened in simulated worlds only")
-        failures, draft = list_failing_worlds(self.failures), make_draft(trainer)
-        rerun = partial(rerun_all, failures.worlds, self._library, draft)
-        self.push_screen(FailuresScreen(failures, rerun), partial(self._open_failure, failures))
+        found, draft = list_failing_worlds(self.failures), make_draft(trainer)
+        rerun = partial(rerun_all, found.worlds, self._library, draft)
+        self.push_screen(FailuresScreen(found, rerun), partial(self._open_failure, found))
 
-    def _open_failure(self, failures: FailureList, name: str | None) -> None:
+    def _open_failure(self, found: FailureList, name: str | None) -> None:
         """Replace the session by one in a failing world, which goes on with what is in training."""
-        failing = next((each for each in failures.worlds if each.folder.name == name), None)
+        failing = next((each for each in found.worlds if each.folder.name == name), None)
         left = self.open_session
         if failing is None or left is None or not isinstance(self.screen, TeachingScreen):
             return
@@ -181,19 +181,19 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
             return
         self.open_session.close()
         trainer = self.open_session.trainer
-        sentence = interrupted_sessions.finish_journal(
+        kept = interrupted_sessions.finish_journal(
             self.open_session.journal, self.plan.folder, self.plan.name
         )
         self.exit(
             SessionEnd(
                 trainer.session_view.examples,
                 not trainer.has_unsaved_changes and bool(trainer.session.examples),
-                sentence,
+                kept,
             )
         )
 
     async def on_event(self, event: events.Event) -> None:
-        """Stop real robots when Escape is pressed on any screen, and then do what Escape does there."""
+        """Escape stops real robots whatever lies on top of their screen, and does what else it does there."""
         if isinstance(event, events.Key) and event.key == "escape" and not event.is_forwarded:
             for screen in self.screen_stack:
                 if isinstance(screen, TeachingScreen):
@@ -201,7 +201,7 @@ class TrainerApp(App[SessionEnd | UnderstudyError]):
         await super().on_event(event)
 
     async def action_quit(self) -> None:
-        """Quit on Ctrl-Q with the same question as on q, so that nothing is lost."""
+        """Ctrl-Q: the same as q, so that nothing is lost unasked."""
         if isinstance(self.screen, TeachingScreen):
             self.screen.action_leave()
         elif self.open_session is None:

@@ -32,7 +32,7 @@ class FailuresScreen(Screen[str | None]):
 
     Parameters
     ----------
-    failures
+    found
         The failing worlds.
     rerun
         Runs all of them, and the properties of the library.
@@ -44,9 +44,9 @@ class FailuresScreen(Screen[str | None]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,W,q", "close", show=False)]
 
-    def __init__(self, failures: FailureList, rerun: Callable[[], FailureRerun]) -> None:
+    def __init__(self, found: FailureList, rerun: Callable[[], FailureRerun]) -> None:
         super().__init__()
-        self._found, self._rerun = failures, rerun
+        self._found, self._rerun = found, rerun
         self._filled, self._told = False, ""
         self.result: FailureRerun | None = None
 
@@ -65,15 +65,15 @@ class FailuresScreen(Screen[str | None]):
     def _run(self) -> None:
         try:
             self.result = self._rerun()
-            problem = ""
+            told = ""
         except Exception as error:
-            problem = describe_error(error)
-        self.app.call_from_thread(self._fill, problem)
+            told = describe_error(error)
+        self.app.call_from_thread(self._fill, told)
 
-    def _fill(self, problem: str) -> None:
+    def _fill(self, told: str) -> None:
         if not self.is_attached:
             return
-        self._filled, self._told = True, problem
+        self._filled, self._told = True, told
         table = self.query_one(DataTable)
         at = table.cursor_row
         table.clear(columns=True)
@@ -86,16 +86,16 @@ class FailuresScreen(Screen[str | None]):
         )
         for each in self._found.worlds:
             name = each.folder.name
-            result = results.get(name)
-            what = each.summary if result is None or not result.problem else result.problem
+            seen = results.get(name)
+            what = each.summary if seen is None or not seen.problem else seen.problem
             mark = Text("·", DIM)
-            if result is not None and result.problem:
+            if seen is not None and seen.problem:
                 mark = Text("?", TONES["error"])
-            elif result is not None:
-                mark = Text("✗", TONES["error"]) if result.has_failed else Text("✓", TONES["recorded"])
+            elif seen is not None:
+                mark = Text("✗", TONES["error"]) if seen.has_failed else Text("✓", TONES["recorded"])
             table.add_row(mark, name, Text(format_names(what)), height=None, key=name)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
-        self.query_one("#head", Static).update(self._render_head(problem))
+        self.query_one("#head", Static).update(self._render_head(told))
         self.query_one("#told", Static).update(self._render_foot())
 
     def on_resize(self) -> None:
@@ -110,13 +110,13 @@ class FailuresScreen(Screen[str | None]):
         )  # beside each cell, at both margins, and for a scroll bar
         return max(LEAST_WIDTH, self.size.width - gaps - 1 - max(map(len, ["world", *names])))
 
-    def _render_head(self, problem: str) -> Text:
+    def _render_head(self, told: str) -> Text:
         text = Text.assemble(("Failing worlds", TITLE))
         if self.result is not None:
             passed = sum(each.has_passed for each in self.result.worlds)
             text.append(f"  {passed} of {len(self.result.worlds)} pass now")
-        elif problem:
-            text.append(f"  {problem}", DIM)
+        elif told:
+            text.append(f"  {told}", DIM)
         if not self._found.worlds:
             text.append("\nnone: understudy falsify looks for them", DIM)
         return text

@@ -42,7 +42,7 @@ def calibrate_color(
 
     check_color_name(name)
     pictures = read_image_folder(folder)
-    found_color = calibrate_from_images([picture.labeled for picture in pictures], where=str(folder))
+    found_color = calibrate_from_images([picture.shown for picture in pictures], where=str(folder))
     found = detect_in_images(pictures, found_color)
     if robot is not None:
         write_color(robot, name, found_color)

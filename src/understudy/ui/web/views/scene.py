@@ -229,18 +229,18 @@ def _classes(world: Ground) -> list[ObjectClassData]:
     ]
 
 
-def _sonars(robot_type: RobotType) -> list[RangeArcData]:
+def _sonars(kind: RobotType) -> list[RangeArcData]:
     return [
         RangeArcData(name=arc.reading, from_deg=arc.from_deg, to_deg=arc.to_deg, range=scan.range)
-        for scan in list_range_scans(robot_type)
+        for scan in list_range_scans(kind)
         for arc in scan.arcs
     ]
 
 
-def _cameras(robot_type: RobotType) -> list[CameraData]:
+def _cameras(kind: RobotType) -> list[CameraData]:
     return [
         CameraData(view_deg=sensor.view_deg, range=_finite(sensor.range))
-        for sensor in robot_type.sensors
+        for sensor in kind.sensors
         if isinstance(sensor, Camera)
     ]
 
