@@ -103,7 +103,7 @@ class DdsTransport:
             self._listen(self._topic(topic, type, release), quality, received, last_times)
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         from cyclonedds.core import Policy, Qos
         from cyclonedds.topic import Topic
 
