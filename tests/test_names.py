@@ -3,8 +3,10 @@
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from tests.sources import MODULES as ALL_MODULES
@@ -183,28 +185,113 @@ def test_helpers_of_tests_are_no_participles() -> None:
 VAGUE = {"asked", "found", "given", "kept", "known", "made", "said", "seen", "shown", "told"}
 """Names that say nothing of a value."""
 VARIABLES_ALLOWED = {
-    "ui/web/views/lesson_test.py: shown": "a field that `simplify --json` prints under this name, too"
+    "learning/change_attribution.py: said": "a field of `--json`",
+    "learning/explain.py: shown": "a field of a public class",
+    "model/change_summary.py: said": "a field of `--json` and of the page",
+    "robots/camera/image_folder.py: shown": "a field that a command reads",
+    "robots/recording/recorder.py: kept": "the keyword of `Transport.subscribe`, which packages implement",
+    "robots/ros/dds.py: kept": "the keyword of `Transport.subscribe`",
+    "robots/ros/transport.py: kept": "the keyword of `Transport.subscribe`",
+    "robots/ros/zenoh.py: kept": "the keyword of `Transport.subscribe`",
+    "robots/team_network/remote_robot.py: kept": "the keyword of `Transport.subscribe`",
+    "runtime/agents/messages.py: kept": "a field of messages between agents",
+    "ui/web/views/lesson_test.py: shown": "a field that `simplify --json` prints under this name, too",
 }
-NAMED_PACKAGES = ("ui/controller", "ui/web")
+NAMED_PACKAGES = (
+    "adapters", "coaching", "data", "jit", "learning", "model", "robots", "runtime", "segmentation", "sim",
+    "sim_mujoco", "storage", "training", "ui/controller", "ui/web", "verification", "viz",
+)  # fmt: skip
 """Packages in which variables and parameters, too, are named for what they hold."""
 
 
-def list_variables(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the variables and parameters of a module, each with its line."""
+class Names(NamedTuple):
+    """What a module names within its functions too, each with its line."""
+
+    variables: list[tuple[int, str]]
+    parameters: list[tuple[int, str, str]]
+    """Annotated parameters, with their annotations."""
+    docstrings: list[tuple[int, str]]
+    """All texts that stand alone as a statement, such as those of attributes."""
+
+
+@cache
+def read_names(path: Path) -> Names:
+    names = Names([], [], [])
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         match node:
-            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name):
-                yield node.lineno, name
+            case ast.Name(id=name, ctx=ast.Store()):
+                names.variables.append((node.lineno, name))
+            case ast.arg(arg=name, annotation=annotation):
+                names.variables.append((node.lineno, name))
+                if annotation is not None:
+                    names.parameters.append((node.lineno, name, ast.unparse(annotation)))
+            case ast.Expr(value=ast.Constant(value=str(text))):
+                names.docstrings.append((node.lineno, text))
+    return names
+
+
+def list_modules(packages: Iterable[str]) -> list[Path]:
+    """List the modules of some packages of the product, relative to it."""
+    return [
+        path.relative_to(SOURCE) for package in packages for path in sorted((SOURCE / package).rglob("*.py"))
+    ]
 
 
 def test_variables_say_what_they_hold() -> None:
     """A variable is `report` or `names`, not `found` or `known`."""
-    paths = [path for package in NAMED_PACKAGES for path in sorted((SOURCE / package).rglob("*.py"))]
-    variables = [(path.relative_to(SOURCE), *each) for path in paths for each in list_variables(path)]
-    assert len(variables) > 3_000
+    variables = [
+        (path, *each) for path in list_modules(NAMED_PACKAGES) for each in read_names(SOURCE / path).variables
+    ]
+    assert len(variables) > 20_000
     offenders = [
         f"{path}:{line}: {name}"
         for path, line, name in variables
         if name in VAGUE and f"{path}: {name}" not in VARIABLES_ALLOWED
     ]
     assert not offenders, "variables that say nothing:\n" + "\n".join(offenders)
+
+
+MEANT_PACKAGES = sorted({*NAMED_PACKAGES, "analysis", "export", "falsification", "properties"} - {"ui/web"})
+"""Packages whose parameters have these meanings."""
+MEANINGS = {("kind", "RobotType"): "robot_type", ("outcome", "TickResult"): "result"}
+"""What a parameter of a name and a type is called instead."""
+SORTS = {"str", "str | None"}
+"""The types of a parameter `sort`: the name of a sort of agents or, as in documents, of a feature's."""
+
+
+def test_words_with_many_meanings_have_one() -> None:
+    """A `kind` is none of robots, an `outcome` no result of a tick, and a `sort` one of agents."""
+    parameters = [
+        (path, *each)
+        for path in list_modules(MEANT_PACKAGES)
+        for each in read_names(SOURCE / path).parameters
+    ]
+    assert len(parameters) > 5_000
+    offenders = [
+        f"{path}:{line}: {name}: {annotation}"
+        for path, line, name, annotation in parameters
+        if any((name, each) in MEANINGS for each in annotation.split(" | "))
+        or (name == "sort" and annotation not in SORTS)
+    ]
+    assert not offenders, "words with another meaning:\n" + "\n".join(offenders)
+
+
+DIALECT = re.compile(
+    r"\b(?:anew|afresh|nobody|somebody|whoever|ARCHITECTURE|HOUSE\.md|So (?:long|many|much|often))\b"
+)
+DIALECT_ALLOWED = {
+    "learning/change_attribution.py": "values of `--json`: read anew, shown anew",
+    "training/session.py": "the keyword `afresh` of `Session.test`",
+}
+"""Modules whose docstrings name a value or a keyword, and which."""
+PLAIN_PACKAGES = sorted({*NAMED_PACKAGES, "ui/notebook", "ui/tui"} - {"ui/web"})
+"""Packages whose docstrings have no dialect, and refer to no page outside of the repository."""
+
+
+def test_docstrings_have_no_dialect() -> None:
+    """A docstring is plain technical English: no "so long after it", no "whoever"."""
+    paths = [path for path in list_modules(PLAIN_PACKAGES) if path.as_posix() not in DIALECT_ALLOWED]
+    docstrings = [(path, *each) for path in paths for each in read_names(SOURCE / path).docstrings]
+    assert len(docstrings) > 4_000
+    offenders = [f"{path}:{line}: {text}" for path, line, text in docstrings if DIALECT.search(text)]
+    assert not offenders, "docstrings in dialect:\n" + "\n".join(offenders)

@@ -57,7 +57,7 @@ export function offerFeatures(scene: Scene, status: SessionNews | null, names: r
   ];
 }
 
-/** A state as it is chosen: what it runs, its name where it was given one, and the one it had before. */
+/** A state in a form: the behavior that it runs, its name if it has one, and its former name. */
 export interface StateChoice {
   runs: string;
   name: string;

@@ -50,7 +50,7 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
       Math.floor(((event.clientX - box.left) / box.width) * element.naturalWidth),
       Math.floor(((event.clientY - box.top) / box.height) * element.naturalHeight),
     ];
-    // Clicks count together as long as they are into one image: the robot stands, or the thing is clicked anew.
+    // Clicks count together as long as they are into one image: the robot stands, or the thing is clicked again.
     const all = into.current === image.number ? [...points, at] : [at];
     into.current = image.number;
     setPoints(all);

@@ -1,4 +1,4 @@
-/** What a press or an edit changed beyond what it says: a line beside the world, and every change in full. */
+/** Changed decisions after a press or an edit, beyond its own: a line beside the world, and every change in full. */
 
 import { useState } from "preact/hooks";
 import { usePanel, useStudio } from "./context";

@@ -1,6 +1,6 @@
 /** Exports of a behavior: what they are called, and how one is asked for. */
 
-/** What the targets are, for those who do not know their names; others are shown by name. */
+/** Explanations of targets whose names say little; other targets are shown by name. */
 const TARGETS: Readonly<Record<string, string>> = {
   c99: "C code",
   python: "Python module",

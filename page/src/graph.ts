@@ -62,7 +62,7 @@ export function edgeOf(
   return edge === undefined ? null : edgeId(edge);
 }
 
-/** An edge wherever it is drawn: the path of the state whose automaton it belongs to, then the edge. */
+/** The key of an edge on the page: the path of the state whose automaton it belongs to, then the edge. */
 function arcId(above: string, edge: Transition): string {
   return above === "" ? edgeId(edge) : `${above}\n${edgeId(edge)}`;
 }

@@ -35,7 +35,7 @@ export class Live {
     const stop = this.studio.news.listen(() => turn(this.real));
     const down = (event: KeyboardEvent): void => {
       if (!this.real) return;
-      // Wherever one types, and whatever else Escape does.
+      // In text fields, too, and besides anything else that Escape does.
       if (event.key === "Escape") {
         this.hold(false);
         if (!event.repeat) void this.studio.ask({ do: "stop" });

@@ -1,4 +1,4 @@
-/** Something that changes, and those who want to know. */
+/** A value that changes, and its listeners. */
 
 import { useLayoutEffect, useReducer } from "preact/hooks";
 import { Redraw } from "./redraw";

@@ -1,4 +1,4 @@
-/** All the page knows: what the server told, and what it asks of it. */
+/** The state of the page: the server's latest messages, and the page's own requests. */
 
 import { decode, pictureIn } from "./frame";
 import { Link, type LinkListener } from "./link";
@@ -19,7 +19,7 @@ import type {
 } from "./protocol";
 import { Motion } from "./world/motion";
 
-/** So long after another world was chosen its first frame is here. */
+/** The longest time from the choice of another world to its first frame. */
 const LATE_MS = 500;
 
 export interface Notice extends StatusMessage {

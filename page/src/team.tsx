@@ -1,4 +1,4 @@
-/** A running team whose agents have computers of their own: who leads, who does what on which order, who is missing. */
+/** A running team whose agents have computers of their own: leaders, duties by order, and missing agents. */
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "./button";

@@ -9,11 +9,11 @@ const THERE_M = 1;
 /** A is ahead: where it may stop turning, which a late press still meets, and where it may go on driving. */
 const TURNED_DEG = 20;
 const AHEAD_DEG = 40;
-/** A robot that turned past A so far should turn back. */
+/** The angle past A from which on a robot should turn back. */
 const PAST_DEG = 90;
 /**
- * So long a robot that decides by itself may do something else before the tour speaks, and so long it must then do the
- * right thing before the tour is content, s of the world's time: one that turns to and fro never does for so long.
+ * The time for which a robot that decides by itself may be wrong before the tour speaks, and for which it must then be
+ * right before the tour goes on, s of the world's time; a robot that turns to and fro is never right for this time.
  */
 export const PATIENCE_S = 0.5;
 const KEPT = "understudy-tour";
@@ -50,9 +50,9 @@ export class Tour {
   /** The present world, and how many presses the lesson had when it began. */
   private world: { seed: number | null; presses: number } | null = null;
 
-  /** Since when the robot does something else than it should, now and then at least, s of the world's time; null: not. */
+  /** The time since which the robot is wrong, without being right for PATIENCE_S since, s of the world's time. */
   private wrongSince: number | null = null;
-  /** Since when it does what it should. */
+  /** The time since which the robot does the right thing. */
   private rightSince: number | null = null;
 
   constructor(private readonly store: Pick<Storage, "getItem" | "setItem">) {

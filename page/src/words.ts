@@ -59,7 +59,7 @@ const IDENTIFIER =
 const SPELLED: Readonly<Record<string, string>> = { rotate: "turn" };
 
 /**
- * Names of the code as people read them, wherever they are in a text: nearest_food is "nearest food", distance_to(A)
+ * Names of the code as people read them, at any place in a text: nearest_food is "nearest food", distance_to(A)
  * "distance to A", rotate_left "turn left". Files, code and messages of the studio keep the names themselves.
  */
 export function plain(text: string): string {

@@ -56,6 +56,6 @@ def load_object(name: str, group: str, *, where: str, remedy: str) -> Any:
         return getattr(import_module(module), attribute)
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a module of the user's own does when it is imported
+    except Exception as error:  # a user's module can raise any error when it is imported
         problem = f"cannot be imported: {type(error).__name__}: {error}"
         raise SettingError(where=where, setting=repr(name), problem=problem, remedy=remedy) from error

@@ -50,7 +50,7 @@ class PartJob:
         return len(run_part(find_experiment(self.experiment), self.plan, self.part, kept))
 
     def checkpoint(self) -> Any:
-        """Return what the scheduler shall run after this job was preempted: the same."""
+        """Return the job that the scheduler is to run after this one was preempted: the same one."""
         from submitit.helpers import DelayedSubmission
 
         return DelayedSubmission(self)

@@ -23,9 +23,9 @@ Cell: TypeAlias = Callable[..., str]
 """A function that summarizes rows as the text of a cell, such as `Median` and `Count`."""
 
 
-def write(text: Text, found: Any) -> str:
+def write(text: Text, summary: Any) -> str:
     """Return a text."""
-    return text if isinstance(text, str) else text(found)
+    return text if isinstance(text, str) else text(summary)
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,9 @@ class LinePerGroup:
     name: Callable[[Any], Sequence[str]] = lambda group: (str(group),)
     """A function that returns the texts that name a group."""
 
-    def __call__(self, found: Any) -> ResultTable:
+    def __call__(self, summary: Any) -> ResultTable:
         """Make the table."""
-        groups, cells = self.groups(found), self.cells.values()
+        groups, cells = self.groups(summary), self.cells.values()
         lines = [(*self.name(group), *(cell(rows) for cell in cells)) for group, rows in groups.items()]
         return ResultTable(fill_title(self.title, groups), (*self.heads, *mark_numbers(self.cells)), lines)
 
@@ -77,9 +77,9 @@ class ColumnPerGroup:
     head: str = ""
     """The head of the column that names the summaries."""
 
-    def __call__(self, found: Any) -> ResultTable:
+    def __call__(self, summary: Any) -> ResultTable:
         """Make the table."""
-        groups = self.groups(found)
+        groups = self.groups(summary)
         lines = [(name, *map(cell, groups.values())) for name, cell in self.cells.items()]
         return ResultTable(fill_title(self.title, groups), (self.head, *mark_numbers(groups)), lines)
 
@@ -99,7 +99,7 @@ def mark_numbers(heads: Iterable[Any]) -> list[str]:
 
 @dataclass(frozen=True)
 class Goal:
-    """A goal: a number that is to be at least or at most so much."""
+    """A goal: a number with a least or largest acceptable value."""
 
     what: str
     number: str | Median | Callable[..., float]
@@ -113,23 +113,23 @@ class Goal:
     measured: Callable[..., str] | None = None
     """A function that writes what was measured instead of the number."""
 
-    def __call__(self, found: Any) -> StudyGoal:
+    def __call__(self, summary: Any) -> StudyGoal:
         """Measure the goal."""
-        number = self._find_number(found)
+        number = self._find_number(summary)
         held = number >= (self.least or 0.0) if self.most is None else number <= self.most
         bound = self._format(self.least) if self.most is None else f"at most {self._format(self.most)}"
         measure = self.number if isinstance(self.number, Median) else self.measured
-        measured = self._format(number) if measure is None else measure(found)
-        return StudyGoal(self.what, write(self.wanted, found) or bound, measured, bool(held))
+        measured = self._format(number) if measure is None else measure(summary)
+        return StudyGoal(self.what, write(self.wanted, summary) or bound, measured, bool(held))
 
-    def _find_number(self, found: Any) -> float:
+    def _find_number(self, summary: Any) -> float:
         if isinstance(self.number, Median):
-            return self.number.number(found)
+            return self.number.number(summary)
         if isinstance(self.number, str):
             return float(
-                found.median(self.number) if isinstance(found, Rows) else read_value(found, self.number)
+                summary.median(self.number) if isinstance(summary, Rows) else read_value(summary, self.number)
             )
-        return self.number(found)
+        return self.number(summary)
 
     def _format(self, number: float | None) -> str:
         return self.form.format(number) if "{" in self.form else format(number, self.form)
@@ -141,8 +141,8 @@ def goals_among(
     """Return goals of a part of what was prepared, each with a prefix to its subject."""
 
     def narrow(goal: Callable[[Any], StudyGoal]) -> Callable[[Any], StudyGoal]:
-        def judge(found: Any) -> StudyGoal:
-            judged = goal(select(found))
+        def judge(summary: Any) -> StudyGoal:
+            judged = goal(select(summary))
             return replace(judged, what=prefix + judged.what)
 
         return judge
@@ -163,14 +163,14 @@ class CountGoal:
     measured: Text = ""
     """What else was measured."""
 
-    def __call__(self, found: Any) -> StudyGoal:
+    def __call__(self, summary: Any) -> StudyGoal:
         """Measure the goal."""
-        rows, count = self.groups(found), Count(self.condition)
+        rows, count = self.groups(summary), Count(self.condition)
         wanted, reached = self.whole(self.share * len(rows)), count.number(rows)
         return StudyGoal(
             self.what,
             f"{wanted} of {len(rows)}",
-            count(rows) + write(self.measured, found),
+            count(rows) + write(self.measured, summary),
             reached >= wanted,
         )
 
@@ -195,18 +195,18 @@ class Conclusion:
     def __call__(self, rows: Sequence[Row]) -> StudyFindings:
         """Conclude from the rows of all tasks."""
         every = Rows(rows)
-        found = self.prepare(every.where(method=None) if self.live else every)
-        tables = [table for each in self.tables if (table := each(found)) is not None]
-        judged = self.goals(found) if callable(self.goals) else [judge(found) for judge in self.goals]
+        summary = self.prepare(every.where(method=None) if self.live else every)
+        tables = [table for each in self.tables if (table := each(summary)) is not None]
+        judged = self.goals(summary) if callable(self.goals) else [judge(summary) for judge in self.goals]
         goals = [goal for goal in judged if goal is not None]
         if self.live and (pairs := self.live.pair(every))[0]:
             tables.append(self.live.make_table(pairs))
             goals += self.live.list_goals(pairs)
-        notes = self.notes(found) if callable(self.notes) else [write(note, found) for note in self.notes]
+        notes = self.notes(summary) if callable(self.notes) else [write(note, summary) for note in self.notes]
         return StudyFindings(
-            headline=self.headline(found),
+            headline=self.headline(summary),
             tables=tuple(tables),
             goals=tuple(goals),
             notes=tuple(filter(None, notes)),
-            numbers=self.numbers(found),
+            numbers=self.numbers(summary),
         )

@@ -39,22 +39,22 @@ def panels(
     columns = -(-count // rows)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(wide * columns, tall * rows), layout="constrained")
-        made = [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
-    return figure, made
+        axes = [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
+    return figure, axes
 
 
-def dots(axes: Axes, groups: Mapping[str, Sequence[float]], said: str) -> None:
+def dots(axes: Axes, groups: Mapping[str, Sequence[float]], label: str) -> None:
     """Draw a column of dots per group, one for each automaton, with a line at the median; a group may be empty."""
     for at, (values, color) in enumerate(zip(groups.values(), COLORS * len(groups), strict=False)):
-        found = np.asarray(values, np.float64)
-        if len(found) == 0:
+        numbers = np.asarray(values, np.float64)
+        if len(numbers) == 0:
             continue
-        aside = at + 0.3 * _fanned(found)
-        axes.plot(aside, found, "o", color=color, markersize=4, alpha=0.6, markeredgewidth=0)
-        axes.hlines(np.median(found), at - 0.35, at + 0.35, color=color, linewidth=2)
+        aside = at + 0.3 * _fanned(numbers)
+        axes.plot(aside, numbers, "o", color=color, markersize=4, alpha=0.6, markeredgewidth=0)
+        axes.hlines(np.median(numbers), at - 0.35, at + 0.35, color=color, linewidth=2)
     axes.set_xticks(range(len(groups)), list(groups))
     axes.set_xlim(-0.6, len(groups) - 0.4)
-    axes.set_ylabel(said)
+    axes.set_ylabel(label)
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class Dots:
     dotted: float | None = None
     """The height of a dotted line."""
 
-    def __call__(self, axes: Axes, found: Any) -> None:
+    def __call__(self, axes: Axes, summary: Any) -> None:
         """Draw the panel."""
-        dots(axes, self.groups(found), self.said)
+        dots(axes, self.groups(summary), self.said)
         if self.dotted is not None:
             axes.axhline(self.dotted, color="#6b7280", linewidth=0.8, linestyle=":")
         axes.set_title(self.title)
@@ -81,8 +81,8 @@ class Dots:
 
 def by_group(groups: Groups, of: Value, scale: float = 1.0) -> Callable[[Any], dict[str, list[float]]]:
     """Return a function that returns one value of all rows of each group."""
-    return lambda found: {
-        name: [scale * value for value in rows.values(of)] for name, rows in groups(found).items()
+    return lambda summary: {
+        name: [scale * value for value in rows.values(of)] for name, rows in groups(summary).items()
     }
 
 
@@ -104,9 +104,9 @@ class Panels:
     def __call__(self, rows: Sequence[Row]) -> Figure:
         """Draw the figure."""
         figure, axes = panels(len(self.panels), rows=self.rows, wide=self.wide, tall=self.tall)
-        found = self.prepare(Rows(rows))
+        summary = self.prepare(Rows(rows))
         for each, draw in zip(axes, self.panels, strict=True):
-            draw(each, found)
+            draw(each, summary)
         return figure
 
 

@@ -54,17 +54,17 @@ class Part:
         Raises
         ------
         SettingError
-            If the text does not name one of so many parts.
+            If the text does not name one of the parts.
         """
-        found = WRITTEN.fullmatch(text)
-        if found is None or int(found[1]) > int(found[2]):
+        match = WRITTEN.fullmatch(text)
+        if match is None or int(match[1]) > int(match[2]):
             raise SettingError(
                 where="understudy experiment",
                 setting="--part",
                 problem=f"is {text!r:.40}",
                 remedy="give the number of the part and the number of parts, such as 1/3",
             )
-        return cls(int(found[1]), int(found[2]))
+        return cls(int(match[1]), int(match[2]))
 
     def __str__(self) -> str:
         return f"{self.number}/{self.of}"
@@ -83,13 +83,13 @@ def run_part(
     experiment: Study,
     plan: StudyPlan,
     part: Part,
-    kept: RowCache,
+    cache: RowCache,
     *,
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> list[Row]:
     """Run the tasks of one part that are not stored yet, and return their rows in the order of the tasks."""
-    return run_tasks(experiment, part.select(experiment.tasks(plan)), kept, jobs=jobs, progress=progress)
+    return run_tasks(experiment, part.select(experiment.tasks(plan)), cache, jobs=jobs, progress=progress)
 
 
 def gather(experiment: Study, plan: StudyPlan, folder: Path) -> RowCache:
@@ -122,25 +122,25 @@ def gather(experiment: Study, plan: StudyPlan, folder: Path) -> RowCache:
     if missing:
         raise PartsUnfinished(problem=_describe_missing(experiment, folder, parts, missing, len(tasks)))
     rows = [next(source[task] for source in sources if task in source) for task in tasks]
-    kept = RowCache(experiment.name, folder)
-    kept.replace(rows)
-    return kept
+    cache = RowCache(experiment.name, folder)
+    cache.replace(rows)
+    return cache
 
 
 def list_parts(folder: Path) -> list[Part]:
     """List the parts of which a folder has rows."""
-    found = (FILE.fullmatch(path.name) for path in folder.glob("rows-*.jsonl"))
-    return sorted(Part(int(each[1]), int(each[2])) for each in found if each is not None)
+    matches = (FILE.fullmatch(path.name) for path in folder.glob("rows-*.jsonl"))
+    return sorted(Part(int(each[1]), int(each[2])) for each in matches if each is not None)
 
 
 def _describe_missing(
     experiment: Study, folder: Path, parts: Sequence[Part], missing: set[int], total: int
 ) -> str:
-    said = f"{len(missing)} of {total} tasks of {experiment.name} have no result in {folder}"
+    sentence = f"{len(missing)} of {total} tasks of {experiment.name} have no result in {folder}"
     if not parts:
-        return f"{said}, which has no part: run understudy experiment {experiment.name} --part 1/N first"
+        return f"{sentence}, which has no part: run understudy experiment {experiment.name} --part 1/N first"
     of = max(part.of for part in parts)
     unfinished = sorted({1 + number % of for number in missing})
     named = ", ".join(f"{number}/{of}" for number in unfinished[:MOST_NAMED])
     more = f" and {len(unfinished) - MOST_NAMED} more" if len(unfinished) > MOST_NAMED else ""
-    return f"{said}: run --part {named}{more} again; it goes on where it was"
+    return f"{sentence}: run --part {named}{more} again; it goes on where it was"

@@ -61,38 +61,40 @@ def read(path: Path) -> StudyResult:
     return msgspec.json.decode(data, type=StudyResult)
 
 
-def differences(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
+def differences(rows: Sequence[Row], published: StudyResult, experiment: Study) -> list[str]:
     """Return sentences on where rows differ from the published ones of the same tasks.
 
     Of values that vary between machines, only the medians over seeds are compared, if there are at least ENOUGH seeds.
     """
-    found = []
-    for before, row in _pairs(rows, known):
-        found += [f"{_named(row)}: {each}" for each in _differing(before, row, experiment.varies)]
-    for name, pairs in _by_all_but_seed(_pairs(rows, known)).items():
+    differing = []
+    for before, row in _pairs(rows, published):
+        differing += [f"{_named(row)}: {each}" for each in _differing(before, row, experiment.varies)]
+    for name, pairs in _by_all_but_seed(_pairs(rows, published)).items():
         if len(pairs) >= ENOUGH:
-            found += [f"{name}: {each}" for each in _far_apart(pairs, experiment.varies)]
-    return found
+            differing += [f"{name}: {each}" for each in _far_apart(pairs, experiment.varies)]
+    return differing
 
 
-def list_uncompared(rows: Sequence[Row], known: StudyResult, experiment: Study) -> list[str]:
+def list_uncompared(rows: Sequence[Row], published: StudyResult, experiment: Study) -> list[str]:
     """Return sentences on what `differences` cannot compare."""
-    pairs = _pairs(rows, known)
-    found = []
+    pairs = _pairs(rows, published)
+    sentences = []
     if new := len(rows) - len(pairs):
-        found.append(f"{new} {'piece was' if new == 1 else 'pieces were'} not published, and not compared.")
+        sentences.append(
+            f"{new} {'piece was' if new == 1 else 'pieces were'} not published, and not compared."
+        )
     few = any(len(each) < ENOUGH for each in _by_all_but_seed(pairs).values())
     if few and any(set(at) & set(experiment.varies) for _, row in pairs for at, _ in _numbers(row)):
-        found.append(
+        sentences.append(
             f"With fewer than {ENOUGH} seeds, what varies from machine to machine is not compared: "
             f"{'; '.join(experiment.varies)}."
         )
-    return found
+    return sentences
 
 
-def _pairs(rows: Sequence[Row], known: StudyResult) -> list[tuple[Row, Row]]:
+def _pairs(rows: Sequence[Row], published: StudyResult) -> list[tuple[Row, Row]]:
     """Return pairs of the published row and the new row of the same task."""
-    by_task = {_task(row): row for row in known.rows}
+    by_task = {_task(row): row for row in published.rows}
     return [(by_task[_task(row)], row) for row in rows if _task(row) in by_task]
 
 
@@ -108,10 +110,10 @@ def _far_apart(pairs: Sequence[tuple[Row, Row]], varies: Sequence[str]) -> Itera
     """Yield the varying shares whose medians differ; numbers that are not shares are not compared."""
     both = [(dict(_numbers(before)), dict(_numbers(row))) for before, row in pairs]
     for at in both[0][0]:
-        found = [(before[at], row[at]) for before, row in both if at in before and at in row]
-        if not set(at) & set(varies) or not all(0 <= before <= 1 for before, _ in found):
+        numbers = [(before[at], row[at]) for before, row in both if at in before and at in row]
+        if not set(at) & set(varies) or not all(0 <= before <= 1 for before, _ in numbers):
             continue
-        before, now = (median(each) for each in zip(*found, strict=True))
+        before, now = (median(each) for each in zip(*numbers, strict=True))
         if abs(now - before) > NEAR:
             yield f"median of {'.'.join(at)} is {now:.0%}, published was {before:.0%}"
 

@@ -50,17 +50,17 @@ def find_sources(roots: Iterable[Path], packages: Iterable[Path] = PACKAGES) -> 
         The files themselves, and all of the packages that they need.
     """
     above = {package.name: package.parent for package in packages}
-    found: set[Path] = set()
+    sources: set[Path] = set()
     modules: set[str] = set()
     left = list(roots)
     while left:
         path = left.pop()
-        if path not in found:
-            found.add(path)
+        if path not in sources:
+            sources.add(path)
             new = read_source(path).modules - modules
             modules |= new
             left += [each for module in new for each in _find_files(module, above)]
-    return found | {data for folder in {path.parent for path in found} for data in folder.glob(SCENARIOS)}
+    return sources | {data for folder in {path.parent for path in sources} for data in folder.glob(SCENARIOS)}
 
 
 def hash_sources(files: Iterable[Path]) -> str:

@@ -37,9 +37,9 @@ def format_share(count: int, of: int) -> str:
 
 def interval_of_median(values: Numbers, *, draws: int = 4_000) -> tuple[float, float]:
     """Return a 95 % interval of the median by the percentile bootstrap (Efron 1979), always with the same draws."""
-    found = np.asarray(values, np.float64)
-    drawn = np.random.default_rng(0).integers(len(found), size=(draws, len(found)))
-    low, high = np.percentile(np.median(found[drawn], axis=1), [2.5, 97.5])
+    numbers = np.asarray(values, np.float64)
+    drawn = np.random.default_rng(0).integers(len(numbers), size=(draws, len(numbers)))
+    low, high = np.percentile(np.median(numbers[drawn], axis=1), [2.5, 97.5])
     return float(low), float(high)
 
 

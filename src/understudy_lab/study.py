@@ -167,8 +167,8 @@ def find_experiment(name: str) -> Study:
         return offered
     if name not in QUESTIONS:
         raise UnknownName(what="experiment", name=name, where="the catalog", known=[*QUESTIONS, *others])
-    found: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
-    return found
+    study: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT
+    return study
 
 
 def folder_of(name: str) -> Path:

@@ -29,11 +29,11 @@ def schedule_failures(worlds: Sequence[int], robots: int, within: tuple[int, int
     Robots are counted through all worlds: number `world * robots + robot`.
     """
     draws = np.random.default_rng(list(worlds))
-    found: dict[int, list[int]] = {}
+    robots_by_tick: dict[int, list[int]] = {}
     for world in range(len(worlds)):
         for robot in draws.choice(robots, robots // FAILING, replace=False).tolist():
-            found.setdefault(int(draws.integers(*within)), []).append(world * robots + robot)
-    return found
+            robots_by_tick.setdefault(int(draws.integers(*within)), []).append(world * robots + robot)
+    return robots_by_tick
 
 
 def run_with_failures(team: Team, ticks: int, fails: Mapping[int, Sequence[int]]) -> None:

@@ -91,7 +91,7 @@ export class Stick {
     return combineArrows(this.arrows.values());
   }
 
-  /** Which of so many behaviors are held. */
+  /** Which of a number of behaviors are held. */
   listHeld(count: number): number[] {
     const pressed = new Set([...this.pushed, ...(this.pad?.held ?? [])]);
     for (const key of this.keys) pressed.add(HOLDS.indexOf(key));

@@ -1,4 +1,4 @@
-/** The tab Automaton: the graph, the rules in words, and why it does what it does. */
+/** The tab Automaton: the graph, the rules in words, and the explanation of the present decision. */
 
 import { useState } from "preact/hooks";
 import { ChangeCard } from "../changes";

@@ -1,4 +1,4 @@
-/** The form for a new automaton, and for choosing anew: beside the running world, never over it. */
+/** The form for a new automaton, and for changing the choices: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
@@ -105,7 +105,7 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
   );
 }
 
-/** What beginning anew would leave behind; null where nothing is. */
+/** What a new automaton would leave unsaved; null if nothing. */
 function hasUnsaved(studio: Studio, name: string): string | null {
   const { session, status } = studio;
   if (session?.unsaved === true) return `${session.name} has changes that are not in the library.`;

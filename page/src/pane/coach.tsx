@@ -10,9 +10,9 @@ import { QueryPart } from "./query";
 import { FailuresPart } from "./failures";
 import { PropertiesPart } from "./properties";
 
-/** So long after the coach was asked it is not asked again: a watched lesson changes all the time. */
+/** The time between two questions to the coach, since a watched lesson changes all the time. */
 const REST_MS = 1_000;
-/** A large lesson takes longer; so long after it is looked again. */
+/** The time after which the page looks again for an answer, which takes longer for a large lesson. */
 const AGAIN_MS = 300;
 const FIRST = 8;
 /** From here on it is plainly worth following. */

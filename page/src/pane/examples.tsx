@@ -22,7 +22,7 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
   return correction ? "correction" : kind;
 }
 
-/** So many are listed at first: a watched lesson has thousands. */
+/** The number of examples that are listed at first: a watched lesson has thousands. */
 const LATEST = 400;
 
 export interface TableProps {

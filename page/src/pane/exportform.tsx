@@ -103,7 +103,7 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
   );
 }
 
-/** Ask for the zip and keep it as a download; say what it lacks, or why there is none. */
+/** Request the zip file and offer it as a download; show what the export lacks, or why it failed. */
 async function download(studio: Studio, wanted: ExportRequest, robot: File | null): Promise<void> {
   const address = studio.address(PATH);
   for (const [key, value] of exportQuery(wanted)) address.searchParams.append(key, value);

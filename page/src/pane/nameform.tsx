@@ -22,7 +22,7 @@ export function NameForm({ way, name, studio, close }: Props) {
   useLayoutEffect(() => {
     // As soon as the field is there: an effect after the next frame would miss an Escape pressed before it.
     const leave = (event: KeyboardEvent): void => {
-      if (event.key === "Escape") close(); // wherever the focus is by then
+      if (event.key === "Escape") close(); // even if another element has the focus by then
     };
     addEventListener("keydown", leave);
     return () => removeEventListener("keydown", leave);

@@ -1,5 +1,5 @@
 /**
- * The properties of a lesson: from here, done within so many seconds; whether all lessons still hold; and in how many
+ * The properties of a lesson: from here, done within some seconds; whether all lessons still hold; and in how many
  * unseen worlds what is trained succeeds.
  */
 
@@ -9,9 +9,9 @@ import type { Evaluation, EvaluationResult, Session, LessonTest } from "../proto
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 
-/** In so many worlds what is trained is tried at a click. */
+/** The number of worlds in which the trained automaton is tried at a click. */
 const WORLDS = 100;
-/** So many worlds in which it failed are listed at first. */
+/** The number of worlds in which it failed that are listed at first. */
 const FIRST = 6;
 
 export function Outcomes({ session, studio }: { session: Session; studio: Studio }) {

@@ -243,7 +243,7 @@ interface ConditionProps {
   change: (condition: string) => void;
 }
 
-/** A condition in words, and a choice of what it can begin with. */
+/** A field for a condition in words, with a list of readings that it can begin with. */
 function ConditionField({ label, draft, choices, mistake, change }: ConditionProps) {
   const headings = [...new Set(choices?.conditions.map((each) => each.heading) ?? [])];
   const insert = (text: string): void => {

@@ -1,4 +1,4 @@
-/** The states of a form: behaviors to choose from, and, for who asks, their names and the same one once more. */
+/** The states of a form: behaviors to choose from and, on request, their names and further states with one behavior. */
 
 import { useState } from "preact/hooks";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";

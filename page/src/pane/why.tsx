@@ -1,4 +1,4 @@
-/** Why it does what it does: every level, what held there, and who showed it; it goes along with time. */
+/** The explanation of the present decision: for each level, its conditions and the examples behind it. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { ControlButton } from "../button";

@@ -12,7 +12,7 @@ export interface Mark {
   time: number;
 }
 
-/** The marks of an episode when a tick is so many pixels wide. */
+/** The marks of an episode when a tick is `width` pixels wide. */
 export function marks(episode: Episode, tick_s: number, width: number): Mark[] {
   const perSecond = width / tick_s;
   const step = STEPS.find((each) => each * perSecond >= ROOM) ?? 7200;
@@ -24,7 +24,7 @@ export function marks(episode: Episode, tick_s: number, width: number): Mark[] {
   return marks;
 }
 
-/** The colors of labels, which people tell apart who see few colors; the last label, of none, has no color. */
+/** The colors of labels, distinct for color-blind people; the last label, of no behavior, has no color. */
 const COLORS = [
   "#4477aa",
   "#ee6677",
@@ -38,7 +38,7 @@ const COLORS = [
   "#997700",
 ];
 
-/** The color of a label, by its index, of so many. */
+/** The color of a label, by its index and the number of labels. */
 export function color(label: number, labels: number): string {
   return label < 0 || label === labels - 1 ? "url(#none)" : (COLORS[label % COLORS.length] ?? "");
 }

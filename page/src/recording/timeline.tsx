@@ -11,7 +11,7 @@ const LABELS = 40;
 const STATES = 22;
 const SERIES = 46;
 const AXIS = 22;
-/** The lane of who drove, where there are several drivers. */
+/** The lane that shows the driver, where there are several drivers. */
 const DRIVERS = 22;
 /** How near to a boundary it is taken hold of, px. */
 const REACH = 6;
@@ -329,7 +329,7 @@ function SpanLabel({ span, text, tickWidth, top }: SpanLabelProps) {
   );
 }
 
-/** A name, shortened to so many pixels. */
+/** A name, shortened to a width in pixels. */
 function fitText(name: string, room: number): string {
   const letters = Math.max(0, Math.floor(room / LETTER));
   return name.length <= letters ? name : letters < 2 ? "" : `${name.slice(0, letters - 1)}…`;

@@ -8,7 +8,7 @@ import { squadTree, type Squad } from "../squads";
 import { className, formatCount, plain } from "../words";
 import { countActivities } from "./activities";
 
-/** Of so many squads or fewer each is shown at once. */
+/** The largest number of squads that are all shown unfolded at first. */
 const FEW = 8;
 
 interface Props {
@@ -33,7 +33,7 @@ interface LevelProps {
   squads: readonly Squad[];
   /** Whether those below are shown by default. */
   opensBelow: boolean;
-  /** Those that were unfolded or folded, by name. */
+  /** Squads that a person has unfolded or folded, by name. */
   turned: ReadonlyMap<string, boolean>;
   toggle: (squad: Squad, open: boolean) => void;
 }

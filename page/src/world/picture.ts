@@ -18,7 +18,7 @@ export interface Picture {
   view: View;
   scene: Scene;
   session: PictureSession | null;
-  /** Whether a coordinator is trained, who orders the robots about. */
+  /** Whether a coordinator is trained, which gives the robots their orders. */
   led: boolean;
   motion: Motion;
   palette: Palette;

@@ -27,7 +27,7 @@ export function drawRobots(picture: Picture): void {
   }
 }
 
-/** A coordinator's robots: each in a color for what it does. */
+/** A coordinator's robots, each in the color of its activity. */
 function drawDoing(picture: Picture): void {
   const { pen, motion } = picture;
   const robots = motion.last?.robots;

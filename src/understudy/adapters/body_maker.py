@@ -47,9 +47,9 @@ class BodyMaker:
         if not callable(function):
             raise refuse_world(self.name, f"is a {type(function).__name__}", REMEDY)
         seeded = _takes_seed(function, self.name)
-        made = call_world_function(function, self.name, *([seed] if seeded else []), remedy=REMEDY)
-        body = _make_body(made, seed, self.name)
-        if body is made and not seeded and isinstance(body, Resettable):
+        source = call_world_function(function, self.name, *([seed] if seeded else []), remedy=REMEDY)
+        body = _make_body(source, seed, self.name)
+        if body is source and not seeded and isinstance(body, Resettable):
             body.reset([seed])
         return body
 
@@ -91,17 +91,17 @@ def find_world(name: str | Path) -> Scenario | BodyMaker:
     """
     if not (isinstance(name, str) and is_function(name)):
         return find_scenario(name)
-    found = _load(name)
-    if isinstance(found, Scenario):
-        return add_markers(found)
-    if not callable(found):
-        raise refuse_world(name, f"is a {type(found).__name__}", REMEDY)
-    if _takes_seed(found, name):
+    target = _load(name)
+    if isinstance(target, Scenario):
+        return add_markers(target)
+    if not callable(target):
+        raise refuse_world(name, f"is a {type(target).__name__}", REMEDY)
+    if _takes_seed(target, name):
         return BodyMaker(name)
-    made = call_world_function(found, name, remedy=REMEDY)
-    if isinstance(made, Scenario):
-        return add_markers(made)
-    _make_body(made, 0, name)
+    world = call_world_function(target, name, remedy=REMEDY)
+    if isinstance(world, Scenario):
+        return add_markers(world)
+    _make_body(world, 0, name)
     return BodyMaker(name)
 
 
@@ -123,27 +123,27 @@ def _takes_seed(function: Callable[..., Any], name: str) -> bool:
     return bool(needed)
 
 
-def _make_body(made: Any, seed: int, name: str) -> Body:
+def _make_body(source: Any, seed: int, name: str) -> Body:
     """Return the body that a function made, or that of the environment that it made."""
-    gymnasium: Any = sys.modules.get("gymnasium")  # imported by whatever made an environment
-    if gymnasium is not None and isinstance(made, gymnasium.Env):
+    gymnasium: Any = sys.modules.get("gymnasium")  # imported by the module that made an environment
+    if gymnasium is not None and isinstance(source, gymnasium.Env):
         from understudy.adapters.gymnasium import GymnasiumBody
 
-        return GymnasiumBody(made, [seed])
+        return GymnasiumBody(source, [seed])
     pettingzoo: Any = sys.modules.get("pettingzoo")
-    if pettingzoo is not None and isinstance(made, pettingzoo.ParallelEnv):
+    if pettingzoo is not None and isinstance(source, pettingzoo.ParallelEnv):
         from understudy.adapters.pettingzoo import PettingZooBody
 
-        return PettingZooBody(made, [seed])
-    missing = [each for each in BODY_ATTRIBUTES if not hasattr(made, each)]
+        return PettingZooBody(source, [seed])
+    missing = [each for each in BODY_ATTRIBUTES if not hasattr(source, each)]
     if len(missing) == len(BODY_ATTRIBUTES):
-        raise refuse_world(name, f"returned a {type(made).__name__}", REMEDY)
+        raise refuse_world(name, f"returned a {type(source).__name__}", REMEDY)
     if missing:
         remedy = "let it return a body, as the protocol understudy.Body says"
-        raise refuse_world(name, f"returned a {type(made).__name__} without {missing[0]!r}", remedy)
-    worlds = getattr(made, "worlds", 1)
+        raise refuse_world(name, f"returned a {type(source).__name__} without {missing[0]!r}", remedy)
+    worlds = getattr(source, "worlds", 1)
     if worlds != 1:
         remedy = "let it make one, since the seed is that of one world"
         raise refuse_world(name, f"makes {worlds} worlds", remedy)
-    body: Body = made
+    body: Body = source
     return body

@@ -50,7 +50,7 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
 
     Agent i of environment w is agent w*N + i of the body. An agent whose part has ended is not commanded and gets no
     reward; `return`, `terminated` and `truncated` stay as they are. An environment in which the parts of all agents
-    have ended stays as it is until `reset`, whatever the others do.
+    have ended stays as it is until `reset`, while the others go on.
 
     Parameters
     ----------
@@ -306,10 +306,10 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
             environment.close()
 
     def _call(self, name: str, function: Callable[..., Any], *args: Any, **named: Any) -> Any:
-        """Call a method of an environment; whatever it raises becomes a DefinitionError, which names the checker."""
+        """Call a method of an environment; turn any error into a DefinitionError, which names the checker."""
         try:
             return function(*args, **named)
-        except Exception as error:  # whatever code of the environment does
+        except Exception as error:  # an environment's code can raise any error
             raise DefinitionError(
                 what=self._where,
                 problem=f"its {name} failed: {type(error).__name__}: {error}",
@@ -318,37 +318,37 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
 
     def _make_command_table(self, commands: Commands) -> NDArray[np.float64]:
         """Return commands as a table [N, C], at rest where they are left out; refuse what the action space lacks."""
-        known = {channel.name: column for column, channel in enumerate(self.channels)}
+        columns = {channel.name: column for column, channel in enumerate(self.channels)}
         table = np.tile(self._rest, (self.agents, 1))
         for name, values in commands.items():
-            if name not in known:
-                raise UnknownName(what="channel", name=name, where=self._where, known=list(known))
+            if name not in columns:
+                raise UnknownName(what="channel", name=name, where=self._where, known=list(columns))
             column = np.asarray(values, np.float64)
             if column.shape != (self.agents,):
                 problem = f"it has shape {column.shape}"
                 remedy = f"give one number per agent: shape ({self.agents},)"
                 raise DefinitionError(what=f"command {name!r}", problem=problem, remedy=remedy)
-            channel = self.channels[known[name]]
+            channel = self.channels[columns[name]]
             wrong = np.flatnonzero(~find_valid(channel, column))
             if len(wrong):
                 problem = f"it is {column[wrong[0]]:g} for agent {wrong[0]} of {self._where}"
                 raise DefinitionError(
                     what=f"command {name!r}", problem=problem, remedy=f"give {format_range(channel)}"
                 )
-            table[:, known[name]] = column
+            table[:, columns[name]] = column
         return table
 
     def _check_seeds(self, seeds: Sequence[int]) -> tuple[int, ...]:
-        given: list[Any] = list(seeds)
-        whole = all(isinstance(seed, int | np.integer) and seed >= 0 for seed in given)
-        if len(given) != self.worlds or not whole:
+        values: list[Any] = list(seeds)
+        whole = all(isinstance(seed, int | np.integer) and seed >= 0 for seed in values)
+        if len(values) != self.worlds or not whole:
             raise SettingError(
                 where=self._where,
                 setting="seeds",
-                problem=f"are {given!r:.60}",
+                problem=f"are {values!r:.60}",
                 remedy=f"give {self.worlds} whole numbers from 0 up",
             )
-        return tuple(int(seed) for seed in given)
+        return tuple(int(seed) for seed in values)
 
     def _make_environments(self, count: int) -> list[Any]:
         if count < 1:
@@ -360,14 +360,14 @@ class EnvironmentBody(ABC, Generic[EnvironmentT, SourceT]):
             return [make]
         if not callable(make):
             raise refuse_source(self.package, "make", f"is a {type(make).__name__}", self.sources)
-        made: list[Any] = [make() for _ in range(count)]
-        wrong = [each for each in made if not isinstance(each, self.environment_class)]
+        environments: list[Any] = [make() for _ in range(count)]
+        wrong = [each for each in environments if not isinstance(each, self.environment_class)]
         if wrong:
             raise refuse_source(self.package, "make", f"returned a {type(wrong[0]).__name__}", self.returned)
-        if count > 1 and made[0] is made[1]:
+        if count > 1 and environments[0] is environments[1]:
             problem, remedy = "returned the same environment twice", "return a new one in each call"
             raise refuse_source(self.package, "make", problem, remedy)
-        return made
+        return environments
 
 
 def refuse_source(package: str, setting: str, problem: str, remedy: str) -> SettingError:

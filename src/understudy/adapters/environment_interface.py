@@ -27,7 +27,8 @@ OUTCOMES = (
 TICK_S = 0.1
 """The length of a tick of an environment that does not say how many frames a second it renders, s."""
 MOST_NAMED = 64
-"""The most values of a whole number that each get a basic behavior; of more, only the least and the greatest do."""
+"""The largest number of values of a whole-number channel that each get a basic behavior; of more, only the least and
+the greatest value do."""
 
 
 def choose_tick_s(tick_s: float | None, metadata: Mapping[str, Any]) -> float:
@@ -47,8 +48,8 @@ def find_valid(channel: Channel, column: Column) -> NDArray[np.bool_]:
 
 def format_range(channel: Channel) -> str:
     """Describe the numbers that a channel takes."""
-    sort = "a whole number" if channel.whole else "a finite number"
-    return f"{sort} from {channel.least:g} to {channel.most:g}"
+    number = "a whole number" if channel.whole else "a finite number"
+    return f"{number} from {channel.least:g} to {channel.most:g}"
 
 
 def map_readings(
@@ -67,8 +68,8 @@ def map_readings(
         raise SettingError(
             where=where, setting="observation", problem=f"has the name {taken[0]!r}", remedy=remedy
         )
-    for setting, given in (("units", units), ("kinds", kinds)):
-        for name in given:
+    for setting, settings in (("units", units), ("kinds", kinds)):
+        for name in settings:
             if name not in names:
                 raise UnknownName(what=f"reading for {setting}", name=name, where=where, known=names)
     return [
@@ -114,31 +115,36 @@ def map_channels(
 
 def map_behaviors(
     channels: Sequence[Channel],
-    given: Sequence[str] | Mapping[str, Mapping[str, float]] | None,
+    definitions: Sequence[str] | Mapping[str, Mapping[str, float]] | None,
     *,
     where: str,
 ) -> tuple[Behavior, ...]:
     """Make the basic behaviors: those given, or one for each value or limit of each channel."""
-    if isinstance(given, Mapping):
-        return tuple(_check_behavior(name, command, channels, where) for name, command in given.items())
-    if given is None:
-        found = []
+    if isinstance(definitions, Mapping):
+        return tuple(_check_behavior(name, command, channels, where) for name, command in definitions.items())
+    if definitions is None:
+        behaviors = []
         for channel in channels:
             for ending, value in _list_values(channel):
                 doc = f"Set {channel.name} to {value:g}."
-                found.append(Behavior(f"{channel.name}_{ending}", Command(**{channel.name: value}), doc=doc))
-        return tuple(found)
+                behaviors.append(
+                    Behavior(f"{channel.name}_{ending}", Command(**{channel.name: value}), doc=doc)
+                )
+        return tuple(behaviors)
     only, *others = channels
     values = [value for _, value in _list_values(only)]
-    if others or not only.whole or len(given) != len(values):
+    if others or not only.whole or len(definitions) != len(values):
         counted = f"the {len(values)} values" if only.whole and not others else "no single whole number"
-        problem, remedy = f"are {len(given)} names, for {counted}", "give {name: {channel: value}} instead"
+        problem, remedy = (
+            f"are {len(definitions)} names, for {counted}",
+            "give {name: {channel: value}} instead",
+        )
         if only.whole and not others:
             remedy = f"give {len(values)} names, or {{name: {{{only.name!r}: value}}}}"
         raise SettingError(where=where, setting="behaviors", problem=problem, remedy=remedy)
     return tuple(
         Behavior(name, Command(**{only.name: value}), doc=f"Take action {value:g}.")
-        for name, value in zip(given, values, strict=True)
+        for name, value in zip(definitions, values, strict=True)
     )
 
 
@@ -154,17 +160,17 @@ def _list_values(channel: Channel) -> list[tuple[str, float]]:
 def _check_behavior(
     name: str, command: Mapping[str, float], channels: Sequence[Channel], where: str
 ) -> Behavior:
-    known = {channel.name: channel for channel in channels}
+    channel_of = {channel.name: channel for channel in channels}
     for channel, value in command.items():
-        if channel not in known:
+        if channel not in channel_of:
             raise UnknownName(
-                what=f"channel for behavior {name!r}", name=channel, where=where, known=list(known)
+                what=f"channel for behavior {name!r}", name=channel, where=where, known=list(channel_of)
             )
-        if not find_valid(known[channel], np.array([value], np.float64)).all():
+        if not find_valid(channel_of[channel], np.array([value], np.float64)).all():
             raise SettingError(
                 where=where,
                 setting=f"behavior {name!r}",
                 problem=f"sets {channel!r} to {value:g}",
-                remedy=f"give {format_range(known[channel])}",
+                remedy=f"give {format_range(channel_of[channel])}",
             )
     return Behavior(name, Command(**command))

@@ -83,8 +83,10 @@ def _keep_present(
 ) -> EnvironmentStep:
     """Make a step, without the last observations of agents that have left."""
     present = set(environment.agents)
-    seen = {name: observation for name, observation in observations.items() if name in present}
-    return EnvironmentStep(seen, present, *outcomes)
+    present_observations = {
+        name: observation for name, observation in observations.items() if name in present
+    }
+    return EnvironmentStep(present_observations, present, *outcomes)
 
 
 class ScenarioParallelEnv(ScenarioEnvironment, ParallelEnv[str, Floats32, Any]):

@@ -40,7 +40,7 @@ SEEDS = 2**31
 
 
 class ScenarioEnvironment(ABC):
-    """The world of a scenario as an environment for reinforcement learning, whatever package it is for.
+    """The world of a scenario as an environment for reinforcement learning; packages' own interfaces are built on it.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class ScenarioEnvironment(ABC):
 
     @abstractmethod
     def _set_up(self) -> None:
-        """Set what a package wants of an environment besides, such as its spaces."""
+        """Set the attributes that a package's environments need in addition, such as their spaces."""
 
     def _make_spaces(self) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
         """Make the observation and action space of one robot."""
@@ -184,7 +184,7 @@ class ScenarioTask:
         most = [signals if channel == SIGNAL else 1.0 for channel in self.channels]
         self.most = np.array(most, np.float32)
         self._signal = self.channels.index(SIGNAL) if SIGNAL in self.channels else None
-        known = {
+        behaviors = {
             name: behavior
             for name, behavior in make_behaviors(self.scenario).items()
             if not behavior.parameters and "skill" not in behavior.command
@@ -192,10 +192,10 @@ class ScenarioTask:
         self.behaviors: tuple[str, ...] = ()
         if chosen == "channels":
             return
-        self.behaviors = tuple(known) if chosen == "behaviors" else tuple(chosen)
+        self.behaviors = tuple(behaviors) if chosen == "behaviors" else tuple(chosen)
         for name in self.behaviors:
-            if name not in known:
-                raise UnknownName(what="basic behavior", name=name, where=self.where, known=list(known))
+            if name not in behaviors:
+                raise UnknownName(what="basic behavior", name=name, where=self.where, known=list(behaviors))
         if not self.behaviors:
             remedy = 'give "channels", or a scenario whose robots have basic behaviors'
             raise SettingError(
@@ -203,7 +203,7 @@ class ScenarioTask:
             )
         self._commands = np.zeros((len(self.behaviors), len(COLUMNS)))
         for row, name in enumerate(self.behaviors):
-            for channel, value in known[name].command.items():
+            for channel, value in behaviors[name].command.items():
                 self._commands[row, COLUMNS.index(channel)] = value
         self._rows = list(self._commands[:, None])
 
@@ -311,8 +311,8 @@ class ScenarioTask:
         return table
 
     def _wrong_action(self, actions: Sequence[Any], remedy: str) -> DefinitionError:
-        given = actions[0] if len(actions) == 1 else list(actions)
-        return DefinitionError(what=f"action in {self.where}", problem=f"it is {given!r:.60}", remedy=remedy)
+        action = actions[0] if len(actions) == 1 else list(actions)
+        return DefinitionError(what=f"action in {self.where}", problem=f"it is {action!r:.60}", remedy=remedy)
 
 
 def _limit_reading(kind: Kind, absent: float) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from understudy.errors import SettingError
 from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Kind
 
 MOST_NUMBERS = 256
-"""The most numbers of an observation or action: more are an image or a scan, which nothing can be taught with."""
+"""The largest number of numbers in an observation or action; more are an image or a scan, unusable as readings."""
 
 Place: TypeAlias = tuple[str | int, ...]
 """The keys and positions that lead to a part of a nested observation or action."""
@@ -82,8 +82,8 @@ class SpaceNumbers:
         elif isinstance(space, spaces.Box | spaces.Discrete | spaces.MultiDiscrete | spaces.MultiBinary):
             yield place, space
         else:
-            known = "Box, Discrete, MultiDiscrete, MultiBinary, Dict and Tuple"
-            remedy = f"wrap the environment so that its spaces are of {known} (gymnasium.wrappers)"
+            supported = "Box, Discrete, MultiDiscrete, MultiBinary, Dict and Tuple"
+            remedy = f"wrap the environment so that its spaces are of {supported} (gymnasium.wrappers)"
             raise self._wrong(
                 space,
                 f"is a {type(space).__name__}, which is no list of numbers{_format_place(place)}",
@@ -108,7 +108,7 @@ class SpaceNumbers:
 
     def flatten(self, element: Any) -> Column:
         """Return the numbers of an element; NaN where one is infinite. Labels are counted from 0."""
-        found = np.empty(len(self.numbers))
+        flat = np.empty(len(self.numbers))
         for part in self._parts:
             value = element
             for key in part.place:
@@ -119,9 +119,9 @@ class SpaceNumbers:
                 raise self._wrong(
                     part.space, problem, "correct the environment, so that it keeps to its space"
                 )
-            found[part.first : part.first + part.count] = numbers - part.offset
-        found[np.isinf(found)] = np.nan
-        return found
+            flat[part.first : part.first + part.count] = numbers - part.offset
+        flat[np.isinf(flat)] = np.nan
+        return flat
 
     def unflatten(self, numbers: Column) -> Any:
         """Return the element of these numbers, which are as the space has them: labels count from its first."""
@@ -187,14 +187,14 @@ def rename_numbers(
         return own
     if isinstance(names, Mapping):
         unknown = [name for name in names if name not in own]
-        given = [names.get(name, name) for name in own]
+        renamed = [names.get(name, name) for name in own]
         problem = f"rename {unknown[0]!r}, which is not there" if unknown else ""
     else:
-        given = list(names)
-        problem = "" if len(given) == len(own) else f"are {len(given)} for {len(own)} numbers"
-    if not problem and len(set(given)) != len(given):
+        renamed = list(names)
+        problem = "" if len(renamed) == len(own) else f"are {len(renamed)} for {len(own)} numbers"
+    if not problem and len(set(renamed)) != len(renamed):
         problem = "are not all different"
     if problem:
         remedy = f"give one for each of {', '.join(own)}"
         raise SettingError(where=where, setting="names", problem=problem, remedy=remedy)
-    return given
+    return renamed

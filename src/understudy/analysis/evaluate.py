@@ -140,7 +140,7 @@ def make_evaluation_task(
     record: Mapping[str, Metric] | Sequence[str] = (),
     limit_s: float | None = None,
 ) -> EvaluationTask:
-    """Make the task of an evaluation; refuse, before anything runs, whatever can be seen to be wrong."""
+    """Make the task of an evaluation; refuse invalid arguments before anything runs."""
     libraries, sort, behavior, found = find_runners(library, behavior, world)
     link(found, behavior, binding)
     flags = find_flags(found, behavior)

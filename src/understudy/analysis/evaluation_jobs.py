@@ -62,7 +62,7 @@ class EvaluationJob:
         return self.task.run(self.seeds, skip_progress)
 
     def checkpoint(self) -> Any:
-        """Return what submitit's scheduler shall run after this job was preempted: the same."""
+        """Return the job that submitit's scheduler is to run after this one was preempted: the same one."""
         from submitit.helpers import DelayedSubmission
 
         return DelayedSubmission(self)
@@ -88,7 +88,7 @@ def run_in_jobs(
 
 
 def divide(seeds: Sequence[int], parts: int) -> list[tuple[int, ...]]:
-    """Divide seeds into so many parts of about equal length, in order; fewer if there are not enough."""
+    """Divide seeds into `parts` parts of about equal length, in order; fewer if there are not enough."""
     parts = min(parts, len(seeds))
     ends = [len(seeds) * number // parts for number in range(parts + 1)]
     return [tuple(seeds[first:last]) for first, last in pairwise(ends)]

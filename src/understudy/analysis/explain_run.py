@@ -1,7 +1,7 @@
 """Explanations of recorded runs: the run is repeated up to a tick, and the decision of every level is explained.
 
-Runs can be repeated exactly, so a recording only has to say how the run was made. If the repeated run differs from the
-recorded one, an error is raised and nothing is explained.
+Runs can be repeated exactly (docs/semantics.md), so a recording only has to say how the run was made. If the
+repeated run differs from the recorded one, an error is raised and nothing is explained.
 
 Recorded decisions are also compared with those that the automata make now from the same recorded readings. The automata
 run through the whole recording. After a first difference the robot would have moved differently, and so have had other

@@ -36,7 +36,7 @@ def interval_of_share(count: int, of: int) -> tuple[float, float]:
 def exact_interval_of_share(count: int, of: int, *, level: float = LEVEL) -> tuple[float, float]:
     """Compute the exact interval of the share `count` / `of` (Clopper and Pearson 1934).
 
-    It contains the true share in at least `level` of all cases, whatever that share is, and so is wider than others.
+    It contains the true share in at least `level` of all cases, for every true share, and so is wider than others.
     """
     tail = (1 - level) / 2
     low = 0.0 if count == 0 else find_beta_quantile(tail, count, of - count + 1)
@@ -60,7 +60,7 @@ def find_median(values: Column, *, level: float = LEVEL) -> MedianEstimate:
     """Find the median of the values that are not NaN, and an interval between two of them (order statistics).
 
     The interval contains the median of the distribution that the values were drawn from in at least `level` of all
-    cases, whatever the distribution is. From fewer than six values there is no such interval of 95 %.
+    cases, for every distribution. From fewer than six values there is no such interval of 95 %.
     """
     known = np.sort(values[~np.isnan(values)])
     n = len(known)

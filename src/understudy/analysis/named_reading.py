@@ -90,7 +90,7 @@ def find_reading(
 
 
 def _is_sensed(feature: Feature, readings: Mapping[str, Reading]) -> bool:
-    """Return whether a body with these readings senses a feature: its reading, or whatever its function looks at."""
+    """Return whether a body with these readings senses a feature: its reading, or all readings of its function."""
     if feature.reading is None:
         return True
     return feature.reading in readings and readings[feature.reading].kind == feature.kind

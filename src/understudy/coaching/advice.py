@@ -28,13 +28,13 @@ from understudy.model.tree_regions import Box
 from understudy.training.feature_values import compute_example_values
 
 MOST_SLIPS = 3
-"""So many likely slips at once: a person who is asked about more stops reading."""
+"""The number of likely slips that are listed at once: a person who is asked about more stops reading."""
 MOST_ADVICE = 2
-"""So many pieces of one kind of advice on one state."""
+"""The largest number of pieces of advice of one kind on one state."""
 NEARBY = 0.15
-"""So near, another example says the same: well within what is far from one."""
+"""The distance up to which another example says the same; it is well below the distance that counts as far."""
 MOST_FURTHER = 24
-"""So many presses of a large lesson are left out one by one for this, beside those that were already."""
+"""The number of presses whose effect is tried by leaving each out, beyond those for which that was tried before."""
 
 
 class AdviceKind(StrEnum):
@@ -77,7 +77,11 @@ class Advice:
 
 
 class WrongDecisions(NamedTuple):
-    """What a behavior decided where it went wrong: in how many new worlds it ran, and for each seed what happened."""
+    """The decisions of a behavior in the new worlds in which it went wrong.
+
+    `worlds` is the number of worlds in which it ran. `why` says what happened, by the seed of a world in which it went
+    wrong, and `met` are the decisions in these worlds.
+    """
 
     worlds: int
     why: Mapping[int, str]
@@ -204,7 +208,7 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
         if not isinstance(state.transition, Tree):
             continue
         now = state.decide(state.transition, analysis.situations)
-        found = []
+        isolated = []
         for row in _list_unsupported_presses(state):
             if (state, (row,)) not in analysis.trials:
                 left -= 1
@@ -213,9 +217,9 @@ def advise_on_isolated_presses(analysis: LessonAnalysis) -> Iterator[Advice]:
             if not state.predict_without((row,)).all():
                 then = state.decide(state.fit_without((row,)), analysis.situations)
                 changed = (now == state.shown.outcomes[row]) & (then != now)
-                found.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
+                isolated.append((-float(changed.mean()) if len(changed) else 0.0, row, changed))
         advised: set[str] = set()
-        for share, row, changed in sorted(found, key=lambda each: each[:2]):
+        for share, row, changed in sorted(isolated, key=lambda each: each[:2]):
             example = state.examples[row]
             if example.next not in advised and len(advised) < MOST_ADVICE:
                 advised.add(example.next)

@@ -19,9 +19,9 @@ from understudy.training.trainee import Mode
 LIMIT_S = 300.0
 """The longest stretch that is skipped at once, s."""
 SAME_S = 30.0
-"""A robot that stays in the same states for so long may be stuck, s."""
+"""The time in the same states after which a robot may be stuck, s."""
 FIDGETS, FIDGETING_S = 30, 6.0
-"""So many switches within so many seconds are no behavior."""
+"""The number of switches within a time, s, from which on a robot fidgets: it switches without getting anything done."""
 
 
 class PauseReason(StrEnum):
@@ -65,7 +65,7 @@ def fast_forward(
 ) -> FastForward:
     """Run a session to the next moment at which its demonstrator is needed, and stop before that tick.
 
-    Nothing is recorded from silence on the way, because nobody watches.
+    Nothing is recorded from silence on the way, because no person watches.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _run(
         if (question := asking.find_question()) is not None:
             return PauseReason.UNSURE, question
         session.tick()
-        if session.trainee.outcome.raised:
+        if session.trainee.result.raised:
             return PauseReason.FLAG, None
         if until(session):
             return PauseReason.PROPERTY, None

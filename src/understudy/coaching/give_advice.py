@@ -43,19 +43,19 @@ from understudy.model.tree_regions import Box, ValueSet, find_tested_features, l
 BEGINNING = 0.7
 """The weight of a gap in the start state, relative to other states: a run passes it only once."""
 LEAST_SHARE = 0.02
-"""A situation rarer than this is not worth a person's time."""
+"""The least share of situations that a gap must concern to be worth a person's time."""
 LEAST_CONTRAST = 0.5
-"""From so much nearer on, other examples make a leaf questionable."""
+"""How much nearer examples of another outcome must be than those of a leaf to make it questionable, as a contrast."""
 MOST_SITUATIONS = 48
-"""So many situations are moved into each leaf."""
+"""The number of situations that are moved into each leaf."""
 LEAST_CASES = 8
-"""With fewer cases the share of those decided as shown says nothing."""
+"""The least number of cases for which the share decided as shown is reported."""
 GOOD = 0.95
-"""With this share of cases decided as shown, a lesson has enough examples."""
+"""The share of cases decided as shown from which on a lesson has enough examples."""
 UNSURE = 0.3
-"""No advice on a lesson of hardly any examples weighs more."""
+"""The largest weight of advice on a lesson with very few examples."""
 IN_WORLDS = 0.95
-"""No advice weighs more without a trial in worlds; advice on what goes wrong there does."""
+"""The largest weight of advice without trials in worlds; advice on mistakes found in worlds weighs more."""
 
 
 def give_advice(
@@ -75,37 +75,37 @@ def give_advice(
     `wrong` decisions in new worlds comes first.
     """
     analysis = LessonAnalysis(lesson, transitions, situations)
-    found = [
+    advice = [
         *advise_on_contradictions(analysis, kit),
         *advise_on_overruled_defaults(analysis),
         *advise_on_missing_switches(analysis),
     ]
     if analysis.is_scant:
-        found = [replace(each, weight=min(each.weight, UNSURE)) for each in found]
-        found.insert(0, _advise_on_few_presses(analysis))
+        advice = [replace(each, weight=min(each.weight, UNSURE)) for each in advice]
+        advice.insert(0, _advise_on_few_presses(analysis))
     else:
         slips = list(advise_on_mislabels(analysis, meant))
         doubted = {number for each in slips for number in each.examples}
-        found += advise_on_coverage_gaps(analysis)
-        found += advise_on_stretched_leaves(analysis)
-        found += slips
-        found += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
-        found += advise_on_accuracy(analysis)
-        found += advise_on_unused_features(analysis)
+        advice += advise_on_coverage_gaps(analysis)
+        advice += advise_on_stretched_leaves(analysis)
+        advice += slips
+        advice += [each for each in advise_on_isolated_presses(analysis) if each.examples[0] not in doubted]
+        advice += advise_on_accuracy(analysis)
+        advice += advise_on_unused_features(analysis)
         if wrong is not None:
-            found = [_weigh_by_worlds(each, analysis, wrong) for each in found]
-    return tuple(sorted(found, key=lambda each: -each.weight))
+            advice = [_weigh_by_worlds(each, analysis, wrong) for each in advice]
+    return tuple(sorted(advice, key=lambda each: -each.weight))
 
 
 def _weigh_by_worlds(advice: Advice, analysis: LessonAnalysis, wrong: WrongDecisions) -> Advice:
-    """Return advice with the number of new worlds that went wrong for what it states; such advice comes first."""
+    """Return advice with the number of new worlds in which its mistake happened; such advice comes first."""
     seeds = {met.seed for met in wrong.met if _concerns(advice, met, analysis)}
     if not seeds:
         return advice
     first = next(why for seed, why in wrong.why.items() if seed in seeds)
-    said = f"I went wrong there in {len(seeds)} of {wrong.worlds} new worlds ({first})."
+    evidence = f"I went wrong there in {len(seeds)} of {wrong.worlds} new worlds ({first})."
     weight = IN_WORLDS + (1.0 - IN_WORLDS) * len(seeds) / wrong.worlds
-    return replace(advice, weight=weight, evidence=said)
+    return replace(advice, weight=weight, evidence=evidence)
 
 
 def _concerns(advice: Advice, met: MetDecision, analysis: LessonAnalysis) -> bool:
@@ -128,9 +128,11 @@ def _concerns(advice: Advice, met: MetDecision, analysis: LessonAnalysis) -> boo
 
 def _advise_on_few_presses(analysis: LessonAnalysis) -> Advice:
     presses, held = analysis.demonstration_count, any(each.quarantined for each in analysis.lesson.examples)
-    said = "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
+    beginning = (
+        "You showed me nothing" if not presses else f"You pressed {'once' if presses == 1 else 'twice'}"
+    )
     so_far = ", beside what is in quarantine" if held else " so far" if presses else " yet"
-    sentence = f"{said}{so_far}: show me more, and then I can tell you what is missing."
+    sentence = f"{beginning}{so_far}: show me more, and then I can tell you what is missing."
     return Advice(AdviceKind.FEW, sentence, "", UNSURE)
 
 
@@ -204,7 +206,7 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
         situations = analysis.situations[analysis.find_possible_situations(state)][:MOST_SITUATIONS]
         if not isinstance(state.transition, Tree) or not len(situations):
             continue
-        found = []
+        stretched = []
         for outcome, box in list_leaf_boxes(state.transition, kinds):
             if outcome not in (STAY, state.shown.current):
                 rows = _move_into_box(box, situations)
@@ -218,7 +220,7 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
                 following = analysis.lesson.automaton.state_names[outcome]
                 start = f"go from {state.place} to {following}" if state.place else f"do {following}"
                 answer = "stay" if nearest.next == nearest.state else nearest.next
-                found.append(
+                stretched.append(
                     Advice(
                         AdviceKind.STRETCHED,
                         f"Is it right that I {start}{when}? The nearest example, {nearest.number}, says {answer}.",
@@ -229,7 +231,7 @@ def advise_on_stretched_leaves(analysis: LessonAnalysis) -> Iterator[Advice]:
                         tuple(rows[worst].tolist()),
                     )
                 )
-        yield from sorted(found, key=lambda each: -each.weight)[:MOST_ADVICE]
+        yield from sorted(stretched, key=lambda each: -each.weight)[:MOST_ADVICE]
 
 
 def _move_into_box(box: Box, situations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -257,16 +259,14 @@ def advise_on_accuracy(analysis: LessonAnalysis) -> Iterator[Advice]:
         return
     share, half = whole.mean(), predict_left_out(analysis.draw_halves()).mean()
     error = sqrt(max(share * (1 - share), 0.01) / len(whole))
-    said = f"leave each example out in turn and I get {whole.sum()} of {len(whole)} right"
+    result = f"leave each example out in turn and I get {whole.sum()} of {len(whole)} right"
     if share >= GOOD:
-        sentence, weight = f"I have seen enough of what you showed: {said}.", 0.05
+        sentence, weight = f"I have seen enough of what you showed: {result}.", 0.05
     elif share - half > error:
-        sentence = f"More examples are likely to help: {said}, and with half of the others {half:.0%}."
+        sentence = f"More examples are likely to help: {result}, and with half of the others {half:.0%}."
         weight = 0.35
     else:
-        sentence = (
-            f"More of the same may not help: {said}, and no fewer with half of the others; look at features."
-        )
+        sentence = f"More of the same may not help: {result}, and no fewer with half of the others; look at features."
         weight = 0.3
     yield Advice(AdviceKind.OUTLOOK, sentence, "", weight)
 

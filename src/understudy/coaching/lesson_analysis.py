@@ -45,11 +45,11 @@ from understudy.model.tree import STAY, Tree, make_leaf
 from understudy.model.tree_regions import Box, find_tested_features
 
 UNTESTED = 0.25
-"""The weight of a feature that a state's tree does not test: the lesson has it, so it may matter all the same."""
+"""The weight of a feature that a state's tree does not test; it may matter, since the lesson has it."""
 FAR = 0.35
-"""From here on a situation is far from an example: a third of what was seen of a number, or 60 degrees."""
+"""The distance from which on a situation is far from an example: a third of a number's range, or 60 degrees."""
 ENOUGH = 3
-"""The least number of directives and confirmations with which anything is said about what is missing."""
+"""The least number of directives and confirmations from which gaps in a lesson are reported."""
 MOST_TRIALS, MOST_SLOW_TRIALS = 64, 8
 """The largest numbers of trials in a lesson, each without an example, for trees and for classifiers of scikit-learn.
 
@@ -58,7 +58,7 @@ In larger lessons each trial leaves out several examples at once.
 SLOW = ("LogisticRegression", "MLPClassifier", "RandomForestClassifier")
 """Classifiers that take a second to fit: there are no trials of them."""
 MOST_FITS = 40
-"""So many transition functions at most, each without one example, are asked about one decision."""
+"""The largest number of transition functions, each learned without one example, that decide one situation again."""
 DRAWS, SEED = 4, 1
 """The number of random halves of the examples that are drawn, and the seed of the draws."""
 
@@ -84,10 +84,12 @@ class FeatureDistances:
         """Compute distances, from 0 to 1, between vectors [..., F] and others, broadcast, for each feature."""
         off = np.abs(rows - values)
         off = np.where(self._is_circle & (off > self._scale), 2 * self._scale - off, off)
-        found: NDArray[np.float64] = np.minimum(off / self._scale, 1.0)  # labels are at least 1 apart
-        missing = np.isnan(found)
+        distances: NDArray[np.float64] = np.minimum(off / self._scale, 1.0)  # labels are at least 1 apart
+        missing = np.isnan(distances)
         return (
-            np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, found) if missing.any() else found
+            np.where(missing, (np.isnan(rows) != np.isnan(values)) * 1.0, distances)
+            if missing.any()
+            else distances
         )
 
     def compute(self, rows: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -96,8 +98,8 @@ class FeatureDistances:
 
     def combine(self, apart: NDArray[np.float64]) -> NDArray[np.float64]:
         """Combine distances `apart` [..., F] of features into one."""
-        found: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
-        return found
+        distances: NDArray[np.float64] = np.minimum(np.sqrt(apart * apart @ self._weights), 1.0)
+        return distances
 
 
 class StateAnalysis:
@@ -132,9 +134,13 @@ class StateAnalysis:
         It stays if no other example was made by a press, or if the others are too few for the classifier.
         """
         if rows not in self._without:
-            shown, kept = self.shown, np.delete(np.arange(len(self.examples)), rows)
+            training_set, others = self.shown, np.delete(np.arange(len(self.examples)), rows)
             arrays = TrainingSet(
-                (), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current
+                (),
+                training_set.values[others],
+                training_set.outcomes[others],
+                training_set.groups[others],
+                training_set.current,
             )
             self._without[rows] = Tree((make_leaf(STAY),))
             if not set(self.press_rows) <= set(rows):
@@ -151,17 +157,17 @@ class StateAnalysis:
     def decide(self, transition: Transition, vectors: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the index of the next state for each vector [n, F]; its own where it stays (STAY if stateless)."""
         if isinstance(transition, ClassifierTransition):
-            found = transition.decide_at_once(vectors)
+            outcomes = transition.decide_at_once(vectors)
         else:
-            found = np.array([transition.decide(vector) for vector in vectors.tolist()], np.int64)
-        return np.where(found == STAY, self.shown.current, found)
+            outcomes = np.array([transition.decide(vector) for vector in vectors.tolist()], np.int64)
+        return np.where(outcomes == STAY, self.shown.current, outcomes)
 
     def predict_without(self, rows: tuple[int, ...]) -> NDArray[np.bool_]:
         """Return which of some rows would be decided as shown without them."""
         chosen = list(rows)
         decided = self.decide(self.fit_without(rows), self.shown.values[chosen])
-        found: NDArray[np.bool_] = decided == self.shown.outcomes[chosen]
-        return found
+        is_right: NDArray[np.bool_] = decided == self.shown.outcomes[chosen]
+        return is_right
 
     def measure_contrast(
         self, distances: NDArray[np.float64], outcome: int
@@ -190,13 +196,13 @@ class StateAnalysis:
         for group in pressed if isinstance(self.transition, Tree) else ():
             leaf = self.transition.path(group[0].values)[1]
             leaves.setdefault(leaf, []).extend([each for each in group if each.is_shown] or group)
-        found = {}
+        split = {}
         for leaf, examples in leaves.items():
             outcomes = [example.next for example in examples]
             outvoted = 1.0 - max(map(outcomes.count, outcomes)) / len(outcomes)
             if outvoted:
-                found[leaf] = outvoted, tuple(example.number for example in examples)
-        return found
+                split[leaf] = outvoted, tuple(example.number for example in examples)
+        return split
 
     @cached_property
     def cells(self) -> NDArray[np.int64]:
@@ -213,8 +219,8 @@ class StateAnalysis:
 
         What is usual in the state's examples is left out.
         """
-        said = describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
-        return make_situation_box(self.words, cells), f" when {said}" if said else ""
+        words = describe_situation(self.words, cells, find_usual_cells(self.cells, self.words))
+        return make_situation_box(self.words, cells), f" when {words}" if words else ""
 
     def describe_example(self, example: Example) -> tuple[Box, str]:
         """Describe an example's situation without features that tell nothing: all values that were seen are one."""
@@ -252,11 +258,11 @@ class LessonAnalysis:
         situations: NDArray[np.float64] | None = None,
     ) -> None:
         self.lesson = lesson
-        self._seen = seen = stack_example_vectors(lesson)
+        self._seen = vectors = stack_example_vectors(lesson)
         if situations is not None:
-            self.situations = fill_own_features(lesson, situations, seen)
-            seen = np.concatenate([seen, self.situations])
-        self.words = make_feature_phrases(lesson.automaton.features, seen)
+            self.situations = fill_own_features(lesson, situations, vectors)
+            vectors = np.concatenate([vectors, self.situations])
+        self.words = make_feature_phrases(lesson.automaton.features, vectors)
         taught = group_examples_by_state(lesson)
         self.states = {
             name: StateAnalysis(lesson, name, taught[name], transitions[name], self.words)
@@ -281,11 +287,11 @@ class LessonAnalysis:
 
     def find_possible_situations(self, state: StateAnalysis) -> NDArray[np.bool_]:
         """Return which situations can occur in a state: each flag as some example has it there."""
-        found = np.ones(len(self.situations), np.bool_)
+        possible = np.ones(len(self.situations), np.bool_)
         for column, bound in enumerate(self.lesson.automaton.features):
             if isinstance(bound.feature, FlagFeature) and not self.lesson.automaton.stateless:
-                found &= np.isin(self.situations[:, column], state.shown.values[:, column])
-        return found
+                possible &= np.isin(self.situations[:, column], state.shown.values[:, column])
+        return possible
 
     @cached_property
     def trials(self) -> list[Trial]:
@@ -296,26 +302,26 @@ class LessonAnalysis:
             if learner.classifier in SLOW:
                 return []
         together = max(1, -(-sum(len(state.press_rows) for state in states) // most))
-        found = []
+        trials = []
         for state in states:
             count = -(-len(state.press_rows) // together)
-            found += [(state, tuple(state.press_rows[first::count])) for first in range(count)]
-        return found
+            trials += [(state, tuple(state.press_rows[first::count])) for first in range(count)]
+        return trials
 
     def draw_halves(self) -> list[Trial]:
         """Draw random halves of the press-made examples of each state to leave out."""
         draws = 1 if isinstance(self.lesson.options.learner, SklearnOptions) else DRAWS
         generator = np.random.default_rng(SEED)
-        found = []
+        halves = []
         for state in self.states.values():
             middle = len(state.press_rows) // 2
             for _ in range(draws if middle else 0):
                 mixed = tuple(generator.permutation(state.press_rows).tolist())
-                found += [(state, mixed[:middle]), (state, mixed[middle:])]
-        return found
+                halves += [(state, mixed[:middle]), (state, mixed[middle:])]
+        return halves
 
 
 def predict_left_out(trials: Iterable[Trial]) -> NDArray[np.bool_]:
     """Return which examples are decided as shown without them, of states with at least two press-made examples."""
-    found = [state.predict_without(rows) for state, rows in trials if len(state.press_rows) > 1]
-    return np.concatenate([np.zeros(0, np.bool_), *found])
+    predictions = [state.predict_without(rows) for state, rows in trials if len(state.press_rows) > 1]
+    return np.concatenate([np.zeros(0, np.bool_), *predictions])

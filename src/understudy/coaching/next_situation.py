@@ -140,8 +140,8 @@ def _find_repetition(
     distances = make_lesson_distances(lesson)
     end_s = max((each.time_s for each in met), default=0.0)
     for last in (each for each in met if each.time_s == end_s):  # others have raised a flag
-        asked = 0 if queries is None else queries.count_asked_about_repetition(last.state)
-        if asked >= PARTS:
+        count = 0 if queries is None else queries.count_asked_about_repetition(last.state)
+        if count >= PARTS:
             continue
         on_its_way = [each for each in met if each.seed == last.seed]
         others = [place for place, each in enumerate(on_its_way, 1) if each.state != last.state]
@@ -151,7 +151,7 @@ def _find_repetition(
         if moments is None:
             continue
         round_rows = rows[moments.start : moments.stop]
-        here = stays[moments[choose_moment(lesson, last.state, round_rows, asked)]]
+        here = stays[moments[choose_moment(lesson, last.state, round_rows, count)]]
         doubt = describe_repetition(here.state, end_s - stays[0].time_s)
         answers = tuple(dict.fromkeys((here.state, *lesson.automaton.state_names[1:])))
         question = Question(here.time_s, here.state, here.values, here.state, doubt, answers)
@@ -182,15 +182,15 @@ def _list_doubtful(
     met: Sequence[MetDecision], doubts: UncertaintyModel, queries: UncertaintyQueries | None
 ) -> list[tuple[float, MetDecision]]:
     """List the most doubtful decision for each state and reason that was not asked about, most doubtful first."""
-    found: dict[tuple[str, str], tuple[float, MetDecision]] = {}
+    doubtful: dict[tuple[str, str], tuple[float, MetDecision]] = {}
     for each in met:
         doubt = doubts.estimate(each.state, each.values)
         key = each.state, doubt.reason
         if (queries is None or not queries.was_asked(each.state, doubt)) and (
-            key not in found or doubt.amount > found[key][0]
+            key not in doubtful or doubt.amount > doubtful[key][0]
         ):
-            found[key] = doubt.amount, each
-    return sorted(found.values(), key=lambda pair: -pair[0])
+            doubtful[key] = doubt.amount, each
+    return sorted(doubtful.values(), key=lambda pair: -pair[0])
 
 
 @dataclass(slots=True)
@@ -198,7 +198,7 @@ class _Recorder:
     """A transition function that notes the feature vectors for which it is asked, one for each agent in its state."""
 
     learned: Transition
-    asked: list[NDArray[np.float64]] = field(default_factory=list)
+    vectors: list[NDArray[np.float64]] = field(default_factory=list)
 
     def decide(self, values: Sequence[float], /) -> int:
         """Return the next state for a feature vector."""
@@ -210,7 +210,7 @@ class _Recorder:
 
     def decide_all(self, values: NDArray[np.float64], /) -> list[int]:
         """Return the next state for each feature vector [n, F]."""
-        self.asked.append(values)
+        self.vectors.append(values)
         return [self.learned.decide(row) for row in values.tolist()]
 
 
@@ -270,15 +270,15 @@ def _listed(
         before = [engine.levels(agent)[0].state for agent in mine.tolist()] if tick % every == 0 else []
         engine.tick()
         for name, recorder in recorders.items():
-            if before and recorder.asked:
+            if before and recorder.vectors:
                 places = [place for place, state in enumerate(before) if state == name]
-                for place, values in zip(places, recorder.asked[0].tolist(), strict=True):
+                for place, values in zip(places, recorder.vectors[0].tolist(), strict=True):
                     yield MetDecision(seeds[place], now, name, tuple(values))
-            recorder.asked.clear()
+            recorder.vectors.clear()
 
 
 def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:
-    """Return at most so many decisions, evenly over all."""
+    """Return at most `most` decisions, spread evenly over all."""
     return met[:: max(1, -(-len(met) // most))]
 
 

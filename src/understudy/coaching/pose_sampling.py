@@ -94,11 +94,11 @@ class PoseSampler:
 
     def read(self) -> NDArray[np.float64]:
         """Return the values of the features at the present pose [F], own features absent."""
-        found = np.full(len(self._features), np.nan)
+        values = np.full(len(self._features), np.nan)
         if self._columns:
             percept = self.body.sense(self._sensing.keys)
-            found[self._columns] = self._sensing.columns(percept)[:, self.agent]
-        return found
+            values[self._columns] = self._sensing.columns(percept)[:, self.agent]
+        return values
 
 
 def sample_posed_situations(
@@ -116,5 +116,5 @@ def sample_posed_situations(
     """
     poser, draws = PoseSampler(body, agent, features, targets), np.random.default_rng(seed)
     drawn = (poser.values(poser.draw_pose(draws, near=bool(turn % 2))) for turn in range(2 * count))
-    found = [values for values in drawn if values is not None][:count]
-    return np.array(found, np.float64).reshape(len(found), len(features))
+    vectors = [values for values in drawn if values is not None][:count]
+    return np.array(vectors, np.float64).reshape(len(vectors), len(features))

@@ -23,16 +23,16 @@ from understudy.training.session import Session
 from understudy.training.trainee import Mode, SessionView
 
 UNSURE, UNSURE_LIVE = 0.5, 0.7
-"""From so much doubt on it asks: in testing, and in live teaching, where much is still new."""
+"""The doubt from which on the robot asks: in testing, and in live teaching, where much is still new."""
 UNSURE_FLAG = 0.5
-"""From so much doubt on it asks before it raises a flag, in live teaching, too: that ends what it does."""
+"""The doubt from which on the robot asks before it raises a flag, which ends its behavior, in live teaching, too."""
 MOST_MARKS = 50
 REST_S = 2.0
-"""So long after a question it does not ask another one: whoever is asked at every step hears nothing any more."""
+"""The time after a question in which the robot asks no other, s: a person who is always asked stops listening."""
 
 
 FIDGETS, FIDGETING_S = 8, 2.0
-"""So many switches within so many seconds, s, are no behavior: it asks what the robot should do."""
+"""The number of switches within a time, s, from which on the robot asks what it should do."""
 
 
 class QueryPolicy(StrEnum):
@@ -112,7 +112,7 @@ class UncertaintyQueries:
         fidgets = self._note_state(view)
         self._learn()
         self._repetition.observe(view.time_s, view.state, values)
-        rests = 0.0 <= view.time_s - self._last_s < REST_S  # a world that began anew has an earlier time
+        rests = 0.0 <= view.time_s - self._last_s < REST_S  # a restarted world has an earlier time
         if view.flag is not None or view.waiting is not None or rests:
             return None
         repeats = self._repetition.find_doubt()

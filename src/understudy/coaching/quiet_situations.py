@@ -6,7 +6,7 @@ A single situation that goes well says little. A demonstrator can stop when seve
 from __future__ import annotations
 
 LEAST_S = 10.0
-"""A situation counts from so long on, s, or once the robot has raised a flag."""
+"""The time, s, from which on a situation counts; it also counts once the robot has raised a flag."""
 
 
 class QuietSituations:

@@ -49,14 +49,14 @@ def find_raised_elsewhere(
     """
     lesson, targets = session.lesson, session.view().targets
     flags = [state for state in lesson.automaton.states if state.flag is not None]
-    shown = {state.name: find_shown_range(lesson, state.flag) for state in flags if state.flag is not None}
-    known = {name: each for name, each in shown.items() if each is not None}
-    if not known:
+    range_of = {state.name: find_shown_range(lesson, state.flag) for state in flags if state.flag is not None}
+    ranges = {name: each for name, each in range_of.items() if each is not None}
+    if not ranges:
         return None
     run = run_in_worlds(session, lesson, seeds, DURATION_S)
     for row, seed in enumerate(seeds):
         state = run.last_states[row]
-        each = known.get(state)
+        each = ranges.get(state)
         if each is None:
             continue
         value = _read(each, run.world, targets)[run.agents[row]]
@@ -74,9 +74,9 @@ def find_raised_elsewhere(
     return None
 
 
-def _read(shown: ShownRange, world: SeededBody, targets: Mapping[str, str]) -> Column:
+def _read(flag_range: ShownRange, world: SeededBody, targets: Mapping[str, str]) -> Column:
     """Read the values of a feature of all agents."""
-    bound = shown.feature
+    bound = flag_range.feature
     feature = BoundFeature(bound.feature, bound.binding.substitute(targets))
     columns = FeatureColumns([feature], world)
     column: Column = columns.columns(world.sense(columns.keys))[0]

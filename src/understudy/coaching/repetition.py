@@ -17,7 +17,7 @@ from understudy.model.lesson import Lesson
 AWAY = 3.0
 """The distance, in largest steps between two moments, beyond which the robot has left a situation."""
 PARTS = 4
-"""A demonstrator is asked in so many parts of a round, one in each round, until the lesson changes."""
+"""The number of parts of a round. The robot asks in another part in each round, until the lesson changes."""
 LOOK_S = 0.5
 """The time between two looks at whether a robot repeats itself, s."""
 GAP_S = 1.0
@@ -56,7 +56,7 @@ def find_repetition(values: NDArray[np.float64], distances: FeatureDistances) ->
     return None
 
 
-def choose_moment(lesson: Lesson, state: str, values: NDArray[np.float64], asked: int) -> int:
+def choose_moment(lesson: Lesson, state: str, values: NDArray[np.float64], count: int) -> int:
     """Choose the moment of a round at which to ask what the robot should do.
 
     It is the moment most like an example that leaves the state, and after each question a part of the round later, so
@@ -70,7 +70,7 @@ def choose_moment(lesson: Lesson, state: str, values: NDArray[np.float64], asked
         The state in which the robot stays.
     values
         The feature vectors [n, F] of a round.
-    asked
+    count
         How often it was asked in this state.
 
     Returns
@@ -83,7 +83,7 @@ def choose_moment(lesson: Lesson, state: str, values: NDArray[np.float64], asked
     if exits:
         apart = make_lesson_distances(lesson).compute(values[:, None], np.array(exits))
         nearest = int(apart.min(axis=1).argmin())
-    return (nearest + asked * len(values) // PARTS) % len(values)
+    return (nearest + count * len(values) // PARTS) % len(values)
 
 
 def describe_repetition(state: str, seconds: float) -> Uncertainty:
@@ -130,8 +130,8 @@ class RepetitionWatch:
         moments = find_repetition(rows, self._distances)
         if moments is None:
             return
-        asked = self._asked[self._state]
-        moment = moments[choose_moment(self._lesson, self._state, rows[moments.start : moments.stop], asked)]
+        count = self._asked[self._state]
+        moment = moments[choose_moment(self._lesson, self._state, rows[moments.start : moments.stop], count)]
         self._round_s = self._times[moments.stop] - self._times[moments.start]
         self._due_s = self._times[moment] + self._round_s
         while self._due_s < now - LOOK_S:
@@ -160,5 +160,5 @@ class RepetitionWatch:
 
 def make_lesson_distances(lesson: Lesson) -> FeatureDistances:
     """Make the distances between feature vectors of a lesson's automaton, with all features weighed alike."""
-    seen = stack_example_vectors(lesson)
-    return FeatureDistances(make_feature_phrases(lesson.automaton.features, seen), None)
+    vectors = stack_example_vectors(lesson)
+    return FeatureDistances(make_feature_phrases(lesson.automaton.features, vectors), None)

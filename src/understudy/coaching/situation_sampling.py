@@ -20,47 +20,47 @@ def stack_example_vectors(lesson: Lesson) -> NDArray[np.float64]:
 
 
 def sample_similar_situations(
-    lesson: Lesson, seen: NDArray[np.float64], count: int = IMAGINED
+    lesson: Lesson, vectors: NDArray[np.float64], count: int = IMAGINED
 ) -> NDArray[np.float64]:
-    """Sample feature vectors [count, F] like those `seen` [n, F].
+    """Sample feature vectors [count, F] like the given `vectors` [n, F].
 
-    Readings are absent together as in those seen. Other readings of the body are drawn evenly from their observed
-    range, angles and labels from all possible values. The automaton's own features are as in one of the vectors seen.
+    Readings are absent together as in these vectors. Other readings of the body are drawn evenly from their observed
+    range, angles and labels from all possible values. The automaton's own features are as in one of them.
     Without any vectors, none are sampled.
     """
     features = lesson.automaton.features
-    if not len(seen) or not features:
+    if not len(vectors) or not features:
         return np.zeros((0, len(features)))
     draws = np.random.default_rng(SEED)
-    found = seen[draws.integers(len(seen), size=count)]
+    situations = vectors[draws.integers(len(vectors), size=count)]
     for column, bound in enumerate(features):
-        present = ~np.isnan(found[:, column])
+        present = ~np.isnan(situations[:, column])
         if bound.is_own or not present.any():
             continue
-        fresh = _drawn(bound, seen[:, column], draws, count)
-        found[:, column] = np.where(present, fresh, np.nan)
-    return found
+        fresh = _drawn(bound, vectors[:, column], draws, count)
+        situations[:, column] = np.where(present, fresh, np.nan)
+    return situations
 
 
 def fill_own_features(
-    lesson: Lesson, situations: NDArray[np.float64], seen: NDArray[np.float64]
+    lesson: Lesson, situations: NDArray[np.float64], vectors: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return situations [M, F] with the automaton's own features as in some of the vectors `seen` [n, F]."""
+    """Return situations [M, F] with the automaton's own features as in some of `vectors` [n, F]."""
     own = [column for column, bound in enumerate(lesson.automaton.features) if bound.is_own]
-    found = situations.copy()
-    if len(seen) and own:
-        rows = np.random.default_rng(SEED).integers(len(seen), size=len(found))
-        found[:, own] = seen[rows][:, own]
-    return found
+    filled = situations.copy()
+    if len(vectors) and own:
+        rows = np.random.default_rng(SEED).integers(len(vectors), size=len(filled))
+        filled[:, own] = vectors[rows][:, own]
+    return filled
 
 
 def _drawn(
-    bound: BoundFeature, seen: NDArray[np.float64], draws: np.random.Generator, count: int
+    bound: BoundFeature, column: NDArray[np.float64], draws: np.random.Generator, count: int
 ) -> NDArray[np.float64]:
     kind = bound.kind
     if isinstance(kind, Categorical):
         return draws.integers(len(kind.labels), size=count).astype(np.float64)
     if isinstance(kind, Toroidal):
         return draws.random(count) * kind.period
-    low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
+    low, high = float(np.nanmin(column)), float(np.nanmax(column))
     return low + draws.random(count) * (high - low)

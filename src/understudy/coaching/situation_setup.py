@@ -20,11 +20,11 @@ from understudy.training.other_agents import SessionSnapshot, require_rewindable
 from understudy.training.session import Session
 
 TRIES = 240
-"""Poses tried in each world."""
+"""The number of poses that are tried in each world."""
 EXACT = 0.02
-"""So near what was meant that no other pose is tried."""
+"""The distance from the wanted situation below which no further pose is tried."""
 NEARBY = 0.5
-"""From this share of the tries on, poses are drawn around the best so far."""
+"""The share of tries after which poses are drawn around the best one so far."""
 
 
 class SituationSpec(Protocol):
@@ -164,10 +164,10 @@ def _misses(
     features: Sequence[BoundFeature], region: Box, values: Sequence[float] | NDArray[np.float64]
 ) -> list[float]:
     """Return the distance of each value from its part of a region, 0 inside; own features are ignored."""
-    found = []
+    misses = []
     for bound, part, value in zip(features, region, values, strict=False):
-        found.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
-    return found
+        misses.append(0.0 if bound.is_own else measure_miss(bound, part, float(value)))
+    return misses
 
 
 def measure_miss(bound: BoundFeature, region: ValueSet, value: float) -> float:

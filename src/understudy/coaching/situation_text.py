@@ -46,9 +46,9 @@ READ: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )
-"""How people say the cells of readings of a target, in rising order."""
+"""The words for the cells of readings of a target, in rising order."""
 USUAL: Mapping[str, str] = MappingProxyType({FEATURES.get(reading, reading): reading for reading in READ})
-"""From how features are usually called to what they read."""
+"""The reading that a feature of a usual name has, by that name."""
 ABSENT_WORDS: Mapping[str, str] = MappingProxyType({"blob_x": "not seen", "blob_size": "not seen"})
 PRESENT_WORDS: Mapping[str, str] = MappingProxyType({"not seen": "seen"})
 
@@ -90,21 +90,21 @@ class FeaturePhrases:
         absent = np.isnan(values)
         present = np.where(absent, 0.0, values)
         if isinstance(kind, Categorical):
-            found = present.astype(np.int64)
+            cells = present.astype(np.int64)
         elif isinstance(kind, Toroidal):
-            found = np.floor(present / kind.period * QUARTERS + 0.5).astype(np.int64) % QUARTERS
+            cells = np.floor(present / kind.period * QUARTERS + 0.5).astype(np.int64) % QUARTERS
         elif self.low < self.high:
-            found = np.searchsorted(self.steps, present, side="right").astype(np.int64)
+            cells = np.searchsorted(self.steps, present, side="right").astype(np.int64)
         else:
-            found = np.zeros(len(values), np.int64)
-        return np.where(absent, NOT_THERE, found)
+            cells = np.zeros(len(values), np.int64)
+        return np.where(absent, NOT_THERE, cells)
 
     def region(self, cells: Iterable[int]) -> ValueSet:
         """Return the values of some cells."""
-        found = ValueSet((), False)
+        region = ValueSet((), False)
         for cell in cells:
-            found |= ValueSet((), True) if cell == NOT_THERE else ValueSet(self._parts(cell), False)
-        return found
+            region |= ValueSet((), True) if cell == NOT_THERE else ValueSet(self._parts(cell), False)
+        return region
 
     def _parts(self, cell: int) -> tuple[Interval, ...]:
         kind = self.bound.kind
@@ -190,15 +190,15 @@ def _short(number: float) -> str:
 
 
 def make_feature_phrases(
-    features: Sequence[BoundFeature], seen: NDArray[np.float64]
+    features: Sequence[BoundFeature], vectors: NDArray[np.float64]
 ) -> tuple[FeaturePhrases, ...]:
     """Make the phrases for features, given observed feature vectors [n, F]."""
-    made = []
+    phrases = []
     for column, bound in enumerate(features):
-        present = seen[:, column][~np.isnan(seen[:, column])]
+        present = vectors[:, column][~np.isnan(vectors[:, column])]
         low, high = (float(present.min()), float(present.max())) if len(present) else (0.0, 0.0)
-        made.append(FeaturePhrases(bound, low, high))
-    return tuple(made)
+        phrases.append(FeaturePhrases(bound, low, high))
+    return tuple(phrases)
 
 
 def find_cells(words: Sequence[FeaturePhrases], rows: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -212,10 +212,10 @@ def find_cells(words: Sequence[FeaturePhrases], rows: NDArray[np.float64]) -> ND
 
 def match_cells(cells: Cells, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which of n situations [n, F], given as cells, are among these."""
-    found = np.ones(len(rows), np.bool_)
+    matches = np.ones(len(rows), np.bool_)
     for feature, allowed in cells.items():
-        found &= np.isin(rows[:, feature], list(allowed))
-    return found
+        matches &= np.isin(rows[:, feature], list(allowed))
+    return matches
 
 
 def make_situation_box(words: Sequence[FeaturePhrases], cells: Cells) -> Box:
@@ -228,13 +228,13 @@ def make_situation_box(words: Sequence[FeaturePhrases], cells: Cells) -> Box:
 
 def find_usual_cells(rows: NDArray[np.int64], words: Sequence[FeaturePhrases]) -> Cells:
     """Find, by feature, the label that most of n situations [n, F], given as cells, have."""
-    found = {}
+    usual = {}
     for feature, word in enumerate(words):
         if isinstance(word.bound.kind, Categorical) and len(rows):
             labels, counts = np.unique(rows[:, feature], return_counts=True)
             if counts.max() >= USUALLY * len(rows):
-                found[feature] = frozenset({int(labels[counts.argmax()])})
-    return found
+                usual[feature] = frozenset({int(labels[counts.argmax()])})
+    return usual
 
 
 def describe_situation(
@@ -245,17 +245,17 @@ def describe_situation(
     Usual values are omitted, unless nothing else is left to say.
     """
     telling = {feature: cells[feature] for feature in sorted(cells) if cells[feature] != usual.get(feature)}
-    said: dict[str, list[str]] = {}
+    parts_of: dict[str, list[str]] = {}
     for feature, chosen in (telling or cells).items():
-        parts = said.setdefault(words[feature].subject, [])
+        parts = parts_of.setdefault(words[feature].subject, [])
         text = words[feature].describe_cells(chosen)
         if text not in parts:
             parts.append(text)
     alike: dict[str, list[str]] = {}
-    for subject, parts in said.items():
+    for subject, parts in parts_of.items():
         alike.setdefault(" and ".join(parts), []).append(subject)
     verbs = (
         (join_names(subjects), "is" if len(subjects) == 1 else "are", text)
         for text, subjects in alike.items()
     )
-    return join_names(map(" ".join, verbs)) if said else ""
+    return join_names(map(" ".join, verbs)) if parts_of else ""

@@ -47,11 +47,11 @@ class Uncertainty:
 
 
 NONE_SHOWN, HARDLY = 1.0, 0.6
-"""What doubt is where a state was shown nothing, or a lesson hardly anything."""
+"""The doubt in a state without examples, and the doubt in a lesson with very few."""
 HANGS = 0.7
-"""The most that a boundary held by one example makes of it."""
+"""The largest doubt about a decision near a boundary that depends on a single example."""
 CLOSE_BY = 0.05
-"""As near to the one example as this, its word is good."""
+"""The distance to the single example below which its decision is not in doubt."""
 
 
 class UncertaintyModel:
@@ -76,7 +76,7 @@ class UncertaintyModel:
             return Uncertainty(0.9, DoubtReason.UNSHOWN, f"there are no examples like this in {here.name}")
         apart = here.distances.compute_by_feature(here.shown.values, np.array(values, np.float64))
         distances = here.distances.combine(apart)
-        found = [
+        doubts = [
             _find_far(here, values, distances, apart),
             _find_hanging(here, values, outcome, distances),
             _find_otherwise(here, outcome, here.plain_distances.combine(apart)),
@@ -85,10 +85,10 @@ class UncertaintyModel:
         if leaf in here.split_leaves:
             share, numbers = here.split_leaves[leaf]
             reason = f"examples {', '.join(map(str, numbers))} disagree here"
-            found.append(Uncertainty(min(1.0, 2.0 * share), DoubtReason.DISAGREEING, reason, numbers))
+            doubts.append(Uncertainty(min(1.0, 2.0 * share), DoubtReason.DISAGREEING, reason, numbers))
         if self._analysis.is_scant:
-            found.append(Uncertainty(HARDLY, DoubtReason.SCANT, "there are hardly any examples yet"))
-        return max(found, key=lambda each: each.amount)
+            doubts.append(Uncertainty(HARDLY, DoubtReason.SCANT, "there are hardly any examples yet"))
+        return max(doubts, key=lambda each: each.amount)
 
     def decide(self, state: str, values: Sequence[float]) -> str:
         """Return the next state that is decided for in a state; its own if nothing was shown in it."""
@@ -98,12 +98,14 @@ class UncertaintyModel:
 
     def rank_answers(self, state: str, values: Sequence[float]) -> tuple[str, ...]:
         """List all states: that of the decision, those of the nearest examples, the present one, then the others."""
-        names, shown = self._automaton.state_names, list[str]()
+        names, nearest = self._automaton.state_names, list[str]()
         here = None if state in self._flags else self._analysis.find_state(state)
         if here is not None:
             distances = here.plain_distances.compute(here.shown.values, np.array(values, np.float64))
-            shown = [names[row] for row in here.shown.outcomes[np.argsort(distances, kind="stable")].tolist()]
-        return tuple(dict.fromkeys((self.decide(state, values), *shown, state, *names[1:])))
+            nearest = [
+                names[row] for row in here.shown.outcomes[np.argsort(distances, kind="stable")].tolist()
+            ]
+        return tuple(dict.fromkeys((self.decide(state, values), *nearest, state, *names[1:])))
 
 
 def _find_far(

@@ -21,7 +21,7 @@ Matrix: TypeAlias = "NDArray[np.float64]"
 NO_LEVEL = -1
 """The index of the state of a level that did not exist in a tick."""
 BETWEEN = " > "
-"""What separates the states of the levels in a subtask, outermost first."""
+"""The text between the states of the levels in a subtask, outermost first."""
 SUBJECT = "a data set of demonstrations"
 
 

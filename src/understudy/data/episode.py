@@ -1,4 +1,4 @@
-"""Episodes: what one agent sensed, decided and did in each tick of a run, whatever file it is from."""
+"""Episodes: what one agent sensed, decided and did in each tick of a run, read from any kind of file."""
 
 from __future__ import annotations
 

@@ -63,8 +63,8 @@ def make_episode_frames(episodes: Sequence[Episode], backend: str | None = None)
     SettingError
         If the package is not installed, or is another one.
     """
-    made = (make_table(episodes).to_frame(backend) for make_table in TABLES.values())
-    return EpisodeFrames(*made)
+    frames = (make_table(episodes).to_frame(backend) for make_table in TABLES.values())
+    return EpisodeFrames(*frames)
 
 
 def make_episode_table(episodes: Sequence[Episode]) -> DataTable:
@@ -159,11 +159,11 @@ def _make_keys(
 
 def _join(episodes: Sequence[Episode], columns: Sequence[Column | None]) -> list[Cell]:
     """Join the columns of episodes, absent where an episode has none."""
-    found: list[Cell] = []
+    cells: list[Cell] = []
     for episode, column in zip(episodes, columns, strict=True):
         values = [nan] * episode.ticks if column is None else column.tolist()
-        found += [None if isnan(value) else value for value in values]
-    return found
+        cells += [None if isnan(value) else value for value in values]
+    return cells
 
 
 def _join_labels(episodes: Sequence[Episode], columns: Sequence[Column | None], label: str) -> list[Cell]:

@@ -63,9 +63,9 @@ class _Contents:
         if number not in self.waiting:
             return
         tick, press = self.waiting.pop(number)
-        shown = max((each for each in changed if each.is_shown), key=lambda each: each.number, default=None)
-        correction = press.correction if shown is None else shown.correction
-        kind = None if shown is None else shown.kind
+        pressed = max((each for each in changed if each.is_shown), key=lambda each: each.number, default=None)
+        correction = press.correction if pressed is None else pressed.correction
+        kind = None if pressed is None else pressed.kind
         self.presses.append(EpisodePress(tick, press.state, correction, kind))
         if run:
             self.reached[tick] = run[0].state

@@ -98,33 +98,33 @@ def write_lerobot(
             problem=f"is {subtasks!r}",
             remedy="choose index or language",
         )
-    found = gather_demonstrations(episodes)
+    data = gather_demonstrations(episodes)
     database = connect_database()
-    tasks = list(dict.fromkeys(task or _name_task(episode) for episode in found.episodes))
-    parts = list(_place_episodes(found, [tasks.index(task or _name_task(each)) for each in found.episodes]))
-    tables = [_make_columns(found, part, subtasks) for part in parts]
-    with database, create_folder(folder) as made:
-        _write_info(made, found, len(tasks), subtasks)
-        write_names(database, made / "meta/tasks.parquet", "task", tasks)
+    tasks = list(dict.fromkeys(task or _name_task(episode) for episode in data.episodes))
+    parts = list(_place_episodes(data, [tasks.index(task or _name_task(each)) for each in data.episodes]))
+    tables = [_make_columns(data, part, subtasks) for part in parts]
+    with database, create_folder(folder) as output:
+        _write_info(output, data, len(tasks), subtasks)
+        write_names(database, output / "meta/tasks.parquet", "task", tasks)
         if subtasks == "index":
-            write_names(database, made / "meta/subtasks.parquet", "subtask", found.subtasks)
-        _write_statistics(made, tables)
-        _write_episode_table(database, made, parts, tables, tasks)
+            write_names(database, output / "meta/subtasks.parquet", "subtask", data.subtasks)
+        _write_statistics(output, tables)
+        _write_episode_table(database, output, parts, tables, tasks)
         for file in range(parts[-1].file + 1):
             inside = [number for number, part in enumerate(parts) if part.file == file]
             chosen = [parts[number] for number in inside]
-            _write_data(database, made, found, chosen, [tables[number] for number in inside], subtasks)
+            _write_data(database, output, data, chosen, [tables[number] for number in inside], subtasks)
 
 
 def _name_task(episode: Episode) -> str:
     return episode.behavior or "demonstration"
 
 
-def _place_episodes(found: Demonstrations, tasks: Sequence[int]) -> Iterator[_Part]:
+def _place_episodes(data: Demonstrations, tasks: Sequence[int]) -> Iterator[_Part]:
     """Give each episode its first frame and its file, where a file is about as large as LeRobot makes them."""
-    per_frame = 8 * (len(found.readings) + len(found.channels) + len(found.levels) + 8)
+    per_frame = 8 * (len(data.readings) + len(data.channels) + len(data.levels) + 8)
     start = file = filled = 0
-    for number, (episode, task) in enumerate(zip(found.episodes, tasks, strict=True)):
+    for number, (episode, task) in enumerate(zip(data.episodes, tasks, strict=True)):
         size = per_frame * episode.ticks
         if filled and filled + size > MEGABYTES_PER_FILE * 2**20:
             file, filled = file + 1, 0
@@ -132,20 +132,20 @@ def _place_episodes(found: Demonstrations, tasks: Sequence[int]) -> Iterator[_Pa
         start, filled = start + episode.ticks, filled + size
 
 
-def _make_columns(found: Demonstrations, part: _Part, subtasks: Subtasks) -> dict[str, np.ndarray]:
+def _make_columns(data: Demonstrations, part: _Part, subtasks: Subtasks) -> dict[str, np.ndarray]:
     """Return the columns of an episode: arrays of shape [T] or [T, n]."""
     episode, ticks = part.episode, np.arange(part.episode.ticks)
-    columns: dict[str, np.ndarray] = {STATE: found.stack_readings(episode)}
-    columns[ACTION] = found.stack_commands(episode) if found.channels else _mark_states(found, episode)
+    columns: dict[str, np.ndarray] = {STATE: data.stack_readings(episode)}
+    columns[ACTION] = data.stack_commands(episode) if data.channels else _mark_states(data, episode)
     columns[TIME] = np.asarray(episode.times, dtype=np.float64)
-    for level in range(len(found.levels)):
-        columns[f"state_{level}"] = found.index_states(episode, level)
+    for level in range(len(data.levels)):
+        columns[f"state_{level}"] = data.index_states(episode, level)
     if subtasks == "index":
-        columns[SUBTASK] = found.index_subtasks(episode)
-    columns[PRESS] = found.mark_presses(episode)
-    if found.pose:
-        columns[POSE] = found.stack_pose(episode)
-    columns["timestamp"] = _make_timestamps(ticks, found)
+        columns[SUBTASK] = data.index_subtasks(episode)
+    columns[PRESS] = data.mark_presses(episode)
+    if data.pose:
+        columns[POSE] = data.stack_pose(episode)
+    columns["timestamp"] = _make_timestamps(ticks, data)
     columns["frame_index"] = ticks
     columns["episode_index"] = np.full(len(ticks), part.number)
     columns["index"] = part.start + ticks
@@ -153,56 +153,56 @@ def _make_columns(found: Demonstrations, part: _Part, subtasks: Subtasks) -> dic
     return columns
 
 
-def _mark_states(found: Demonstrations, episode: Episode) -> np.ndarray:
+def _mark_states(data: Demonstrations, episode: Episode) -> np.ndarray:
     """Return one column per state of the outermost automaton, shape [T, n]: 1 for the current one, otherwise 0."""
-    states = np.arange(len(found.levels[0]))
-    return np.equal(found.index_states(episode, 0)[:, np.newaxis], states).astype(np.float64)
+    states = np.arange(len(data.levels[0]))
+    return np.equal(data.index_states(episode, 0)[:, np.newaxis], states).astype(np.float64)
 
 
-def _make_timestamps(ticks: np.ndarray, found: Demonstrations) -> np.ndarray:
+def _make_timestamps(ticks: np.ndarray, data: Demonstrations) -> np.ndarray:
     """Return the nominal times that LeRobot expects, float32: ticks divided by frames per second."""
-    return (ticks / _frames_per_second(found)).astype(np.float32)
+    return (ticks / _frames_per_second(data)).astype(np.float32)
 
 
-def _frames_per_second(found: Demonstrations) -> int | float:
-    """Return a whole number wherever the length of a tick allows it, as LeRobot's own data sets have."""
-    exact = 1 / found.tick_s
+def _frames_per_second(data: Demonstrations) -> int | float:
+    """Return the frames per second, a whole number where the tick length allows it, as in LeRobot's own data sets."""
+    exact = 1 / data.tick_s
     return round(exact) if round(exact) and abs(exact - round(exact)) < 1e-6 * exact else exact
 
 
-def _write_info(made: Path, found: Demonstrations, tasks: int, subtasks: Subtasks) -> None:
-    frames = sum(episode.ticks for episode in found.episodes)
+def _write_info(output: Path, data: Demonstrations, tasks: int, subtasks: Subtasks) -> None:
+    frames = sum(episode.ticks for episode in data.episodes)
     info = {
         "codebase_version": FORMAT_VERSION,
         "robot_type": None,
-        "total_episodes": len(found.episodes),
+        "total_episodes": len(data.episodes),
         "total_frames": frames,
         "total_tasks": tasks,
         "chunks_size": FILES_PER_CHUNK,
         "data_files_size_in_mb": MEGABYTES_PER_FILE,
         "video_files_size_in_mb": 200,
-        "fps": _frames_per_second(found),
-        "splits": {"train": f"0:{len(found.episodes)}"},
+        "fps": _frames_per_second(data),
+        "splits": {"train": f"0:{len(data.episodes)}"},
         "data_path": DATA_PATH,
         "video_path": None,
-        "features": _describe_features(found, subtasks),
+        "features": _describe_features(data, subtasks),
     }
-    _write_json(made / "meta/info.json", info)
+    _write_json(output / "meta/info.json", info)
 
 
-def _describe_features(found: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
+def _describe_features(data: Demonstrations, subtasks: Subtasks) -> dict[str, Any]:
     """Describe the columns; `info` is LeRobot's place for what only the writer of a column knows."""
-    kinds = {"kinds": [kind and str(kind) for kind in found.kinds]}
-    features: dict[str, Any] = {STATE: _describe("float64", found.readings, kinds)}
-    features[ACTION] = _describe("float64", found.channels or found.levels[0])
+    kinds = {"kinds": [kind and str(kind) for kind in data.kinds]}
+    features: dict[str, Any] = {STATE: _describe("float64", data.readings, kinds)}
+    features[ACTION] = _describe("float64", data.channels or data.levels[0])
     features[TIME] = _describe("float64")
-    for level, names in enumerate(found.levels):
+    for level, names in enumerate(data.levels):
         features[f"state_{level}"] = _describe("int64", info={"labels": list(names)})
     if subtasks == "index":
-        features[SUBTASK] = _describe("int64", info={"labels": list(found.subtasks)})
+        features[SUBTASK] = _describe("int64", info={"labels": list(data.subtasks)})
     features[PRESS] = _describe("bool")
-    if found.pose:
-        features[POSE] = _describe("float64", found.pose)
+    if data.pose:
+        features[POSE] = _describe("float64", data.pose)
     features["timestamp"] = _describe("float32")
     features.update({name: _describe("int64") for name in INDEXES})
     if subtasks == "language":
@@ -218,14 +218,14 @@ def _describe(
     return described if info is None else {**described, "info": dict(info)}
 
 
-def _write_statistics(made: Path, tables: Sequence[Mapping[str, np.ndarray]]) -> None:
+def _write_statistics(output: Path, tables: Sequence[Mapping[str, np.ndarray]]) -> None:
     whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-    _write_json(made / "meta/stats.json", {name: summarize_columns(whole[name]) for name in whole})
+    _write_json(output / "meta/stats.json", {name: summarize_columns(whole[name]) for name in whole})
 
 
 def _write_episode_table(
     database: Any,
-    made: Path,
+    output: Path,
     parts: Sequence[_Part],
     tables: Sequence[Mapping[str, np.ndarray]],
     tasks: Sequence[str],
@@ -241,7 +241,7 @@ def _write_episode_table(
         }
         columns |= {name: "BIGINT[]" if name.endswith("/count") else "DOUBLE[]" for name in statistics}
         rows.append([*_describe_episode(part, tasks), *statistics.values()])
-    write_rows(database, made / EPISODES_PATH, columns, rows)
+    write_rows(database, output / EPISODES_PATH, columns, rows)
 
 
 def _describe_episode(part: _Part, tasks: Sequence[str]) -> list[Any]:
@@ -255,37 +255,37 @@ def _describe_episode(part: _Part, tasks: Sequence[str]) -> list[Any]:
 
 def _write_data(
     database: Any,
-    made: Path,
-    found: Demonstrations,
+    output: Path,
+    data: Demonstrations,
     parts: Sequence[_Part],
     tables: Sequence[Mapping[str, np.ndarray]],
     subtasks: Subtasks,
 ) -> None:
     """Write the frames of the episodes of one file."""
     chunk, file = divmod(parts[0].file, FILES_PER_CHUNK)
-    path = made / DATA_PATH.format(chunk_index=chunk, file_index=file)
+    path = output / DATA_PATH.format(chunk_index=chunk, file_index=file)
     columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     if subtasks == "language":
-        spoken = {part.number: _list_changes(found, part) for part in parts}
+        spoken = {part.number: _list_changes(data, part) for part in parts}
         write_arrays(database, path, columns, LANGUAGE, f"STRUCT({LANGUAGE_FIELDS})", spoken)
     else:
         write_arrays(database, path, columns)
 
 
-def _list_changes(found: Demonstrations, part: _Part) -> list[dict[str, Any]]:
+def _list_changes(data: Demonstrations, part: _Part) -> list[dict[str, Any]]:
     """List the changes of subtask in an episode as LeRobot 0.6 has them."""
-    labels = found.index_subtasks(part.episode)
+    labels = data.index_subtasks(part.episode)
     changes = np.append(0, np.flatnonzero(np.diff(labels)) + 1)
     return [
         {
             "role": "assistant",
-            "content": found.subtasks[labels[change]],
+            "content": data.subtasks[labels[change]],
             "style": "subtask",
             "timestamp": float(time),
             "camera": None,
             "tool_calls": None,
         }
-        for change, time in zip(changes, _make_timestamps(changes, found), strict=True)
+        for change, time in zip(changes, _make_timestamps(changes, data), strict=True)
     ]
 
 

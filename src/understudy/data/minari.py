@@ -54,8 +54,8 @@ def write_minari(episodes: Sequence[Episode], folder: Path | str, *, dataset_id:
     """
     folder = Path(folder)
     dataset_id = _check_dataset_id(folder, dataset_id)
-    found = gather_demonstrations(episodes)
-    for number, episode in enumerate(found.episodes):
+    demonstrations = gather_demonstrations(episodes)
+    for number, episode in enumerate(demonstrations.episodes):
         if episode.ticks < 2:
             problem = "it has one tick, and a step of Minari goes from one to the next"
             raise refuse_episode(number, episode, problem, "leave it out")
@@ -63,14 +63,14 @@ def write_minari(episodes: Sequence[Episode], folder: Path | str, *, dataset_id:
         h5py = import_module("h5py")
     except ImportError:
         raise ExtraMissing(what="a Minari data set", extra="minari") from None
-    with create_folder(folder) as made:
-        data = made / "data"
+    with create_folder(folder) as output:
+        data = output / "data"
         data.mkdir()
         path = data / "main_data.hdf5"
         with h5py.File(path, "w", libver=HDF5_VERSION) as file:
-            for number, episode in enumerate(found.episodes):
-                _write_episode(file.create_group(f"episode_{number}"), found, number, episode)
-        metadata = _describe(found, dataset_id, path.stat().st_size)
+            for number, episode in enumerate(demonstrations.episodes):
+                _write_episode(file.create_group(f"episode_{number}"), demonstrations, number, episode)
+        metadata = _describe(demonstrations, dataset_id, path.stat().st_size)
         (data / "metadata.json").write_text(json.dumps(metadata) + "\n", encoding="utf-8")
 
 
@@ -95,7 +95,7 @@ def _check_dataset_id(folder: Path, dataset_id: str) -> str:
     return dataset_id
 
 
-def _write_episode(group: Any, found: Demonstrations, number: int, episode: Episode) -> None:
+def _write_episode(group: Any, data: Demonstrations, number: int, episode: Episode) -> None:
     """Write T observations and the T - 1 steps between them."""
     steps = episode.ticks - 1
     group.attrs["id"] = number
@@ -106,20 +106,20 @@ def _write_episode(group: Any, found: Demonstrations, number: int, episode: Epis
     group.attrs["behavior"] = episode.behavior
     group.attrs["source"] = episode.source
     group.attrs["presses"] = json.dumps(list_presses(episode))
-    actions = found.stack_commands(episode) if found.channels else found.index_states(episode, 0)
-    _write_array(group, "observations", found.stack_readings(episode))
+    actions = data.stack_commands(episode) if data.channels else data.index_states(episode, 0)
+    _write_array(group, "observations", data.stack_readings(episode))
     _write_array(group, "actions", actions[:steps])
     _write_array(group, "rewards", np.zeros(steps))
     _write_array(group, "terminations", np.zeros(steps, dtype=np.bool_))
     _write_array(group, "truncations", np.arange(steps) == steps - 1)
     infos = group.create_group("infos")
     _write_array(infos, "time", np.asarray(episode.times, dtype=np.float64))
-    for level in range(len(found.levels)):
-        _write_array(infos, f"state_{level}", found.index_states(episode, level))
-    _write_array(infos, "subtask", found.index_subtasks(episode))
-    _write_array(infos, "press", found.mark_presses(episode))
-    if found.pose:
-        _write_array(infos, "pose", found.stack_pose(episode))
+    for level in range(len(data.levels)):
+        _write_array(infos, f"state_{level}", data.index_states(episode, level))
+    _write_array(infos, "subtask", data.index_subtasks(episode))
+    _write_array(infos, "press", data.mark_presses(episode))
+    if data.pose:
+        _write_array(infos, "pose", data.stack_pose(episode))
 
 
 def _write_array(group: Any, name: str, values: np.ndarray) -> None:
@@ -128,27 +128,27 @@ def _write_array(group: Any, name: str, values: np.ndarray) -> None:
     )
 
 
-def _describe(found: Demonstrations, dataset_id: str, size: int) -> dict[str, Any]:
+def _describe(data: Demonstrations, dataset_id: str, size: int) -> dict[str, Any]:
     """Return Minari's metadata of the data set, then the names and labels of its columns."""
-    actions = _describe_box([(-inf, inf)] * len(found.channels))
-    if not found.channels:
-        actions = {"type": "Discrete", "dtype": "int64", "start": 0, "n": len(found.levels[0])}
+    actions = _describe_box([(-inf, inf)] * len(data.channels))
+    if not data.channels:
+        actions = {"type": "Discrete", "dtype": "int64", "start": 0, "n": len(data.levels[0])}
     return {
-        "total_episodes": len(found.episodes),
-        "total_steps": sum(episode.ticks - 1 for episode in found.episodes),
+        "total_episodes": len(data.episodes),
+        "total_steps": sum(episode.ticks - 1 for episode in data.episodes),
         "data_format": "hdf5",
-        "observation_space": json.dumps(_describe_box([_bound_kind(kind) for kind in found.kinds])),
+        "observation_space": json.dumps(_describe_box([_bound_kind(kind) for kind in data.kinds])),
         "action_space": json.dumps(actions),
         "dataset_id": dataset_id,
         "minari_version": FORMAT_VERSION,
         "dataset_size": round(size / 1e6, 1),
-        "tick_s": found.tick_s,
-        "readings": list(found.readings),
-        "kinds": [kind and str(kind) for kind in found.kinds],
-        "channels": list(found.channels),
-        "pose": list(found.pose),
-        "state_labels": [list(names) for names in found.levels],
-        "subtask_labels": list(found.subtasks),
+        "tick_s": data.tick_s,
+        "readings": list(data.readings),
+        "kinds": [kind and str(kind) for kind in data.kinds],
+        "channels": list(data.channels),
+        "pose": list(data.pose),
+        "state_labels": [list(names) for names in data.levels],
+        "subtask_labels": list(data.subtasks),
     }
 
 

@@ -37,11 +37,11 @@ def create_folder(folder: Path | str) -> Iterator[Path]:
     with convert_os_errors(folder, "writing the data set"):
         folder.parent.mkdir(parents=True, exist_ok=True)
         place = folder.parent.resolve() / folder.name
-        made = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
+        unfinished = place.with_name(f".{place.name}.{os.getpid()}{UNFINISHED}")
         try:
-            made.mkdir()
-            yield made
-            made.rename(place)
+            unfinished.mkdir()
+            yield unfinished
+            unfinished.rename(place)
             sync_folder(place.parent)
         finally:
-            shutil.rmtree(made, ignore_errors=True)
+            shutil.rmtree(unfinished, ignore_errors=True)

@@ -61,8 +61,8 @@ def _list_episodes(recording: Recording, part: str) -> Iterator[Episode]:
 
 
 def _find_kinds(recording: Recording) -> dict[str, Kind]:
-    known = {reading.name: reading.kind for reading in recording.head.readings}
-    return {format_reading_label(key): known[key[0]] for key in recording.keys}
+    kind_of = {reading.name: reading.kind for reading in recording.head.readings}
+    return {format_reading_label(key): kind_of[key[0]] for key in recording.keys}
 
 
 def _list_presses(steps: Sequence[RecordedPress], ticks: int) -> list[EpisodePress]:
@@ -70,11 +70,11 @@ def _list_presses(steps: Sequence[RecordedPress], ticks: int) -> list[EpisodePre
 
     Those while the automaton is tested are corrections.
     """
-    is_tested, found = False, dict[int, EpisodePress]()
+    is_tested, presses = False, dict[int, EpisodePress]()
     for step in steps:
         if step.does in (TEST, TRAIN, TEACH):
             is_tested = step.does == TEST
         elif step.does == PRESS and step.tick < ticks:
-            found[step.tick] = EpisodePress(step.tick, step.state, is_tested)
+            presses[step.tick] = EpisodePress(step.tick, step.state, is_tested)
             is_tested = False  # a press ends testing
-    return list(found.values())
+    return list(presses.values())

@@ -80,12 +80,14 @@ def _rows(table: DataTable) -> Iterator[tuple[Cell, ...]]:
 
 def _write_parquet(table: DataTable, path: Path) -> None:
     lines = path.with_name(f".{path.name}.{os.getpid()}{LINES}{UNFINISHED}")
-    made = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         lines.write_bytes(_format_lines(table))
-        convert_to_parquet(lines, made, {title: DUCKDB_TYPES[kind] for title, kind in table.types.items()})
-        made.replace(path)
+        convert_to_parquet(
+            lines, unfinished, {title: DUCKDB_TYPES[kind] for title, kind in table.types.items()}
+        )
+        unfinished.replace(path)
         sync_folder(path.parent)
     finally:
         lines.unlink(missing_ok=True)
-        made.unlink(missing_ok=True)
+        unfinished.unlink(missing_ok=True)

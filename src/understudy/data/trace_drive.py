@@ -54,42 +54,42 @@ def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
     """
     path = Path(path)
     header, _ = read_trace(path)
-    found = next((each for each in read_trace_episodes(path) if each.agent == f"robot {robot}"), None)
-    if found is None:
+    episode = next((each for each in read_trace_episodes(path) if each.agent == f"robot {robot}"), None)
+    if episode is None:
         remedy = f"count from 0 to {header.robots - 1}"
         raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
-    if not found.commands or not found.readings:
-        missing = "readings" if found.commands else "commands"
+    if not episode.commands or not episode.readings:
+        missing = "readings" if episode.commands else "commands"
         remedy = "run it again with `understudy run --trace`, of this version"
         raise FileError(path=path, place="", problem=f"the trace has no {missing}", remedy=remedy)
-    commands = np.column_stack(list(found.commands.values()))
-    kept = np.flatnonzero(np.isfinite(commands).all(axis=1))
-    if not len(kept) or not np.ptp(commands[kept], axis=0).any():
+    commands = np.column_stack(list(episode.commands.values()))
+    usable = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if not len(usable) or not np.ptp(commands[usable], axis=0).any():
         problem, remedy = (
             "its commands never change, so there is no motion to learn from",
             "trace another run",
         )
         raise FileError(path=path, place="", problem=problem, remedy=remedy)
-    labels = {label: _parse_label(label) for label in found.readings}
-    starts = [0, *(np.flatnonzero(np.diff(kept) > 1) + 1).tolist(), len(kept)]
-    lost = len(commands) - len(kept)
+    labels = {label: _parse_label(label) for label in episode.readings}
+    starts = [0, *(np.flatnonzero(np.diff(usable) > 1) + 1).tolist(), len(usable)]
+    lost = len(commands) - len(usable)
     drive = RecordedDrive(
-        times=found.times[kept],
-        values={key: found.readings[label][kept] for label, key in labels.items()},
-        commands=commands[kept],
+        times=episode.times[usable],
+        values={key: episode.readings[label][usable] for label, key in labels.items()},
+        commands=commands[usable],
         channels=tuple(Channel(name, unit=unit) for name, unit in header.commands.items()),
         readings=tuple(
             {
-                name: Reading(name, found.kinds[label], header.readings[label].unit, target is not None)
+                name: Reading(name, episode.kinds[label], header.readings[label].unit, target is not None)
                 for label, (name, target) in labels.items()
             }.values()
         ),
         targets=tuple(dict.fromkeys(target for _, target in labels.values() if target is not None)),
-        tick_s=found.tick_s,
+        tick_s=episode.tick_s,
         episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
         omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
     )
-    return TraceDrive(drive, header, np.column_stack([found.pose["x"], found.pose["y"]])[kept])
+    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[usable])
 
 
 def write_trace_drive(

@@ -38,14 +38,14 @@ def _make_episode(
     path: Path | str, header: TraceHeader, agent: str, rows: Sequence[Mapping[str, Any]]
 ) -> Episode:
     squad = agent.rpartition(" ")[0] if rows[0].get(COORDINATOR) else None
-    known = header.readings if squad is None else header.coordinators[squad]
+    readings = header.readings if squad is None else header.coordinators[squad]
     return Episode(
         agent=agent,
         tick_s=header.tick_s,
         times=_make_column(rows, "time_s"),
         states=tuple(_split_states(row["doing"]) for row in rows),
-        readings={label: _make_column(rows, READING + label) for label in known},
-        kinds=_parse_kinds(known),
+        readings={label: _make_column(rows, READING + label) for label in readings},
+        kinds=_parse_kinds(readings),
         commands={channel: _make_column(rows, COMMAND + channel) for channel in header.commands}
         if squad is None
         else {},
@@ -64,5 +64,5 @@ def _split_states(doing: str) -> tuple[str, ...]:
     return tuple(doing.split(BETWEEN)) if doing else ()
 
 
-def _parse_kinds(known: Mapping[str, ReadingInfo]) -> dict[str, Any]:
-    return {label: parse_kind(each.kind, where=label) for label, each in known.items()}
+def _parse_kinds(readings: Mapping[str, ReadingInfo]) -> dict[str, Any]:
+    return {label: parse_kind(each.kind, where=label) for label, each in readings.items()}

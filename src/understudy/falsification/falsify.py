@@ -24,7 +24,7 @@ from understudy.sim.world import World
 AT_RANDOM, DIRECTED = "random", "directed"
 
 FIRST_SEED = 1_000_000_000
-"""The first seed of the search with seed 0; every search has as many seeds of its own, apart from those of lessons."""
+"""The first seed of the worlds of search 0, and the number of seeds that each search has; lessons use lower seeds."""
 
 RANDOM_SHARE = 0.5
 """The share of the time for the search at random."""

@@ -55,7 +55,7 @@ def find_cache_folder() -> Path:
 
 
 def read_kernel(key: str) -> bytes | None:
-    """Return the content of the file with this key, or None if there is none that is whole."""
+    """Return the content of the file with this key, or None if there is no complete file."""
     for folder in (find_cache_folder(), SHIPPED):
         path = folder / (key + SUFFIX)
         try:
@@ -69,7 +69,7 @@ def read_kernel(key: str) -> bytes | None:
 
 
 def write_kernel(key: str, data: bytes) -> None:
-    """Write a file that is whole or not there; warn once if that is impossible."""
+    """Write a file atomically; warn once if that is impossible."""
     packed = zlib.compress(data, 1)
     try:
         folder = find_cache_folder()
@@ -120,19 +120,19 @@ def _mark_used(path: Path) -> None:
 
 
 def _delete_unused(folder: Path) -> None:
-    """Delete the kernels that were not used for longest, and what a process that ended left half written."""
-    kept, total, now = [], 0, time()
+    """Delete the kernels that were not used for longest, and unfinished files of processes that have ended."""
+    entries, total, now = [], 0, time()
     for path in folder.iterdir():
         try:
             status = path.stat()
             if path.suffix == SUFFIX:
-                kept.append((status.st_mtime, status.st_size, path))
+                entries.append((status.st_mtime, status.st_size, path))
                 total += status.st_size
             elif path.name.startswith(".") and now - status.st_mtime > HALF_WRITTEN_S:
                 path.unlink()
         except OSError:  # another process deleted it
             continue
-    for _, size, path in sorted(kept):
+    for _, size, path in sorted(entries):
         if total <= MOST_BYTES:
             break
         path.unlink(missing_ok=True)
@@ -143,7 +143,7 @@ def _at_home() -> tuple[Path, ...]:
     """Return the user's folder for caches, if any."""
     try:
         home = Path.home()
-    except RuntimeError:  # nobody's home is known
+    except RuntimeError:  # this user has no home folder
         return ()
     if sys.platform == "darwin":
         return (home / "Library" / "Caches",)
@@ -166,8 +166,8 @@ def _make_temporary() -> Path:
     folder = Path(tempfile.gettempdir()) / f"understudy-kernels-{user}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
-        kept = folder.lstat()
-        if kept.st_mode & 0o077 == 0 and kept.st_uid == user and not folder.is_symlink():
+        status = folder.lstat()
+        if status.st_mode & 0o077 == 0 and status.st_uid == user and not folder.is_symlink():
             return folder
     except OSError:
         pass

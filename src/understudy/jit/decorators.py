@@ -64,14 +64,15 @@ class Kernel(Generic[P, R]):
         update_wrapper(self, function)
         self.function: Callable[..., Any] = function
         self.run: Callable[..., Any] = self._choose_and_run
-        """What runs now: `run_plain`, a `KernelSwitch`, or compiled code."""
+        """The function that a call runs: `run_plain`, a `KernelSwitch`, or compiled code."""
         self.generalize: Callable[[tuple[Any, ...]], tuple[Any, ...]] = tuple
-        """What makes arguments of more general types, with the same results, for which code may be compiled before."""
+        """A function that converts arguments to more general types, with the same results; their code may exist
+        already."""
 
     def __call__(self, *args: P.args, **no_names: P.kwargs) -> R:
         """Run the kernel."""
-        found: R = self.run(*args)
-        return found
+        result: R = self.run(*args)
+        return result
 
     def is_compiled(self, *args: Any) -> bool:
         """Return whether the next call with arguments of these types runs compiled code."""

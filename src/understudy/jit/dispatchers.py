@@ -29,11 +29,13 @@ def make_dispatcher(function: Any) -> Any:
     twin.__module__, twin.__qualname__ = function.__module__, function.__qualname__
     linked = function in LINKED
     options = {**OPTIONS[function], **(FOR_LINKED if linked else {})}
-    made: Any = numba.njit(**options, boundscheck=read_kernel_mode() == CHECKED)(twin)
+    dispatcher: Any = numba.njit(**options, boundscheck=read_kernel_mode() == CHECKED)(twin)
     if not linked:
-        made._cache = StoredKernels(f"{function.__module__}.{function.__qualname__}", _hash_source(function))
-        made.compile = partial(_compile_once, made)
-    return made
+        dispatcher._cache = StoredKernels(
+            f"{function.__module__}.{function.__qualname__}", _hash_source(function)
+        )
+        dispatcher.compile = partial(_compile_once, dispatcher)
+    return dispatcher
 
 
 def _compile_once(dispatcher: Any, signature: Any) -> Any:

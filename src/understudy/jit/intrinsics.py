@@ -1,4 +1,4 @@
-"""What kernels call and Numba compiles in a way of its own: twins of the functions in `plain`.
+"""Functions that kernels call and Numba compiles specially: twins of the functions in `plain`.
 
 Numba passes a tuple as all numbers in it, some 300 for the arrays of a world, at every call of every kernel. Most of
 the code that it makes would do nothing else. So kernels pass a reference to the tuple.
@@ -84,8 +84,8 @@ def emit_atomic_add(typing: Any, array: Any, index: Any, value: Any) -> Any:
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = signature.args[0]
-        made = context.make_array(kind)(context, builder, args[0])
-        place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])
+        numba_array = context.make_array(kind)(context, builder, args[0])
+        place = cgutils.get_item_pointer(context, builder, kind, numba_array, [args[1]])
         return builder.atomic_rmw("add", place, args[2], "seq_cst")
 
     return types.int64(array, types.intp, types.int64), build
@@ -97,8 +97,8 @@ def emit_atomic_load(typing: Any, array: Any, index: Any) -> Any:
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = signature.args[0]
-        made = context.make_array(kind)(context, builder, args[0])
-        place = cgutils.get_item_pointer(context, builder, kind, made, [args[1]])
+        numba_array = context.make_array(kind)(context, builder, args[0])
+        place = cgutils.get_item_pointer(context, builder, kind, numba_array, [args[1]])
         return builder.load_atomic(place, "acquire", 8)
 
     return types.int64(array, types.intp), build
@@ -118,4 +118,4 @@ TWINS: dict[Any, Any] = {
     read_now: emit_atomic_load,
     let_others_run: yield_thread,
 }
-"""What Numba takes instead of a plain function."""
+"""The function that Numba compiles in place of each plain function."""

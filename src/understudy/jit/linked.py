@@ -15,7 +15,7 @@ class LinkedLibrary(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Return this library, as what `set_env` is called on."""
+        """Return this library itself: Numba calls `set_env` on it."""
         return self
 
     def set_env(self, name: str, env: Any) -> None:
@@ -40,8 +40,8 @@ class LinkedCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return Numba's own passes."""
         state: Any = self.state
-        made: Any = LinkedLibrary
-        state.library = made(state.targetctx.codegen(), state.func_id.func_qualname)
+        library_class: Any = LinkedLibrary
+        state.library = library_class(state.targetctx.codegen(), state.func_id.func_qualname)
         passes: Any = DefaultPassBuilder.define_nopython_pipeline
         return [passes(state)]
 

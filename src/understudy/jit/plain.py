@@ -45,8 +45,8 @@ class Plain:
             if index < 0:
                 raise IndexError(f"index {index} is out of bounds for an array of shape {self.shape}")
             return self._items[index]
-        found = self._array[self._allowed(index)]
-        return Plain(found) if isinstance(found, np.ndarray) else found.item()
+        element = self._array[self._allowed(index)]
+        return Plain(element) if isinstance(element, np.ndarray) else element.item()
 
     def __setitem__(self, index: Any, value: Any) -> None:
         if self._items is not None and type(index) not in COMPOUND:
@@ -80,12 +80,12 @@ def element_type(dtype: np.dtype[Any]) -> Any:
     if dtype.fields is None:
         return NUMBERS[dtype.name]
     fields = [(name, element_type(dtype.fields[name][0])) for name in dtype.names or ()]
-    made = type("Record", (ctypes.Structure,), {"_fields_": fields})
-    if ctypes.sizeof(made) != dtype.itemsize or any(
-        getattr(made, name).offset != dtype.fields[name][1] for name, _ in fields
+    structure = type("Record", (ctypes.Structure,), {"_fields_": fields})
+    if ctypes.sizeof(structure) != dtype.itemsize or any(
+        getattr(structure, name).offset != dtype.fields[name][1] for name, _ in fields
     ):
         raise TypeError(f"records of {dtype} do not lie in memory as those of C do")
-    return made
+    return structure
 
 
 def make_plain(value: Any) -> Any:

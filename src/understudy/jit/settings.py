@@ -41,11 +41,11 @@ def read_kernel_parts() -> str:
     return _read_choice(PARTS, OWN_PARTS, ALL_PARTS)
 
 
-def _read_choice(setting: str, *known: str) -> str:
-    """Return the value of an environment variable, or the first of those known if it is not set."""
-    chosen = os.environ.get(setting) or known[0]
-    if chosen not in known:
-        remedy = f"give one of {', '.join(known)}"
+def _read_choice(setting: str, *choices: str) -> str:
+    """Return the value of an environment variable, or the first choice if it is not set."""
+    chosen = os.environ.get(setting) or choices[0]
+    if chosen not in choices:
+        remedy = f"give one of {', '.join(choices)}"
         raise SettingError(where="environment", setting=setting, problem=f"is {chosen!r}", remedy=remedy)
     return chosen
 

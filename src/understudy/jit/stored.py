@@ -63,7 +63,7 @@ class StoredKernels(_Cache):
         for content in self._find_contents(sig, target_context):
             try:
                 loaded = CompileResult._rebuild(target_context, *pickle.loads(content))
-            except Exception:  # whatever a file can do to these: it is of no use
+            except Exception:  # a damaged file can raise any error, and is of no use
                 logging.getLogger(__name__).debug("%s cannot be loaded", self._name, exc_info=True)
             else:
                 self.contents[sig] = content
@@ -83,8 +83,8 @@ class StoredKernels(_Cache):
         if sig in self.contents:
             yield self.contents[sig]
         _, processor, features = target_context.codegen().magic_tuple()
-        known = find_processor_kind({each[1:] for each in features.split(",") if each.startswith("+")})
-        for kind in ((processor, features), *(() if known is None else [(known.name, "")])):
+        shipped = find_processor_kind({each[1:] for each in features.split(",") if each.startswith("+")})
+        for kind in ((processor, features), *(() if shipped is None else [(shipped.name, "")])):
             content = read_kernel(self._make_key(sig, *kind))
             if content is not None:
                 yield content

@@ -54,11 +54,11 @@ class KernelSwitch:
         if self.general and (general := self.general.get(describe_types(args))):
             return general(*self.kernel.generalize(args))
         begun = perf_counter()
-        found = self.kernel.run_plain(*args)
+        result = self.kernel.run_plain(*args)
         self._spent_s += perf_counter() - begun
         if self._spent_s > PATIENCE_S:
             _start_loader().want(self, describe_types(args))
-        return found
+        return result
 
 
 _switched: dict[Kernel[..., Any], set[Hashable]] = {}

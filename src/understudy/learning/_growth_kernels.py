@@ -34,9 +34,9 @@ from understudy.learning._split_kernels import (
 
 inner = njit_inner()
 
-# Columns of a node. AWAY: the child that absent values join. SORT and the next: of either end of a cut,
+# Columns of a node. AWAY: the child that absent values join. DEFAULT_SIDE and the next: of either end of a cut,
 # whether the default is above it (1), below it (-1), or neither.
-KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, SORT = 0, 1, 2, 3, 4, 5, 6, 7, 8
+KIND, OF, OUTCOME, AWAY, PARENT, WHICH, START, STOP, DEFAULT_SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 ENOUGH_STAYS = 4
 """How many watched stays limit a decision, if they lie beyond all presses for it."""
 
@@ -44,14 +44,14 @@ ENOUGH_STAYS = 4
 @inner
 def is_default_value(column: Floats, segment: Ints, value: float, group: Ints) -> bool:
     """Return whether all examples of the node with this value are defaults."""
-    shown = 0
+    others = 0
     for example in segment:
-        shown += column[example] == value and group[example] != DEFAULT
-    return shown == 0
+        others += column[example] == value and group[example] != DEFAULT
+    return others == 0
 
 
 @inner
-def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
+def partition_rows(order: Ints, side: Ints, sizes: Ints, buffer: Ints) -> None:
     """Reorder the examples in every row by child, keeping each child's examples sorted."""
     offsets = np.empty(len(sizes), np.int64)
     for row in order:
@@ -61,10 +61,10 @@ def partition_rows(order: Ints, side: Ints, sizes: Ints, kept: Ints) -> None:
             at += sizes[child]
         for example in row:
             child = side[example]
-            kept[offsets[child]] = example
+            buffer[offsets[child]] = example
             offsets[child] += 1
         for position in range(len(row)):
-            row[position] = kept[position]
+            row[position] = buffer[position]
 
 
 @inner
@@ -146,8 +146,8 @@ def grow_nodes(
     for example in range(n):
         if watched and group[example] != WATCHED:
             weight[example] = 10
-    side, kept = np.empty(n, np.int64), np.empty(n, np.int64)
-    total, pressed, told = np.empty((3, outcomes), np.int64)
+    side, buffer = np.empty(n, np.int64), np.empty(n, np.int64)
+    total, pressed, directed = np.empty((3, outcomes), np.int64)
     best, tested = np.empty(11, np.int64), np.zeros(len(columns), np.bool_)
     while depth > 0:
         depth -= 1
@@ -157,8 +157,8 @@ def grow_nodes(
         nodes[node, START], nodes[node, STOP] = start, stop
         total[:] = 0
         pressed[:] = 0
-        told[:] = 0
-        count_outcomes(here[0], y, weight, group, total, pressed, told)
+        directed[:] = 0
+        count_outcomes(here[0], y, weight, group, total, pressed, directed)
         presses = sum_counts(pressed)
         for k in range(outcomes):
             if pressed[k] == presses:
@@ -168,7 +168,19 @@ def grow_nodes(
         best[:] = NOTHING
         for attempt in range(2 if watched else 1):
             if nodes[node, OUTCOME] == NOTHING and best[RATIO] < 0:
-                about = (y, weight, group, total, pressed, told, flags, table, watched, attempt == 0, best)
+                about = (
+                    y,
+                    weight,
+                    group,
+                    total,
+                    pressed,
+                    directed,
+                    flags,
+                    table,
+                    watched,
+                    attempt == 0,
+                    best,
+                )
                 find_best_split(columns, here, form, extent, about)
         decided = nodes[node, OUTCOME]
         if watched and quiet != NOTHING and decided not in (NOTHING, quiet) and not flags[decided]:
@@ -191,8 +203,8 @@ def grow_nodes(
                 position = second if (end == 1) != (flip or test == BELOW) else first  # -1: before all values
                 lower, upper = column[values[position % present]], column[values[(position + 1) % present]]
                 cuts[node, 2 * end], cuts[node, 2 * end + 1] = lower, upper
-                nodes[node, SORT + end] = is_default_value(column, segment, upper, group)
-                nodes[node, SORT + end] -= is_default_value(column, segment, lower, group)
+                nodes[node, DEFAULT_SIDE + end] = is_default_value(column, segment, upper, group)
+                nodes[node, DEFAULT_SIDE + end] -= is_default_value(column, segment, lower, group)
         elif test == LABEL:
             children = int(extent[feature])
         nodes[node, KIND], nodes[node, OF] = test, feature
@@ -203,7 +215,7 @@ def grow_nodes(
         for example in here[0]:
             sizes[side[example]] += 1
             presses_of[side[example]] += group[example] != WATCHED
-        partition_rows(here, side, sizes, kept)
+        partition_rows(here, side, sizes, buffer)
         at = stop
         for child in range(children - 1, -1, -1):
             if presses_of[child] > 0 or (decided != NOTHING and sizes[child] > 0):

@@ -56,7 +56,7 @@ def keep_if_better(
 
 @inner
 def is_alone(counts: Ints, here: Ints, flags: Bools, flag: int) -> bool:
-    """Return whether a branch has exactly those examples that lead to a flag, or exactly all others.
+    """Return whether a branch has exactly the examples that lead to a flag, or exactly all others.
 
     `flag` is the index of the flag, or NOTHING for all flags together.
     """
@@ -74,21 +74,23 @@ def is_alone(counts: Ints, here: Ints, flags: Bools, flag: int) -> bool:
 
 
 @inner
-def tell_flags_apart(pressed: Ints, shown: Ints, told: Ints, said: Ints, flags: Bools) -> int:
-    """Return how well a branch tells flags from all else: 4 for all press-made examples, 3 without defaults, or 0.
+def tell_flags_apart(
+    pressed: Ints, branch_pressed: Ints, directed: Ints, branch_directed: Ints, flags: Bools
+) -> int:
+    """Return how well a branch separates flags from all else: 4 for all press-made examples, 3 without defaults, or 0.
 
-    For a single one of several flags it is 2 and 1. Of the node and of the branch, by outcome: `pressed` and `shown`
-    are the press-made examples, `told` and `said` those that are no defaults.
+    For a single one of several flags it is 2 and 1. Of the node and of the branch, by outcome: `pressed` and
+    `branch_pressed` are the press-made examples, `directed` and `branch_directed` those that are no defaults.
     """
-    if is_alone(pressed, shown, flags, NOTHING):
+    if is_alone(pressed, branch_pressed, flags, NOTHING):
         return 4
-    if is_alone(told, said, flags, NOTHING):
+    if is_alone(directed, branch_directed, flags, NOTHING):
         return 3
     best = 0
     for k in range(len(flags)):
-        if flags[k] and best < 2 and is_alone(pressed, shown, flags, k):
+        if flags[k] and best < 2 and is_alone(pressed, branch_pressed, flags, k):
             best = 2
-        if flags[k] and best < 1 and is_alone(told, said, flags, k):
+        if flags[k] and best < 1 and is_alone(directed, branch_directed, flags, k):
             best = 1
     return best
 
@@ -112,15 +114,15 @@ def sum_counts(counts: Ints) -> int:
 
 @inner
 def count_outcomes(
-    segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints, said: Ints
+    segment: Ints, y: Ints, weight: Ints, group: Ints, weights: Ints, presses: Ints, directed: Ints
 ) -> None:
-    """Add a segment's examples, by outcome, to `weights`, to `presses` if press-made, and to `said` if no defaults."""
+    """Add a segment's examples, by outcome, to `weights`, to `presses` if press-made, and to `directed` if shown."""
     for example in segment:
         weights[y[example]] += weight[example]
         if group[example] != WATCHED:
             presses[y[example]] += 1
         if group[example] == SHOWN:
-            said[y[example]] += 1
+            directed[y[example]] += 1
 
 
 @inner
@@ -134,14 +136,20 @@ def compute_split_gain(table: Ints, all_: Ints, part: Ints) -> int:
 
 @inner
 def score_branches(
-    weights: Ints, shown: Ints, said: Ints, feature: int, test: int, side: int, about: Search
+    weights: Ints,
+    branch_pressed: Ints,
+    branch_directed: Ints,
+    feature: int,
+    test: int,
+    side: int,
+    about: Search,
 ) -> None:
     """Compute the gain of a split into branches, and keep the split in `about`'s best if it beats the best so far.
 
-    `weights`, `shown` and `said` [branches, outcomes] are the weights of the examples in each branch, and the numbers
-    of press-made ones and of those that are no defaults.
+    `weights`, `branch_pressed` and `branch_directed` [branches, outcomes] are the weights of the examples in each
+    branch, and the numbers of press-made ones and of those that are no defaults.
     """
-    _, _, _, total, pressed, told, flags, table, watched, need_gain, best = about
+    _, _, _, total, pressed, directed, flags, table, watched, need_gain, best = about
     presses, branches, apart = sum_counts(pressed), 0, 0
     gain = split = table[sum_counts(total)]
     press_gain = table[presses]
@@ -149,15 +157,17 @@ def score_branches(
         gain -= table[total[k]]
         press_gain -= table[pressed[k]]
     for branch in range(len(weights)):
-        here, some = table[sum_counts(weights[branch])], sum_counts(shown[branch])
+        here, some = table[sum_counts(weights[branch])], sum_counts(branch_pressed[branch])
         split -= here
         gain -= here
         press_gain -= table[some]
         branches += some > 0
-        apart = max(apart, tell_flags_apart(pressed, shown[branch], told, said[branch], flags))
+        apart = max(
+            apart, tell_flags_apart(pressed, branch_pressed[branch], directed, branch_directed[branch], flags)
+        )
         for k in range(len(total)):
             gain += table[weights[branch, k]]
-            press_gain += table[shown[branch, k]]
+            press_gain += table[branch_pressed[branch, k]]
     if not watched or splits_presses(press_gain, presses, branches - 1, need_gain):
         heavy = sum_counts(weights[side])
         keep_if_better(
@@ -169,10 +179,10 @@ def score_branches(
 def try_absence_split(segment: Ints, present: int, feature: int, about: Search) -> None:
     """Try the test whether a feature is absent, which holds for the segment's examples from `present` on."""
     y, weight, group, total, _, _, _, _, _, _, _ = about
-    weights, shown, said = np.zeros((3, 2, len(total)), np.int64)
-    count_outcomes(segment[present:], y, weight, group, weights[0], shown[0], said[0])
-    count_outcomes(segment[:present], y, weight, group, weights[1], shown[1], said[1])
-    score_branches(weights, shown, said, feature, ABSENT, 0, about)
+    weights, branch_pressed, branch_directed = np.zeros((3, 2, len(total)), np.int64)
+    count_outcomes(segment[present:], y, weight, group, weights[0], branch_pressed[0], branch_directed[0])
+    count_outcomes(segment[:present], y, weight, group, weights[1], branch_pressed[1], branch_directed[1])
+    score_branches(weights, branch_pressed, branch_directed, feature, ABSENT, 0, about)
 
 
 @inner
@@ -182,15 +192,19 @@ def try_label_split(
     """Try a split with one branch per label; absent values join each branch that has examples in turn."""
     y, weight, group, total, _, _, _, _, _, _, _ = about
     for joined in range(labels):
-        weights, shown, said = np.zeros((3, labels, len(total)), np.int64)
+        weights, branch_pressed, branch_directed = np.zeros((3, labels, len(total)), np.int64)
         for position in range(present):
             label = int(column[segment[position]])
             here = segment[position : position + 1]
-            count_outcomes(here, y, weight, group, weights[label], shown[label], said[label])
+            count_outcomes(
+                here, y, weight, group, weights[label], branch_pressed[label], branch_directed[label]
+            )
         if present == len(segment) or sum_counts(weights[joined]) > 0:
             away = segment[present:]
-            count_outcomes(away, y, weight, group, weights[joined], shown[joined], said[joined])
-            score_branches(weights, shown, said, feature, LABEL, joined, about)
+            count_outcomes(
+                away, y, weight, group, weights[joined], branch_pressed[joined], branch_directed[joined]
+            )
+            score_branches(weights, branch_pressed, branch_directed, feature, LABEL, joined, about)
         if present == len(segment):
             break
 
@@ -202,7 +216,7 @@ def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints
     If all examples are press-made, a cut between two values with one and the same outcome is never the best,
     because gain is convex there and split information concave; such gaps are left out.
     """
-    gaps, kept, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
+    gaps, count, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
     before = opening = MIXED
     value = column[segment[0]]
     while start < len(segment):
@@ -218,13 +232,13 @@ def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints
         if start == 0:
             opening = outcome
         elif watched or outcome == MIXED or outcome != before:
-            gaps[kept] = start - 1
-            kept += 1
+            gaps[count] = start - 1
+            count += 1
         start, before, value = stop, outcome, following
     if watched or before == MIXED or before != opening:
-        gaps[kept] = len(segment) - 1
-        kept += 1
-    return gaps[:kept]
+        gaps[count] = len(segment) - 1
+        count += 1
+    return gaps[:count]
 
 
 @inner
@@ -252,7 +266,7 @@ def try_cuts(
 
     A threshold is treated as an arc that starts before all values.
     """
-    y, weight, group, total, pressed, told, flags, table, watched, need_gain, best = about
+    y, weight, group, total, pressed, directed, flags, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
     gaps = find_cut_gaps(column, values, y, watched)
     width = np.empty(len(gaps), np.int64)
@@ -262,21 +276,21 @@ def try_cuts(
         else:
             wide = column[values[(gaps[g] + 1) % present]] * 0.5 - column[values[gaps[g]]] * 0.5
         width[g] = int(floor(wide / extent * STEPS + 0.5))  # noqa: RUF046
-    within, shown, said = np.zeros_like(total), np.zeros_like(total), np.zeros_like(total)
+    within, inside_counts, inside_directed = np.zeros_like(total), np.zeros_like(total), np.zeros_like(total)
     n, presses, apart = sum_counts(total), sum_counts(pressed), 0
     for example in away:
         apart += weight[example]
     for side in range(2 if apart > 0 else 1):
         for first in range(len(gaps) if arcs else 1):
             within[:] = 0
-            shown[:] = 0
-            said[:] = 0
+            inside_counts[:] = 0
+            inside_directed[:] = 0
             if side == 0:
-                count_outcomes(away, y, weight, group, within, shown, said)
-            inside, inside_pressed = sum_counts(within), sum_counts(shown)
+                count_outcomes(away, y, weight, group, within, inside_counts, inside_directed)
+            inside, inside_pressed = sum_counts(within), sum_counts(inside_counts)
             gained, press_gained = (
                 compute_split_gain(table, total, within),
-                compute_split_gain(table, pressed, shown),
+                compute_split_gain(table, pressed, inside_counts),
             )
             position = gaps[first] + 1 if arcs else 0
             for second in range(first + 1 if arcs else 0, len(gaps)):
@@ -287,18 +301,20 @@ def try_cuts(
                     gained += table[c + w] - table[c] + table[rest - w] - table[rest]
                     within[k] = c + w
                     inside += w
-                    said[k] += group[example] == SHOWN
+                    inside_directed[k] += group[example] == SHOWN
                     if group[example] != WATCHED:
-                        c, rest = shown[k], pressed[k] - shown[k]
+                        c, rest = inside_counts[k], pressed[k] - inside_counts[k]
                         press_gained += table[c + 1] - table[c] + table[rest - 1] - table[rest]
-                        shown[k] = c + 1
+                        inside_counts[k] = c + 1
                         inside_pressed += 1
                     position += 1
                 if position == present and not arcs:
                     break  # all values are below a cut across the seam
                 split = table[n] - table[inside] - table[n - inside]
                 gain = gained + split
-                told_apart = 0 if arcs else tell_flags_apart(pressed, shown, told, said, flags)
+                told_apart = (
+                    0 if arcs else tell_flags_apart(pressed, inside_counts, directed, inside_directed, flags)
+                )
                 if told_apart < best[FLAGS] or (
                     told_apart == best[FLAGS] and gain * STEPS < (best[RATIO] - 1.0) * split
                 ):

@@ -57,7 +57,7 @@ class ExampleAttribution:
 
 
 HowMoved: TypeAlias = Literal["moved", "appeared", "vanished"]
-"""The sort of a change: conditions for a next state were replaced, were added to none, or were all removed."""
+"""The kind of a change: conditions for a next state were replaced, were added to none, or were all removed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +85,11 @@ def attribute_condition_changes(
     """
     if before.lesson is None or after.lesson is None:
         return ()
-    found = []
+    changes = []
     for state in dict.fromkeys([*before.automaton.transitions, *after.automaton.transitions]):
         pair = _StateDiff(state, before, after, before.lesson, after.lesson)
-        found += list(pair.list_condition_changes())
-    return tuple(found)
+        changes += list(pair.list_condition_changes())
+    return tuple(changes)
 
 
 class _StateDiff:
@@ -153,8 +153,10 @@ class _StateDiff:
             if gone or come:
                 what: HowMoved = "moved" if was and now else "appeared" if now else "vanished"
                 examples = self._responsible(following, gone, come)
-                said = f"{self.state} → {following} {what}: {_name_examples(examples)}"
-                yield ConditionChange(self.state, following, what, tuple(gone), tuple(come), said, examples)
+                sentence = f"{self.state} → {following} {what}: {_name_examples(examples)}"
+                yield ConditionChange(
+                    self.state, following, what, tuple(gone), tuple(come), sentence, examples
+                )
 
     def _lines(self, taught: TrainedAutomaton, lesson: Lesson) -> Lines:
         automaton = taught.automaton
@@ -173,22 +175,22 @@ class _StateDiff:
     def _responsible(
         self, following: str, gone: Mapping[str, Box], come: Mapping[str, Box]
     ) -> tuple[ExampleAttribution, ...]:
-        found: dict[int, str] = {}
+        causes: dict[int, str] = {}
         for boxes, lost in ((come, False), (gone, True)):
             for box in boxes.values():
                 for number, how in self._reaching(following, box, lost=lost):
-                    found.setdefault(number, how)
+                    causes.setdefault(number, how)
         for boxes, taught, mine in ((come, self.after, self.new), (gone, self.before, self.old)):
             for number in self._bounding(boxes, taught, mine):
                 if number in self.happened:
-                    found.setdefault(number, "bounds it" if mine is self.new else "bounded it")
-        if not found:
+                    causes.setdefault(number, "bounds it" if mine is self.new else "bounded it")
+        if not causes:
             needed = self._needed(following)
-            found = dict.fromkeys(needed, "elsewhere, without it this would not be")
-        if not found:
-            found = dict.fromkeys(self.happened, "elsewhere, with the others")
+            causes = dict.fromkeys(needed, "elsewhere, without it this would not be")
+        if not causes:
+            causes = dict.fromkeys(self.happened, "elsewhere, with the others")
         return tuple(
-            ExampleAttribution(number, self.happened[number], found[number]) for number in sorted(found)
+            ExampleAttribution(number, self.happened[number], causes[number]) for number in sorted(causes)
         )
 
     def _reaching(self, following: str, box: Box, *, lost: bool) -> Iterator[tuple[int, str]]:
@@ -205,7 +207,7 @@ class _StateDiff:
                 yield number, "contradicts it there" if lost else "contradicted it there"
 
     def _heard_in(self, box: Box, example: Example, *, lost: bool) -> bool:
-        """Return whether an example of the other version lies in this box and was decided there as it shows."""
+        """Return whether an example lies in this box and the other version decided it as it shows."""
         if not (self.alike and _inside(example, box)):
             return False
         automaton = (self.after if lost else self.before).automaton
@@ -250,13 +252,13 @@ class _StateDiff:
 
         Empty if more than MOST_TRIED examples changed or the features differ; classifiers have no conditions.
         """
-        found = {}
+        lines_without = {}
         for number in self.happened if self.alike and len(self.happened) <= MOST_TRIED else ():
             examples = {**self.new, number: self.old.get(number)}
             lines = self._lines_of(tuple(each for each in examples.values() if each is not None))
             if lines is not None:
-                found[number] = lines
-        return found
+                lines_without[number] = lines
+        return lines_without
 
     def _lines_of(self, examples: tuple[Example, ...]) -> Lines | None:
         if not any(example.is_from_press for example in examples):

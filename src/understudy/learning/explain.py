@@ -152,15 +152,15 @@ def find_rows_by_node(tree: Tree, values: NDArray[np.float64]) -> list[RowNumber
     """Return for each node the rows of the feature vectors [n, F] that pass it, in order."""
     passing = [np.zeros(len(values), np.bool_) for _ in tree.nodes]
     passing[0][:] = True
-    found: list[RowNumbers] = []
+    rows_by_node: list[RowNumbers] = []
     for node, here in zip(tree.nodes, passing, strict=True):  # children come after their parents
-        found.append(np.flatnonzero(here))
+        rows_by_node.append(np.flatnonzero(here))
         if node.test != TestKind.LEAF:
-            rows = found[-1]
+            rows = rows_by_node[-1]
             for following, side in _sides(node, values[rows, node.feature]):
                 if following != STAY:
                     passing[following][rows[side]] = True
-    return found
+    return rows_by_node
 
 
 def _sides(node: Node, column: Column) -> Iterator[tuple[int, NDArray[np.bool_]]]:

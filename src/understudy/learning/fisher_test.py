@@ -8,7 +8,7 @@ from math import comb
 
 @lru_cache(10_000)
 def compute_fisher_p(count: int, of: int, other_count: int, other_of: int) -> float:
-    """Compute how likely it is that by chance at least so many of all cases are in the first sample.
+    """Compute the probability that at least `count` of all cases are in the first sample by chance.
 
     Parameters
     ----------

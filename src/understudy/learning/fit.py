@@ -89,23 +89,23 @@ def make_fitter(lesson: Lesson) -> Callable[[TrainingSet], Transition]:
     automaton, learner = lesson.automaton, lesson.options.learner
     kinds = [bound.kind for bound in automaton.features]
     if isinstance(learner, SklearnOptions):
-        return lambda shown: fit_classifier(learner, shown, kinds)
+        return lambda training_set: fit_classifier(learner, training_set, kinds)
     flags = [index for index, state in enumerate(automaton.states) if state.flag is not None]
     midpoints = automaton.stateless or learner.boundary == "midpoint" or _watches(lesson)
 
-    def grown(shown: TrainingSet) -> Transition:
+    def grown(training_set: TrainingSet) -> Transition:
         tree = grow_tree(
-            shown.values,
-            shown.outcomes,
-            shown.groups,
+            training_set.values,
+            training_set.outcomes,
+            training_set.groups,
             kinds,
             states=len(automaton.states),
-            current=shown.current,
+            current=training_set.current,
             midpoints=midpoints,
             flags=flags if learner.order == "flags first" else (),
             silence=learner.order == "flags first",
         )
-        return prune_tree(tree, shown, learner.pruning) if learner.pruning else tree
+        return prune_tree(tree, training_set, learner.pruning) if learner.pruning else tree
 
     return grown
 
@@ -120,9 +120,9 @@ def predict_next_states(
     transitions: Mapping[str, Transition], state_names: Sequence[str], rows: Iterable[QueryRow]
 ) -> list[str]:
     """Predict the next state of each row; a state without a transition function is kept."""
-    found = []
+    states = []
     for row in rows:
         function = transitions.get(row.state)
         outcome = STAY if function is None else function.decide(row.values)
-        found.append(row.state if outcome == STAY else state_names[outcome])
-    return found
+        states.append(row.state if outcome == STAY else state_names[outcome])
+    return states

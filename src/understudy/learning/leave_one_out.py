@@ -146,10 +146,12 @@ def fit_leave_one_out(lesson: Lesson, examples: Sequence[Example]) -> LeaveOneOu
     section 5.4.2); for each the signal variance is fitted too.
     """
     pool = tuple(sorted(examples, key=lambda example: example.number))
-    shown = make_training_set(lesson, pool, pool[0].state)
-    outcomes = np.unique(shown.outcomes, return_inverse=True)[1]
+    training_set = make_training_set(lesson, pool, pool[0].state)
+    outcomes = np.unique(training_set.outcomes, return_inverse=True)[1]
     noise = np.diag([estimate_noise_variance(example) for example in pool])
-    unlike = compute_pairwise_distances(shown.values, [bound.kind for bound in lesson.automaton.features])
+    unlike = compute_pairwise_distances(
+        training_set.values, [bound.kind for bound in lesson.automaton.features]
+    )
     positive = unlike[unlike > 0]
     middle = float(np.median(positive)) if len(positive) else 1.0
     fits = (_fit(unlike / (2 * middle * scale * scale), _one_hot(outcomes), noise) for scale in SCALES)
@@ -177,8 +179,8 @@ def estimate_noise_variance(example: Example) -> float:
 def _predicted(inverse: Square, own: NDArray[np.float64]) -> NDArray[np.float64]:
     """Predict each example's outcomes from the others [n, choices]; with none near, every outcome alike."""
     weights = inverse @ (own - 1 / own.shape[1])
-    found: NDArray[np.float64] = own - weights / np.diag(inverse)[:, None]
-    return found
+    predictions: NDArray[np.float64] = own - weights / np.diag(inverse)[:, None]
+    return predictions
 
 
 def _one_hot(outcomes: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from understudy.model.library import TrainedAutomaton
 
 
 class LessonStep:
-    """A step from one lesson to the next; what it changed is found when that is asked first.
+    """A step from one lesson to the next; its summary is computed on the first request.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class LessonStep:
 
 
 class ChangeSince:
-    """What an automaton decides otherwise since a former lesson; it is compared again only when the lesson changed.
+    """The changed decisions of an automaton since a former lesson, compared again only if the lesson has changed.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def summarize_lesson_change(before: TrainedAutomaton, after: TrainedAutomaton) -
 
 def list_new_presses(before: Lesson, after: Lesson) -> list[Example]:
     """List the press-made examples that a lesson did not have before: those that were pressed or edited since."""
-    known = {_identify(example) for example in before.examples}
-    return [each for each in after.examples if each.is_from_press and _identify(each) not in known]
+    former = {_identify(example) for example in before.examples}
+    return [each for each in after.examples if each.is_from_press and _identify(each) not in former]
 
 
 def _identify(example: Example) -> tuple[object, ...]:

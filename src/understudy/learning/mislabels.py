@@ -82,8 +82,8 @@ def find_mislabels(
     pools = [_select_evidence(lesson, name) for name in ("", *names)]
     fits = [fit_leave_one_out(lesson, pool) for pool in pools if len(pool) > ENOUGH]
     left = {example.number: example for example in pools[0]}
-    found: list[SuspectExample] = []
-    while most is None or len(found) < most:
+    suspects: list[SuspectExample] = []
+    while most is None or len(suspects) < most:
         scores = [fit.score_mislabels() for fit in fits]
         doubts = {number: sum(score.get(number, 0.0) for score in scores) / 2 for number in left}
         odd = [number for number, doubt in doubts.items() if doubt >= meant.get(number, 0.0) + least]
@@ -93,9 +93,9 @@ def find_mislabels(
         suspect = left.pop(number)
         against = [fit for fit, score in zip(fits, scores, strict=True) if score.get(number, 0.0) > 0]
         reason = against[0].describe_counterevidence(suspect) if against else ""
-        found.append(SuspectExample(suspect, reason, round(doubts[number], 3)))
+        suspects.append(SuspectExample(suspect, reason, round(doubts[number], 3)))
         fits = [fit.exclude(number) for fit in fits]
-    return tuple(found)
+    return tuple(suspects)
 
 
 def _select_evidence(lesson: Lesson, state: str) -> list[Example]:
@@ -189,16 +189,16 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
             problem="it cannot be diagnosed, since it teaches nothing there",
             remedy="give a directive or confirmation of the lesson that is not in quarantine",
         )
-    said, others = f"correction {correction.number}", len(pool) - 1
+    label, others = f"correction {correction.number}", len(pool) - 1
     alike = next(group for group in group_by_feature_vector(pool).values() if correction in group)
     rivals = [each for each in alike if each.correction and each.is_shown and each.next != correction.next]
     if rivals:
         named = name_examples(sorted(each.number for each in rivals))
-        reason = f"{said.capitalize()} contradicts {named}: both are kept."
+        reason = f"{label.capitalize()} contradicts {named}: both are kept."
         return CorrectionDiagnosis(correction, MistakeCause.CONTRADICTION, reason)
     if others < ENOUGH:
         count = f"{others} other example{'s' * (others != 1)}"
-        reason = f"With {count} beside {said} it is too early to doubt any."
+        reason = f"With {count} beside {label} it is too early to doubt any."
         return CorrectionDiagnosis(correction, MistakeCause.UNSURE, reason)
     fit = fit_leave_one_out(lesson, pool)
     near = [fit.examples[place] for place in _find_near(correction, fit)]
@@ -207,27 +207,27 @@ def diagnose_correction(lesson: Lesson, correction: Example) -> CorrectionDiagno
     if suspects:
         verdict = MistakeCause.BAD
         bad = name_examples(sorted(suspect.example.number for suspect in suspects))
-        reason = f"The decision at {said} was wrong because of {bad}."
+        reason = f"The decision at {label} was wrong because of {bad}."
     elif fit.score_mislabels()[correction.number] >= DOUBTED:
         verdict = MistakeCause.UNSURE
         reason = (
-            f"Examples like {said} agree on something else, so either it is wrong or a boundary is close by."
+            f"Examples like {label} agree on something else, so either it is wrong or a boundary is close by."
         )
     elif against:
-        reason = f"There were too few examples around {said}, and none of them is clearly bad."
+        reason = f"There were too few examples around {label}, and none of them is clearly bad."
     elif near:
-        reason = f"Examples like {said} agree with it: the boundary was in the wrong place."
+        reason = f"Examples like {label} agree with it: the boundary was in the wrong place."
     else:
-        reason = f"There were no examples like {said}: it adds what was missing."
+        reason = f"There were no examples like {label}: it adds what was missing."
     return CorrectionDiagnosis(correction, verdict, reason, suspects)
 
 
 def _find_causes(fit: LeaveOneOut, against: Sequence[Example]) -> tuple[SuspectExample, ...]:
-    """Find the bad ones among the examples against a correction, the most doubtful first.
+    """Find the examples that caused a mistake among those that contradict its correction, the most doubtful first.
 
     Each is left out before the others are examined again, since one bad example may hide another.
     """
-    found: list[tuple[Example, float]] = []
+    causes: list[tuple[Example, float]] = []
     left = {example.number: example for example in against if not example.correction}
     while left:
         doubts = fit.score_mislabels()
@@ -236,19 +236,19 @@ def _find_causes(fit: LeaveOneOut, against: Sequence[Example]) -> tuple[SuspectE
             break
         example = left.pop(number)
         if not _may_begin_region(example, fit):
-            found.append((example, min(doubts[number], 1.0)))
+            causes.append((example, min(doubts[number], 1.0)))
             fit = fit.exclude(number)
     return tuple(
         SuspectExample(example, fit.describe_counterevidence(example), round(doubt, 3))
-        for example, doubt in found
+        for example, doubt in causes
     )
 
 
 def _find_near(example: Example, fit: LeaveOneOut) -> NDArray[np.int64]:
     """Find the places of the examples, not left out, that are so similar that they can have caused a mistake there."""
     place = fit.examples.index(example)
-    found: NDArray[np.int64] = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
-    return found
+    near: NDArray[np.int64] = fit.here[(fit.like[place, fit.here] > NEAR) & (fit.here != place)]
+    return near
 
 
 def _may_begin_region(example: Example, fit: LeaveOneOut) -> bool:

@@ -66,53 +66,66 @@ def suggest_pruning(lesson: Lesson) -> PruningSuggestion | None:
         return None
     bare = replace_pruning(lesson, 0.0)
     fit, states = make_fitter(bare), _states(bare)
-    pressed = [np.flatnonzero(shown.groups != WATCHED) for shown in states]
+    pressed = [np.flatnonzero(training_set.groups != WATCHED) for training_set in states]
     count = sum(map(len, pressed))
     if count < ENOUGH:
         return None
     steps = sorted(
-        {0.0, *(worth for shown in states for worth, _ in list_pruning_steps(_tree(fit, shown), shown))}
+        {
+            0.0,
+            *(
+                worth
+                for training_set in states
+                for worth, _ in list_pruning_steps(_tree(fit, training_set), training_set)
+            ),
+        }
     )
     wrong = np.zeros(len(steps), np.int64)
     together = -(-count // MOST_TRIALS)
-    for shown, rows in zip(states, pressed, strict=True):
+    for training_set, rows in zip(states, pressed, strict=True):
         trials = -(-len(rows) // together)
         for first in range(trials):
-            wrong += _count_wrong_by_pruning(fit, shown, rows[first::trials], steps)
+            wrong += _count_wrong_by_pruning(fit, training_set, rows[first::trials], steps)
     best = int(np.flatnonzero(wrong == wrong.min())[-1])
     return PruningSuggestion(steps[best], count, int(wrong[0]), int(wrong[best]))
 
 
 def _states(lesson: Lesson) -> list[TrainingSet]:
     """List the training set of each transition function; one for all states in a stateless lesson."""
-    found = [(state, examples) for state, examples in group_examples_by_state(lesson).items()]
+    groups = [(state, examples) for state, examples in group_examples_by_state(lesson).items()]
     return [
         make_training_set(lesson, examples, state)
-        for state, examples in found[: 1 if lesson.automaton.stateless else None]
+        for state, examples in groups[: 1 if lesson.automaton.stateless else None]
     ]
 
 
-def _tree(fit: Fit, shown: TrainingSet) -> Tree:
+def _tree(fit: Fit, training_set: TrainingSet) -> Tree:
     """Learn a tree; without press-made examples, one that stays."""
-    tree = fit(shown) if (shown.groups != WATCHED).any() else None
+    tree = fit(training_set) if (training_set.groups != WATCHED).any() else None
     return tree if isinstance(tree, Tree) else Tree((make_leaf(STAY),))
 
 
 def _count_wrong_by_pruning(
-    fit: Fit, shown: TrainingSet, out: RowNumbers, steps: Sequence[float]
+    fit: Fit, training_set: TrainingSet, out: RowNumbers, steps: Sequence[float]
 ) -> NDArray[np.int64]:
     """Count for each pruning in `steps` how many of the left-out examples are decided wrongly."""
-    kept = np.delete(np.arange(len(shown.outcomes)), out)
-    rest = TrainingSet((), shown.values[kept], shown.outcomes[kept], shown.groups[kept], shown.current)
+    rows = np.delete(np.arange(len(training_set.outcomes)), out)
+    rest = TrainingSet(
+        (),
+        training_set.values[rows],
+        training_set.outcomes[rows],
+        training_set.groups[rows],
+        training_set.current,
+    )
     tree = _tree(fit, rest)
-    pruning, found = list_pruning_steps(tree, rest), np.zeros(len(steps), np.int64)
+    pruning, wrong = list_pruning_steps(tree, rest), np.zeros(len(steps), np.int64)
     waiting = next(pruning, None)
-    examples = [(shown.examples[row], int(shown.outcomes[row])) for row in out.tolist()]
+    examples = [(training_set.examples[row], int(training_set.outcomes[row])) for row in out.tolist()]
     for place, step in enumerate(steps):
         while waiting is not None and waiting[0] <= step + SAME and step > 0.0:
             tree, waiting = waiting[1], next(pruning, None)
         for example, outcome in examples:
             decided = tree.decide(example.values)
             stays = decided == STAY and example.next == example.state
-            found[place] += not (stays or decided == outcome)
-    return found
+            wrong[place] += not (stays or decided == outcome)
+    return wrong

@@ -91,10 +91,12 @@ def _sentences(lesson: Lesson, state: str, function: Transition) -> tuple[str, .
 
 def find_contradictions(lesson: Lesson, state: str) -> tuple[tuple[Example, ...], ...]:
     """Find directives and confirmations of a state that have equal feature vectors but different next states."""
-    told = [example for example in group_examples_by_state(lesson).get(state, ()) if example.is_shown]
+    shown_examples = [
+        example for example in group_examples_by_state(lesson).get(state, ()) if example.is_shown
+    ]
     return tuple(
         tuple(group)
-        for group in group_by_feature_vector(told).values()
+        for group in group_by_feature_vector(shown_examples).values()
         if len({example.next for example in group}) > 1
     )
 

@@ -29,9 +29,10 @@ CHANCE, CHANCE_BETWEEN = 0.5, 0.05
 """The largest p-values (Fisher's exact test, times the number of ranges) at which presses are not together by chance:
 beyond other values or at a label, and between other values, where a few presses soon lie side by side."""
 SURELY_AGREES, FARTHEST, SHIFTED = 0.05, 0.25, 0.1
-"""Shares of how far apart the values of a feature were at presses, by which two versions of a behavior are compared. A
-value so little beyond those shown always agrees with them, one so far never does, and one that is so much farther than
-where the first version raises the flag does not."""
+"""Distances by which two versions of a behavior are compared, as shares of a feature's extent: the difference between
+its largest and smallest value at presses. A value at most SURELY_AGREES beyond the shown ones agrees with them. One
+more than FARTHEST beyond does not, nor does one more than SHIFTED beyond the values at which the first version raises
+the flag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ class ShownRange:
     presses
         The number of presses.
     extent
-        How far apart the values were at all presses, whatever they asked for; 0 on a circle and for labels.
+        Difference between the largest and smallest value at all presses, for any state; 0 on a circle and for labels.
     """
 
     feature: BoundFeature
@@ -65,7 +66,7 @@ class ShownRange:
     extent: float = 0.0
 
     def contains(self, values: Column) -> NDArray[np.bool_]:
-        """Return which values agree with what was shown: those between which and it nothing else was right.
+        """Return which values agree with the range: those up to the nearest value at which something else was right.
 
         Parameters
         ----------
@@ -84,7 +85,10 @@ class ShownRange:
         return inside
 
     def is_near(self, values: Column) -> NDArray[np.bool_]:
-        """Return which values are at most SURELY_AGREES of the extent beyond those shown; on circles, which agree."""
+        """Return which values are in the range or at most SURELY_AGREES of its extent beyond it.
+
+        Ranges of labels and on circles have an extent of 0, so that only the values in them are near.
+        """
         if self.extent == 0.0:
             return self.contains(values)
         near = SURELY_AGREES * self.extent
@@ -129,8 +133,8 @@ class ShownRange:
             gap = np.minimum(above, self.below + self.feature.kind.period - placed)
         else:
             gap = np.maximum(above, self.below - placed)
-        found: Column = np.where(np.isnan(gap), np.inf, np.maximum(gap, 0.0))
-        return found
+        distances: Column = np.where(np.isnan(gap), np.inf, np.maximum(gap, 0.0))
+        return distances
 
     @property
     def condition(self) -> str:
@@ -185,8 +189,8 @@ def find_shown_range(
     Returns
     -------
     ShownRange | None
-        The range of a feature beyond other values if there is one, as in learning flags first; of several, the one that
-        is the least likely by chance. None if there are too few presses, or each range is too likely.
+        Of all features, a range with no other values beyond one of its ends is preferred, and then the range that is
+        least likely by chance. None if there are too few presses, or if every range is likely by chance.
     """
     automaton = lesson.automaton
     raising = {state.name for state in automaton.states if state.flag == flag}
@@ -194,17 +198,19 @@ def find_shown_range(
     teaching = [each for each in select_teaching_examples(lesson) if each.state not in ends]
     presses = [each.values for each in teaching if each.next in raising and each.is_shown]
     others = [each for each in teaching if each.next not in ends]
-    asked = list(dict.fromkeys(each.values for each in others if each.is_from_press))  # a press makes two
+    other_presses = list(
+        dict.fromkeys(each.values for each in others if each.is_from_press)
+    )  # a press makes two
     watched = [each.values for each in others if not each.is_from_press]
     best: tuple[_Candidate, ShownRange] | None = None
     for index, feature in enumerate(automaton.features):
-        columns = [np.array([values[index] for values in rows]) for rows in (presses, asked, watched)]
+        columns = [np.array([values[index] for values in rows]) for rows in (presses, other_presses, watched)]
         if not isinstance(feature.feature, Feature) or np.isnan(columns[0]).any():
             continue  # of the automaton itself: no other world has it
-        shown, *rest = (column[~np.isnan(column)] for column in columns)
-        for candidate in _list_candidates(feature, shown, rest[0], fewest, chance):
+        at_flag, *rest = (column[~np.isnan(column)] for column in columns)
+        for candidate in _list_candidates(feature, at_flag, rest[0], fewest, chance):
             if best is None or candidate.rank < best[0].rank:
-                best = candidate, _limit_range(feature, candidate, shown, *rest)
+                best = candidate, _limit_range(feature, candidate, at_flag, *rest)
     return None if best is None else best[1]
 
 
@@ -226,20 +232,20 @@ class _Candidate:
 
 
 def _list_candidates(
-    feature: BoundFeature, shown: Column, asked: Column, fewest: int, chance: float
+    feature: BoundFeature, at_flag: Column, other_presses: Column, fewest: int, chance: float
 ) -> Iterator[_Candidate]:
     """Yield the ranges that most presses have in common, unless they may well be chance."""
-    lowest, highest = shown.min(initial=inf), shown.max(initial=-inf)
-    for low in np.unique(shown).tolist():
-        placed = np.sort(place_above(low, shown, feature)).tolist()
-        others = np.sort(place_above(low, asked, feature)).tolist()
+    lowest, highest = at_flag.min(initial=inf), at_flag.max(initial=-inf)
+    for low in np.unique(at_flag).tolist():
+        placed = np.sort(place_above(low, at_flag, feature)).tolist()
+        others = np.sort(place_above(low, other_presses, feature)).tolist()
         first_inside = bisect_left(placed, low)
         for high in sorted(set(placed[first_inside:])):
             inside = bisect_right(placed, high) - first_inside
-            if inside < max(fewest, len(shown) // 2 + 1):
+            if inside < max(fewest, len(at_flag) // 2 + 1):
                 continue
             sides: list[tuple[float, float, dict[str, bool], int]]
-            sides = [(low, high, {}, len(shown) + len(asked))]
+            sides = [(low, high, {}, len(at_flag) + len(other_presses))]
             if isinstance(feature.kind, Categorical):
                 sides = [(low, high, {"label": True}, len(feature.kind.labels))] if low == high else []
             elif not isinstance(feature.kind, Toroidal):
@@ -247,27 +253,27 @@ def _list_candidates(
                 sides += [(low, inf, {"above": True}, 2)] if high == highest else []
             for first, last, how, ranges in sides:
                 wrong = bisect_right(others, last) - bisect_left(others, first)
-                likelihood = ranges * compute_fisher_p(inside, len(shown), wrong, len(asked))
-                found = _Candidate(likelihood, low, high, **how)
-                if likelihood <= (CHANCE_BETWEEN if found.rank[0] else chance):
-                    yield found
+                likelihood = ranges * compute_fisher_p(inside, len(at_flag), wrong, len(other_presses))
+                candidate = _Candidate(likelihood, low, high, **how)
+                if likelihood <= (CHANCE_BETWEEN if candidate.rank[0] else chance):
+                    yield candidate
 
 
 def _limit_range(
-    feature: BoundFeature, of: _Candidate, shown: Column, asked: Column, watched: Column
+    feature: BoundFeature, of: _Candidate, at_flag: Column, other_presses: Column, watched: Column
 ) -> ShownRange:
-    """Find how far a range reaches: to where presses asked for something else, or enough silence shows it.
+    """Find the limits of a range: the nearest values at which presses, or enough watched examples, show something else.
 
     That a flag was not pressed at once does not say that it is wrong. So watched examples limit it as they limit other
     decisions, ENOUGH_STAYS of them together, and only towards values at which presses asked for something else.
     """
-    placed = place_above(of.low, shown, feature)
+    placed = place_above(of.low, at_flag, feature)
     presses = int(((placed >= of.low) & (placed <= of.high)).sum())
     if of.label:
         return ShownRange(feature, of.low, of.high, of.low - 0.5, of.high + 0.5, presses)
-    presses_at = np.concatenate((shown, asked))
+    presses_at = np.concatenate((at_flag, other_presses))
     extent = 0.0 if isinstance(feature.kind, Toroidal) else float(np.ptp(presses_at))
-    beside = (_list_beside(feature, of.low, of.high, values) for values in (asked, watched))
+    beside = (_list_beside(feature, of.low, of.high, values) for values in (other_presses, watched))
     below, above = (_list_limits(*side) for side in zip(*beside, strict=True))
     lowest, highest = max(below, default=-inf), min(above, default=inf)
     return ShownRange(
@@ -282,21 +288,21 @@ def _limit_range(
 
 
 def _list_beside(feature: BoundFeature, low: float, high: float, values: Column) -> tuple[Column, Column]:
-    """Return the values below and above a range, the nearest first; on a circle, each is on both sides."""
+    """Return the values below and above a range, the nearest first; on a circle, each value is in both lists."""
     placed = np.sort(place_above(low, values, feature))
     above = placed[placed > high]
     below = above - feature.kind.period if isinstance(feature.kind, Toroidal) else placed[placed < low]
     return below[::-1], above
 
 
-def _list_limits(asked: Column, watched: Column) -> list[float]:
-    """List the nearest value that presses asked for, and the one at which enough silence shows what was right."""
-    silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(asked) else watched[:0]
-    return [*asked[:1].tolist(), *silent.tolist()]
+def _list_limits(other_presses: Column, watched: Column) -> list[float]:
+    """List the nearest value of a press, and the nearest at which enough watched examples show what was right."""
+    silent = watched[ENOUGH_STAYS - 1 : ENOUGH_STAYS] if len(other_presses) else watched[:0]
+    return [*other_presses[:1].tolist(), *silent.tolist()]
 
 
 def place_above(low: float, values: Column, feature: BoundFeature) -> Column:
-    """Return values as they are or, on a circle, each less than one round above `low`."""
+    """Return values unchanged or, on a circle, shifted by full turns to at least `low` and less than a turn above."""
     if not isinstance(feature.kind, Toroidal):
         return values
     placed: Column = low + np.mod(values - low, feature.kind.period)

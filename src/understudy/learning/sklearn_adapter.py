@@ -132,17 +132,17 @@ def encode_features(values: Sequence[float], kinds: Sequence[Kind]) -> list[floa
     return row
 
 
-def fit_classifier(learner: SklearnOptions, shown: TrainingSet, kinds: Sequence[Kind]) -> Transition:
+def fit_classifier(learner: SklearnOptions, training_set: TrainingSet, kinds: Sequence[Kind]) -> Transition:
     """Fit a classifier to the press-made examples; if all agree, return a tree with one leaf instead.
 
     Examples are sorted first, so that their order in the lesson makes no difference.
     """
     classifier = _build(learner)
-    pressed = shown.groups != WATCHED
-    outcomes: NDArray[np.int64] = shown.outcomes[pressed]
+    pressed = training_set.groups != WATCHED
+    outcomes: NDArray[np.int64] = training_set.outcomes[pressed]
     rows = sorted(
         zip(
-            (encode_features(row, kinds) for row in shown.values[pressed].tolist()),
+            (encode_features(row, kinds) for row in training_set.values[pressed].tolist()),
             outcomes.tolist(),
             strict=True,
         )
@@ -150,14 +150,14 @@ def fit_classifier(learner: SklearnOptions, shown: TrainingSet, kinds: Sequence[
     if len(set(outcomes.tolist())) == 1:
         return Tree((make_leaf(int(outcomes[0])),))
     if not kinds:
-        ballot = zip(outcomes.tolist(), shown.groups[pressed].tolist(), strict=True)
-        return Tree((make_leaf(vote(ballot, current=shown.current)),))
+        ballot = zip(outcomes.tolist(), training_set.groups[pressed].tolist(), strict=True)
+        return Tree((make_leaf(vote(ballot, current=training_set.current)),))
     try:
         with catch_warnings():
             simplefilter("ignore")  # a lesson too small to converge on is fitted all the same
             classifier.fit([row for row, _ in rows], [outcome for _, outcome in rows])
         fitted = ClassifierTransition(classifier, tuple(kinds))
-        fitted.decide(shown.values[0].tolist())  # some parameters are only found wanting when asked
+        fitted.decide(training_set.values[0].tolist())  # some parameters are only found wanting when asked
     except (ValueError, TypeError) as error:
         raise DefinitionError(
             what=f"classifier {learner.classifier}",

@@ -131,8 +131,8 @@ def _remedy(kind: Kind) -> str:
 
 def group_by_feature_vector(examples: Sequence[Example]) -> dict[tuple[float | None, ...], list[Example]]:
     """Group examples by feature vector, where absent equals absent; absent values are None in the keys."""
-    found: dict[tuple[float | None, ...], list[Example]] = {}
+    groups: dict[tuple[float | None, ...], list[Example]] = {}
     for example in examples:
         key = tuple(None if value != value else value for value in example.values)
-        found.setdefault(key, []).append(example)
-    return found
+        groups.setdefault(key, []).append(example)
+    return groups

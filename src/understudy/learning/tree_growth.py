@@ -119,9 +119,10 @@ def _nodes(
         (row[_growth_kernels.PARENT], row[_growth_kernels.WHICH]): index for index, row in enumerate(rows)
     }
     built: list[Node] = []
-    for index, ((test, feature, outcome, away, _, _, start, stop, sort, sort2), gaps) in enumerate(
-        zip(rows, cuts.tolist(), strict=True)
-    ):
+    for index, (
+        (test, feature, outcome, away, _, _, start, stop, first_default, second_default),
+        gaps,
+    ) in enumerate(zip(rows, cuts.tolist(), strict=True)):
         if test == TestKind.LEAF:
             if outcome == STAY:
                 here = order[start:stop]
@@ -136,11 +137,13 @@ def _nodes(
             built.append(Node(TestKind.LABEL, feature, absent=absent, branches=branches))
             continue
         low = high = nan
-        first = Gap(gaps[0], gaps[1], sort)
+        first = Gap(gaps[0], gaps[1], first_default)
         if test == TestKind.BELOW:
             high = compute_threshold(first, midpoints=midpoints)
         elif isinstance(kind, Toroidal) and test == TestKind.ARC:
-            low, high = compute_arc(first, Gap(gaps[2], gaps[3], sort2), kind.period, midpoints=midpoints)
+            low, high = compute_arc(
+                first, Gap(gaps[2], gaps[3], second_default), kind.period, midpoints=midpoints
+            )
         else:
             absent = STAY  # "is it absent?" sends them to yes
         yes, no = children.get((index, 0), STAY), children.get((index, 1), STAY)

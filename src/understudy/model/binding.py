@@ -80,8 +80,8 @@ def format_bound_name(name: str, binding: Mapping[str, str], parameters: Sequenc
     Arguments are in the order of `parameters`, or in alphabetical order of the parameters if those are not the bound
     ones.
     """
-    known = set(parameters) == set(binding)
-    ordered = [binding[parameter] for parameter in (parameters if known else binding)]
+    matches = set(parameters) == set(binding)
+    ordered = [binding[parameter] for parameter in (parameters if matches else binding)]
     return f"{name}({', '.join(ordered)})" if ordered else name
 
 

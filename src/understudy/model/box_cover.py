@@ -55,26 +55,26 @@ def _widened(box: Box, whole: Box, others: Sequence[Box]) -> Box:
     return tuple(wide)
 
 
-def _without_covered(found: Sequence[Box]) -> list[Box]:
-    kept: list[Box] = []
-    for box in found:
-        if not any(contains_box(other, box) for other in kept):
-            kept = [other for other in kept if not contains_box(box, other)] + [box]
-    return kept
+def _without_covered(boxes: Sequence[Box]) -> list[Box]:
+    largest: list[Box] = []
+    for box in boxes:
+        if not any(contains_box(other, box) for other in largest):
+            largest = [other for other in largest if not contains_box(box, other)] + [box]
+    return largest
 
 
-def _joined(found: list[Box]) -> list[Box]:
+def _joined(boxes: list[Box]) -> list[Box]:
     """Join boxes that differ in one feature only, where the union has at most two intervals."""
     while True:
-        for first, second in combinations(found, 2):
+        for first, second in combinations(boxes, 2):
             apart = [feature for feature in range(len(first)) if first[feature] != second[feature]]
             if len(apart) == 1:
                 union = first[apart[0]] | second[apart[0]]
                 if len(union.parts) <= 2:
                     both = (*first[: apart[0]], union, *first[apart[0] + 1 :])
-                    found = _without_covered(
-                        [both if box is first else box for box in found if box is not second]
+                    boxes = _without_covered(
+                        [both if box is first else box for box in boxes if box is not second]
                     )
                     break
         else:
-            return found
+            return boxes

@@ -43,7 +43,7 @@ Of larger ones, which fit noise, only decisions that are gone, new or overruled 
 """
 
 HowChanged: TypeAlias = Literal["overruled", "gone", "new", "features", "less", "more"]
-"""How a decision changed, in the order of importance.
+"""The way in which a decision changed, most important first.
 
 "overruled": an example of the press is decided otherwise than it shows. "gone", "new": the next state is reached no
 more, or for the first time. "features": other features decide about it. "less", "more": it is decided under fewer or
@@ -92,12 +92,12 @@ class ChangeSummary:
     changes: tuple[TransitionChange, ...]
 
     def __str__(self) -> str:
-        told = dict.fromkeys(self._say(each) for each in self.changes)
-        named, more = list(told)[:MOST_NAMED], len(told) - MOST_NAMED
+        sentences = dict.fromkeys(self._say(each) for each in self.changes)
+        named, more = list(sentences)[:MOST_NAMED], len(sentences) - MOST_NAMED
         return "; ".join([*named, *([f"and {more} more"] if more > 0 else [])])
 
     def _say(self, change: TransitionChange) -> str:
-        """Say a change, together with those of the same state that look at the same other features."""
+        """Describe a change, together with those of the same state that depend on the same other features."""
         if change.looks is None:
             return change.said
         alike = [
@@ -130,17 +130,17 @@ def summarize_change(
     looks = [[(str(bound), bound.kind) for bound in each.features] for each in (old, new)]
     if looks[0] != looks[1] or old.stateless != new.stateless:
         return None
-    found: list[TransitionChange] = []
+    changes: list[TransitionChange] = []
     for state, was in list(old.transitions.items())[: 1 if old.stateless else None]:
         now = new.transitions.get(state, NEVER_LEFT)
         if state in new.state_names and isinstance(was, Tree) and isinstance(now, Tree):
             here = [each for each in pressed if new.stateless or each.state == state]
             versions = (_Version(was, before, state), _Version(now, after, state))
             if was != now or here:
-                found += _StateComparison(*versions, here).list_changes()
+                changes += _StateComparison(*versions, here).list_changes()
     flags = {state.name for each in (old, new) for state in each.states if state.flag is not None}
-    found.sort(key=lambda each: _rank(each, flags))
-    return ChangeSummary(tuple(found)) if found else None
+    changes.sort(key=lambda each: _rank(each, flags))
+    return ChangeSummary(tuple(changes)) if changes else None
 
 
 def _rank(change: TransitionChange, flags: Set[str]) -> tuple[int, bool, int, float]:
@@ -175,8 +175,8 @@ class _Version:
     @cached_property
     def conditions(self) -> Mapping[str, tuple[str, ...]]:
         """The conditions in words for each next state."""
-        found = describe_tree_outcomes(self.tree, self.automaton.features, self.shown)
-        return {self.name(outcome): texts for outcome, texts in found.items()}
+        texts_by_outcome = describe_tree_outcomes(self.tree, self.automaton.features, self.shown)
+        return {self.name(outcome): texts for outcome, texts in texts_by_outcome.items()}
 
 
 class _StateComparison:
@@ -243,12 +243,12 @@ class _StateComparison:
             come, gone = (
                 tuple(str(self._features[each]) for each in sorted(some)) for some in (now - was, was - now)
             )
-            said = _say_features(self._state, [following], (come, gone))
-            return replace(self._make(following, "features", said), looks=(come, gone))
+            sentence = _say_features(self._state, [following], (come, gone))
+            return replace(self._make(following, "features", sentence), looks=(come, gone))
         return self._compare_conditions(following, changed)
 
     def _compare_conditions(self, following: str, changed: Sequence[OverlayCell]) -> TransitionChange | None:
-        """Compare where a next state is decided on by the same features; a switch of decisions is said once."""
+        """Compare the conditions of a next state on the same features; a swap of two states is reported once."""
         beyond = [cell for cell in changed if (cell.was, cell.now) not in self._own]
         before = (
             {self._state} if following not in self._flags else {cell.was for cell in beyond} - {following}
@@ -260,11 +260,11 @@ class _StateComparison:
         is_more = self._count(more) >= LITTLE and self._cover(more) >= NARROW
         if not (is_less or is_more):
             return None
-        said = self._say_where(following, more if is_more else (), less if is_less else ())
-        return self._make(following, "more" if is_more else "less", said)
+        sentence = self._say_where(following, more if is_more else (), less if is_less else ())
+        return self._make(following, "more" if is_more else "less", sentence)
 
     def _find_features(self, following: str) -> tuple[set[int], set[int]]:
-        """Find the features that decide about a next state, formerly and now.
+        """Find the features that a next state depends on, formerly and now.
 
         What another pressed state has taken makes no difference: the press says so itself.
         """
@@ -284,7 +284,7 @@ class _StateComparison:
         return [cell for cell in self._cells if (cell.was == following) != (cell.now == following)]
 
     def _count(self, cells: Sequence[OverlayCell]) -> float:
-        """Return the share of the values of presses in some cells: how many of them a cut has passed."""
+        """Return the share of the values at presses that lie in some cells, which a moved cut has passed."""
         return self._spread.count_values(cell.box for cell in cells)
 
     def _measure(self, cells: Sequence[OverlayCell]) -> float:
@@ -295,13 +295,14 @@ class _StateComparison:
         """Return the share of the range of presses in some cells."""
         return self._spread.cover_range(cell.box for cell in cells)
 
-    def _make(self, following: str, how: HowChanged, said: str) -> TransitionChange:
+    def _make(self, following: str, how: HowChanged, sentence: str) -> TransitionChange:
         changed = self._list_changed(following)
-        told = following != self._state and self._is_compared
+        is_described = following != self._state and self._is_compared
         was, now = (
-            version.conditions.get(following, ()) if told else () for version in (self._old, self._new)
+            version.conditions.get(following, ()) if is_described else ()
+            for version in (self._old, self._new)
         )
-        return TransitionChange(self._state, following, how, said, was, now, self._measure(changed))
+        return TransitionChange(self._state, following, how, sentence, was, now, self._measure(changed))
 
     # Words
 
@@ -328,30 +329,30 @@ class _StateComparison:
         return f"{self._name} no longer {self._goes(following)}"
 
     def _say_where(self, following: str, more: Sequence[OverlayCell], less: Sequence[OverlayCell]) -> str:
-        """Say where a next state is decided now also, and where no longer."""
-        kept = [cell.box for cell in self._cells if cell.was == following == cell.now]
-        if not kept:
+        """Describe for which readings a next state is decided now that was not before, and for which no longer."""
+        unchanged = [cell.box for cell in self._cells if cell.was == following == cell.now]
+        if not unchanged:
             return f"{self._name} now {self._goes(following)} elsewhere than before"
         goes = self._goes(following)
         if not more:
-            return f"{self._name} no longer {goes} where {self._describe(less, kept)}"
-        rest = f", but no longer where {self._describe(less, kept)}" if less else ""
-        return f"{self._name} now also {goes} where {self._describe(more, kept)}{rest}"
+            return f"{self._name} no longer {goes} where {self._describe(less, unchanged)}"
+        rest = f", but no longer where {self._describe(less, unchanged)}" if less else ""
+        return f"{self._name} now also {goes} where {self._describe(more, unchanged)}{rest}"
 
-    def _describe(self, cells: Sequence[OverlayCell], kept: Sequence[Box]) -> str:
-        """Describe the largest part of cells in which it is decided otherwise, compared with where it is not."""
+    def _describe(self, cells: Sequence[OverlayCell], unchanged: Sequence[Box]) -> str:
+        """Describe the largest part of the cells that are decided otherwise, compared with those that are not."""
         changed = [cell.box for cell in cells]
-        largest = max(cover_boxes(changed, kept), key=lambda box: self._spread.count_values([box]))
-        hull, whole = find_hull([*changed, *kept]), find_hull(cell.box for cell in self._cells)
-        said = tuple(  # what always held where it was decided so need not be said
+        largest = max(cover_boxes(changed, unchanged), key=lambda box: self._spread.count_values([box]))
+        hull, whole = find_hull([*changed, *unchanged]), find_hull(cell.box for cell in self._cells)
+        simplified = tuple(  # what always held where it was decided so need not be said
             full if region == widest else region
             for region, widest, full in zip(largest, hull, whole, strict=True)
         )
-        return describe_box(said, self._features, self._known_absent, self._new.shown)
+        return describe_box(simplified, self._features, self._known_absent, self._new.shown)
 
 
 def _say_features(state: str, following: Sequence[str], looks: tuple[Sequence[str], Sequence[str]]) -> str:
-    """Say that decisions look at other features."""
+    """Describe that decisions depend on other features."""
     come, gone = (join_names(names) if names else "" for names in looks)
     who = f"{f'in {state}, ' if state else ''}{join_names(following)}"
     look = "looks" if len(following) == 1 else "look"

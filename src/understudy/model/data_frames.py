@@ -21,12 +21,12 @@ WHAT = "data frame"
 def choose_backend(backend: str | None) -> str:
     """Return the package that makes a frame: the named one, or the first of Polars, pandas and pyarrow installed."""
     if backend is None:
-        found = next((each for each in BACKENDS if find_spec(each) is not None), None)
-        if found is None:
+        package = next((each for each in BACKENDS if find_spec(each) is not None), None)
+        if package is None:
             problem = "is made by Polars, pandas or pyarrow, and none of them is installed"
             remedy = f"pip install polars, and {format_install_command('frames')}"
             raise SettingError(where="frames", setting="a data frame", problem=problem, remedy=remedy)
-        return found
+        return package
     if backend not in BACKENDS:
         remedy = f"give {join_names(BACKENDS, word='or')}"
         raise SettingError(

@@ -22,9 +22,9 @@ _DIGITS = {"m": 2, "s": 1}
 
 def name_examples(names: Sequence[object], *, most: int | None = None) -> str:
     """Name examples in a sentence: "example 3", "examples 3, 7 and 12"; those beyond `most` are only counted."""
-    kept = [str(each) for each in names[:most]]
-    more = [f"{len(names) - len(kept)} more"] if len(names) > len(kept) else []
-    return f"example{'s' * (len(names) > 1)} {join_names([*kept, *more])}"
+    listed = [str(each) for each in names[:most]]
+    more = [f"{len(names) - len(listed)} more"] if len(names) > len(listed) else []
+    return f"example{'s' * (len(names) > 1)} {join_names([*listed, *more])}"
 
 
 def list_shown_vectors(lesson: Lesson | None, state: str) -> list[tuple[float, ...]]:
@@ -44,16 +44,16 @@ def describe_transitions(automaton: Automaton, lesson: Lesson | None) -> dict[st
 
     Numbers are rounded such that every example of the lesson stays on its side of each threshold.
     """
-    said = {}
+    conditions = {}
     for state, function in automaton.transitions.items():
         if isinstance(function, Tree):
             vectors = list_shown_vectors(lesson, state)
-            said[state] = list(
+            conditions[state] = list(
                 describe_exits(function, automaton.features, automaton.state_names, state, vectors)
             )
         else:
-            said[state] = [BY_CLASSIFIER]
-    return said
+            conditions[state] = [BY_CLASSIFIER]
+    return conditions
 
 
 def list_conditions_by_switch(
@@ -64,7 +64,7 @@ def list_conditions_by_switch(
     Numbers are rounded as in `describe_transitions`. A classifier has no conditions: its pairs are those of the
     lesson's examples.
     """
-    found: dict[tuple[str, str], list[str]] = {}
+    conditions: dict[tuple[str, str], list[str]] = {}
     for state, function in automaton.transitions.items():
         vectors = list_shown_vectors(lesson, state)
         if isinstance(function, Tree):
@@ -76,10 +76,10 @@ def list_conditions_by_switch(
             }
         else:
             examples = () if lesson is None else lesson.examples
-            shown = [each.next for each in examples if automaton.stateless or each.state == state]
-            nexts = {following: [BY_CLASSIFIER] for following in shown}
-        found |= {(state, following): each for following, each in nexts.items() if following != state}
-    return found
+            next_states = [each.next for each in examples if automaton.stateless or each.state == state]
+            nexts = {following: [BY_CLASSIFIER] for following in next_states}
+        conditions |= {(state, following): each for following, each in nexts.items() if following != state}
+    return conditions
 
 
 def describe_options(lesson: Lesson) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> Automato
         conditions and examples. Topics without changes are left out.
     """
     old, new = before.automaton, after.automaton
-    found = {
+    lines_by_topic = {
         "parameters": _lines(dict.fromkeys(old.parameters, ""), dict.fromkeys(new.parameters, "")),
         "states": _lines(_states(old), _states(new)),
         "features": _lines(_features(old), _features(new)),
@@ -80,7 +80,7 @@ def diff_automata(before: TrainedAutomaton, after: TrainedAutomaton) -> Automato
         "conditions": _conditions(before, after),
         "examples": _lines(_examples(before), _examples(after)),
     }
-    return AutomatonDiff(before, after, {topic: lines for topic, lines in found.items() if lines})
+    return AutomatonDiff(before, after, {topic: lines for topic, lines in lines_by_topic.items() if lines})
 
 
 def _lines(old: Mapping[str, str], new: Mapping[str, str]) -> list[str]:
@@ -119,15 +119,15 @@ def _examples(taught: TrainedAutomaton) -> dict[str, str]:
 
 
 def _example(example: Example, automaton: Automaton) -> str:
-    said = "stay" if example.next == example.state else f"go to {example.next}"
+    answer = "stay" if example.next == example.state else f"go to {example.next}"
     values = []
     for bound, value in zip(automaton.features, example.values, strict=True):
-        shown = convert_to_plain(value, bound)
-        written = "absent" if shown is None else f"{shown:.4g}" if isinstance(shown, float) else shown
+        plain = convert_to_plain(value, bound)
+        written = "absent" if plain is None else f"{plain:.4g}" if isinstance(plain, float) else plain
         values.append(f"{bound} {written}")
-    kept = f" - in quarantine: {example.quarantined}" if example.quarantined else ""
+    quarantine = f" - in quarantine: {example.quarantined}" if example.quarantined else ""
     source = "" if example.source is None else f" - from {example.source}"
-    return f"  in {example.state} {said} ({example.kind}): {', '.join(values)}{source}{kept}"
+    return f"  in {example.state} {answer} ({example.kind}): {', '.join(values)}{source}{quarantine}"
 
 
 def _conditions(old: TrainedAutomaton, new: TrainedAutomaton) -> list[str]:

@@ -17,15 +17,15 @@ Axes: TypeAlias = "matplotlib.axes.Axes"
 PACKAGE = "understudy.viz"
 
 
-def call_plot(function: str, *given: Any, **settings: Any) -> Axes:
+def call_plot(function: str, *args: Any, **settings: Any) -> Axes:
     """Call a function of `viz` that plots, named `module:function`; return the axes that it plotted into."""
-    axes: Axes = resolve_name(f"{PACKAGE}.{function}")(*given, **settings)
+    axes: Axes = resolve_name(f"{PACKAGE}.{function}")(*args, **settings)
     return axes
 
 
-def call_markup(function: str, *given: Any) -> str:
+def call_markup(function: str, *args: Any) -> str:
     """Call a function of `viz` that makes SVG or HTML, named `module:function`; return the text."""
-    text: str = resolve_name(f"{PACKAGE}.{function}")(*given)
+    text: str = resolve_name(f"{PACKAGE}.{function}")(*args)
     return text
 
 

@@ -81,7 +81,7 @@ def _find_labels(title: str) -> tuple[str, ...]:
 
 
 def _spell(value: Any, labels: tuple[str, ...]) -> str:
-    """Spell a cell as CSV would, where numbers and truth values of a frame stand for labels that look like them."""
+    """Write a cell as CSV would: a number or a truth value of a frame may stand for the label that looks like it."""
     if value is None:
         return ""
     if isinstance(value, bool) and labels == BOOLEAN.labels:

@@ -16,7 +16,7 @@ class ExampleSource:
     time_s
         Time of the tick in the recording, s.
     driver
-        Name of the person who drove. Empty: it was not said.
+        Name of the person who drove. Empty: unknown.
     certainty
         How certain the label of the recording is there, from 0 to 1.
     """

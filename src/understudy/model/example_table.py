@@ -60,7 +60,7 @@ class ExampleTable:
 
     def features(self) -> list[tuple[int, str, Kind]]:
         """List the position, name and kind of each column that is a feature."""
-        found: list[tuple[int, str, Kind]] = []
+        columns: list[tuple[int, str, Kind]] = []
         for column, title in enumerate(self.header):
             place = self.locate(title)
             if self.header.count(title) > 1:
@@ -74,28 +74,28 @@ class ExampleTable:
                     "a feature's column names its kind",
                     f"write {name or 'NAME'}:continuous, or another kind",
                 )
-            if name in [other for _, other, _ in found]:
+            if name in [other for _, other, _ in columns]:
                 raise self.make_error(
                     place, f"feature {name!r} has two columns", "rename or remove one of the two"
                 )
             try:
-                found.append((column, name, parse_kind(spelled, where=place)))
+                columns.append((column, name, parse_kind(spelled, where=place)))
             except KindError as error:
                 raise self.make_error(place, error.problem, error.remedy) from None
-        return found
+        return columns
 
     def values(
         self, place: str, row: Sequence[str], columns: Sequence[tuple[int, Kind]]
     ) -> tuple[float, ...]:
         """Parse the cells of a row's features."""
-        found = []
+        values = []
         for column, kind in columns:
             where = self._at(place, f"column {self.header[column]!r}")
             try:
-                found.append(parse_value(row[column], kind, where=where))
+                values.append(parse_value(row[column], kind, where=where))
             except KindError as error:
                 raise self.make_error(where, error.problem, error.remedy) from None
-        return tuple(found)
+        return tuple(values)
 
     def name(self, place: str, row: Sequence[str], title: str) -> str:
         """Return the cell of a column that must not be empty."""

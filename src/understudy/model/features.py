@@ -67,10 +67,10 @@ class FunctionName(NamedTuple):
 
     def find(self) -> Any:
         """Import the function with this name, and unwrap it if a decorator made a feature or behavior of it."""
-        found: Any = import_module(self.module)
+        member: Any = import_module(self.module)
         for name in self.qualified.split("."):
-            found = getattr(found, name)
-        return getattr(found, "function", found)
+            member = getattr(member, name)
+        return getattr(member, "function", member)
 
 
 class PartWithFunction:
@@ -96,10 +96,10 @@ class PartWithFunction:
     def _name(self, function: Any) -> FunctionName:
         name = FunctionName(getattr(function, "__module__", ""), getattr(function, "__qualname__", ""))
         try:
-            found = name.find()
+            imported = name.find()
         except (ImportError, AttributeError, ValueError):
-            found = None
-        if found is not function:
+            imported = None
+        if imported is not function:
             raise DefinitionError(
                 what=f"{type(self).__name__.lower()} {getattr(self, 'name', '')!r}",
                 problem="another process cannot find its function",
@@ -110,8 +110,8 @@ class PartWithFunction:
 
 def _make_part(kind: type[PartWithFunction], values: dict[str, Any]) -> PartWithFunction:
     function = values["function"]
-    found = function.find() if isinstance(function, FunctionName) else function
-    return kind(**{**values, "function": found})
+    imported = function.find() if isinstance(function, FunctionName) else function
+    return kind(**{**values, "function": imported})
 
 
 @dataclass(frozen=True, slots=True)

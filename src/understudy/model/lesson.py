@@ -1,6 +1,6 @@
 """Lessons and examples: everything that a demonstrator chose and showed for one automaton.
 
-Examples are the source; transition functions are learned from them and can be learned again (ARCHITECTURE section 4).
+Examples are the source; transition functions are learned from them and can be learned again (docs/learning.md).
 """
 
 from __future__ import annotations
@@ -93,10 +93,10 @@ class Example:
     source: ExampleSource | None = None
 
     def __repr__(self) -> str:
-        said = "stay" if self.next == self.state else f"go to {self.next}"
+        answer = "stay" if self.next == self.state else f"go to {self.next}"
         values = ", ".join(f"{value:.4g}" for value in self.values)
         facts = [
-            f"in {self.state} {said}",
+            f"in {self.state} {answer}",
             f"values ({values})",
             *(["in quarantine"] if self.quarantined else []),
         ]
@@ -116,15 +116,15 @@ class Example:
         return self.kind in (ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION)
 
 
-def _make_example(kept: dict[str, Any]) -> Example:
+def _make_example(attributes: dict[str, Any]) -> Example:
     """Build an unpickled example in which all absent values are the object `math.nan`.
 
     Only then do equal examples compare equal, because Python finds NaNs in tuples equal only if they are one
     object.
     """
-    values = tuple(nan if isnan(value) else value for value in kept["values"])
-    own = {name: nan if isnan(value) else value for name, value in kept["own"].items()}
-    return Example(**{**kept, "values": values, "own": own})
+    values = tuple(nan if isnan(value) else value for value in attributes["values"])
+    own = {name: nan if isnan(value) else value for name, value in attributes["own"].items()}
+    return Example(**{**attributes, "values": values, "own": own})
 
 
 class ReadingLog:
@@ -159,9 +159,9 @@ class ReadingLog:
         cls, keys: tuple[ReadingKey, ...], columns: Sequence[Sequence[float]], seconds: Sequence[float]
     ) -> ReadingLog:
         """Make a log of a column per key; NumPy is imported only when its arrays are read."""
-        made = cls(keys)
-        made._columns, made._seconds = columns, seconds
-        return made
+        log = cls(keys)
+        log._columns, log._seconds = columns, seconds
+        return log
 
     @cached_property
     def values(self) -> NDArray[np.float64]:
@@ -244,9 +244,11 @@ class Lesson:
             )
 
     def __repr__(self) -> str:
-        made, states = self.automaton, len(self.automaton.states)
+        automaton, states = self.automaton, len(self.automaton.states)
         facts = [format_number_of(len(self.examples), "example"), format_number_of(states, "state")]
-        return format_repr(self, repr(self.name), *facts, format_number_of(len(made.features), "feature"))
+        return format_repr(
+            self, repr(self.name), *facts, format_number_of(len(automaton.features), "feature")
+        )
 
     def _repr_html_(self) -> str:
         return call_markup("html_cards:write_lesson_html", self)

@@ -43,7 +43,7 @@ class Kit:
         Parameters
         ----------
         *parts
-            The parts, in the order in which the kit will list those of each sort.
+            The parts, in the order in which the kit will list those of each kind.
 
         Returns
         -------
@@ -53,7 +53,7 @@ class Kit:
         Raises
         ------
         DefinitionError
-            If two parts of one sort have the same name, or something else is given.
+            If two parts of one kind have the same name, or something else is given.
         """
         features: dict[str, AnyFeature] = {}
         behaviors: dict[str, Behavior] = {}
@@ -76,7 +76,7 @@ class Kit:
         return format_repr(self, f"of {format_number_of(features, 'feature')}", *facts)
 
     def __add__(self, other: Kit) -> Kit:
-        """Make a kit with the parts of both; refuse a name that both use for the same sort of part."""
+        """Make a kit with the parts of both; refuse a name that both use for the same kind of part."""
         return Kit.from_parts(*self.parts, *other.parts)
 
     @property
@@ -85,10 +85,10 @@ class Kit:
         return (*self.features.values(), *self.behaviors.values(), *self.targets.values())
 
 
-def _add(parts: dict[str, KitPart], part: KitPart, sort: str) -> None:
+def _add(parts: dict[str, KitPart], part: KitPart, part_kind: str) -> None:
     if part.name in parts:
         raise DefinitionError(
-            what="kit", problem=f"two {sort} have the name {part.name!r}", remedy="rename one of the two"
+            what="kit", problem=f"two {part_kind} have the name {part.name!r}", remedy="rename one of the two"
         )
     parts[part.name] = part
 
@@ -137,15 +137,15 @@ class TrainedAutomaton:
         return call_markup("html_cards:draw_automaton", self)
 
 
-def check_trained_automaton(given: object) -> None:
+def check_trained_automaton(value: object) -> None:
     """Refuse anything that is not a TrainedAutomaton, and explain how to make one from a lesson or an automaton."""
-    if isinstance(given, TrainedAutomaton):
+    if isinstance(value, TrainedAutomaton):
         return
-    what, remedy = f"{given!r:.60}", "give a TrainedAutomaton"
-    if isinstance(given, Lesson):
-        what, remedy = f"lesson {given.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
-    if isinstance(given, Automaton):
-        what, remedy = f"automaton {given.name!r}", "give TrainedAutomaton(automaton)"
+    what, remedy = f"{value!r:.60}", "give a TrainedAutomaton"
+    if isinstance(value, Lesson):
+        what, remedy = f"lesson {value.name!r}", "give TrainedAutomaton(learn_automaton(lesson), lesson)"
+    if isinstance(value, Automaton):
+        what, remedy = f"automaton {value.name!r}", "give TrainedAutomaton(automaton)"
     raise DefinitionError(what=what, problem="it is not a trained automaton", remedy=remedy)
 
 
@@ -263,8 +263,8 @@ class Library:
             return self.taught[name].automaton
         if name in self.kit.behaviors:
             return self.kit.behaviors[name]
-        known = [*self.kit.behaviors, *self.taught]
-        raise UnknownName(what="behavior", name=name, where="the library", known=known)
+        names = [*self.kit.behaviors, *self.taught]
+        raise UnknownName(what="behavior", name=name, where="the library", known=names)
 
     def automaton(self, name: str) -> Automaton:
         """Return the automaton with the given name.
@@ -324,8 +324,8 @@ class Library:
             The name, and the arguments in the order of the behavior's parameters; in alphabetical order of the
             parameters if the library has no behavior with this name.
         """
-        known = name in self.taught or name in self.kit.behaviors
-        return format_bound_name(name, binding, self.parameters(name) if known else ())
+        exists = name in self.taught or name in self.kit.behaviors
+        return format_bound_name(name, binding, self.parameters(name) if exists else ())
 
     def find_users(self, name: str) -> tuple[str, ...]:
         """Find the automata that have a state which runs the given behavior.

@@ -27,8 +27,8 @@ def _format_match(match: re.Match[str]) -> str:
     name, targets, words = match.groups()
     if name is None:
         return _split(words)
-    said, bound = _split(name), ", ".join(_split(target.strip()) for target in targets.split(","))
-    return f"{said} {bound}" if said.endswith("to") else f"{said} ({bound})"
+    spoken, bound = _split(name), ", ".join(_split(target.strip()) for target in targets.split(","))
+    return f"{spoken} {bound}" if spoken.endswith("to") else f"{spoken} ({bound})"
 
 
 def _split(name: str) -> str:

@@ -23,7 +23,7 @@ STAY = -1  # as an outcome: keep the current state; as a child: nothing was ever
 class TestKind(IntEnum):
     """The kind of test that a node makes on the value x of its feature."""
 
-    __test__ = False  # not a test case, whatever pytest thinks of the name
+    __test__ = False  # not a test case, as pytest would conclude from the name
 
     LEAF = 0
     BELOW = 1  # x < high
@@ -239,13 +239,13 @@ _NO_VECTOR = (LookupError, TypeError, ValueError, OverflowError)
 
 def _explain_failure(nodes: Sequence[Node], values: Sequence[float]) -> KindError:
     """Make the error that says which value of a feature vector a tree could not use."""
-    asked = {node.feature: node for node in nodes if node.test != TestKind.LEAF}
+    tests = {node.feature: node for node in nodes if node.test != TestKind.LEAF}
     if isinstance(values, Mapping) or not hasattr(values, "__len__"):
         return _wrong(f"it is {values!r:.60}", "give a list of numbers")
-    if len(values) <= max(asked):
-        problem = f"it has {len(values)} values, and the tree asks for number {max(asked) + 1}"
+    if len(values) <= max(tests):
+        problem = f"it has {len(values)} values, and the tree asks for number {max(tests) + 1}"
         return _wrong(problem, "give one for each feature")
-    for feature, node in sorted(asked.items()):
+    for feature, node in sorted(tests.items()):
         if not isinstance(values[feature], Real):
             return _wrong(_value(feature, values), "give a number, or NaN if it is absent")
         labels = len(node.branches)

@@ -49,11 +49,11 @@ def _intersect(box: Box, other: Box) -> Box | None:
 
 
 def find_features_between(inside: Iterable[Box], outside: Sequence[Box]) -> set[int]:
-    """Return the positions of the features that tell vectors inside from those outside, alone.
+    """Return the positions of the features each of which alone can separate vectors inside from those outside.
 
     A feature does if a change of its value alone leads from a vector of some box inside to one of some box outside.
     """
-    found: set[int] = set()
+    features: set[int] = set()
     for box in inside:
         for other in outside:
             apart = [
@@ -62,8 +62,8 @@ def find_features_between(inside: Iterable[Box], outside: Sequence[Box]) -> set[
                 if not region.overlaps(region2)
             ]
             if len(apart) == 1:
-                found.add(apart[0])
-    return found
+                features.add(apart[0])
+    return features
 
 
 class ReadingSpread:

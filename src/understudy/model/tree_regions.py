@@ -78,15 +78,16 @@ def list_leaf_boxes(
     all boxes unless `known_absent` says that it occurs; if that is None, unless an example of the tree had it absent.
     """
     knows = find_known_absent(tree, len(kinds)) if known_absent is None else known_absent
-    found: list[tuple[int, Box]] = []
+    leaves: list[tuple[int, Box]] = []
     whole = tuple(
-        ValueSet(make_full_value_set(kind).parts, known) for kind, known in zip(kinds, knows, strict=True)
+        ValueSet(make_full_value_set(kind).parts, can_be_absent)
+        for kind, can_be_absent in zip(kinds, knows, strict=True)
     )
     waiting: list[tuple[int, Box]] = [(0, whole)]
     while waiting:
         index, box = waiting.pop()
         if index == STAY or tree.nodes[index].test == TestKind.LEAF:
-            found.append((STAY if index == STAY else tree.nodes[index].yes, box))
+            leaves.append((STAY if index == STAY else tree.nodes[index].yes, box))
             continue
         node = tree.nodes[index]
         below = []
@@ -95,7 +96,7 @@ def list_leaf_boxes(
             if not narrowed.empty:
                 below.append((following, (*box[: node.feature], narrowed, *box[node.feature + 1 :])))
         waiting.extend(reversed(below))
-    return found
+    return leaves
 
 
 def find_tested_features(trees: Iterable[Tree]) -> set[int]:

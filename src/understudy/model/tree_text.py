@@ -47,16 +47,16 @@ class FeatureText:
         self._unit = "°" if self._angle else f" {bound.feature.unit}" if bound.feature.unit else ""
         self._decimals = 0 if self._angle else 2 if bound.feature.unit == "m" else None
         self._said: dict[float, str] = {}
-        shown = sorted(value for value in values if value == value)
-        self._shown_some = bool(shown)
-        before, said = -inf, -inf
+        present = sorted(value for value in values if value == value)
+        self._shown_some = bool(present)
+        before, rounded = -inf, -inf
         for cut in sorted(set(cuts)):
-            at = bisect_left(shown, cut)
-            under = self._plain(shown[at - 1]) if at else -inf
-            over = self._plain(shown[at]) if at < len(shown) else inf
+            at = bisect_left(present, cut)
+            under = self._plain(present[at - 1]) if at else -inf
+            over = self._plain(present[at]) if at < len(present) else inf
             exact = self._shown(cut)
-            least = said if exact == before else nextafter(said, inf)
-            self._said[cut], said = self._shortest(cut, least, under, over)
+            least = rounded if exact == before else nextafter(rounded, inf)
+            self._said[cut], rounded = self._shortest(cut, least, under, over)
             before = exact
 
     def is_whole(self, region: ValueSet) -> bool:
@@ -201,30 +201,32 @@ Larger trees are described leaf by leaf: joining takes long, and the result woul
 
 
 def describe_tree_outcomes(
-    tree: Tree, features: Sequence[BoundFeature], shown: Vectors = ()
+    tree: Tree, features: Sequence[BoundFeature], vectors: Vectors = ()
 ) -> Mapping[int, tuple[str, ...]]:
     """Describe for each outcome of a tree the conditions that lead to it; "always" if there is no other outcome.
 
     A feature vector leads to an outcome exactly if it fulfills one of that outcome's conditions.
     """
-    found = simplify_outcome_boxes(tree, features)
-    return {outcome: describe_boxes(tree, features, boxes, shown) for outcome, boxes in found.items()}
+    boxes_by_outcome = simplify_outcome_boxes(tree, features)
+    return {
+        outcome: describe_boxes(tree, features, boxes, vectors) for outcome, boxes in boxes_by_outcome.items()
+    }
 
 
 def describe_boxes(
-    tree: Tree, features: Sequence[BoundFeature], found: Sequence[Box], shown: Vectors = ()
+    tree: Tree, features: Sequence[BoundFeature], outcome_boxes: Sequence[Box], vectors: Vectors = ()
 ) -> tuple[str, ...]:
     """Describe in words the condition of each box of a tree's regions."""
-    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, shown)
-    return tuple(" and ".join(_statements(box, words)) or "always" for box in found)
+    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, vectors)
+    return tuple(" and ".join(_statements(box, words)) or "always" for box in outcome_boxes)
 
 
 def describe_box(
-    box: Box, features: Sequence[BoundFeature], known_absent: Sequence[bool], shown: Vectors = ()
+    box: Box, features: Sequence[BoundFeature], known_absent: Sequence[bool], vectors: Vectors = ()
 ) -> str:
     """Describe in words the condition of one box, of any trees; `known_absent` says what can be absent in them."""
     ends = [[end for part in region.parts for end in part if not isinf(end)] for region in box]
-    return " and ".join(_statements(box, _words(ends, known_absent, features, shown))) or "always"
+    return " and ".join(_statements(box, _words(ends, known_absent, features, vectors))) or "always"
 
 
 def describe_exits(
@@ -232,47 +234,47 @@ def describe_exits(
     features: Sequence[BoundFeature],
     state_names: Sequence[str],
     state: str,
-    shown: Vectors = (),
+    vectors: Vectors = (),
 ) -> tuple[str, ...]:
     """Describe when a state is left, one line per condition, such as "load when food_below_me is yes".
 
     The last line is "stays otherwise" or "stays always" if the tree may keep the state.
     """
-    found = describe_tree_outcomes(tree, features, shown)
+    texts_by_outcome = describe_tree_outcomes(tree, features, vectors)
     here = list(state_names).index(state) if state in state_names else STAY
     leaves = tuple(
         f"{state_names[outcome]} {text if text == 'always' else 'when ' + text}"
-        for outcome in sorted(found)
+        for outcome in sorted(texts_by_outcome)
         if outcome != here
-        for text in found[outcome]
+        for text in texts_by_outcome[outcome]
     )
-    if here not in found:
+    if here not in texts_by_outcome:
         return leaves
     return (*leaves, "stays otherwise" if leaves else "stays always")
 
 
 def describe_path(
-    tree: Tree, steps: Iterable[PathStep], features: Sequence[BoundFeature], shown: Vectors = ()
+    tree: Tree, steps: Iterable[PathStep], features: Sequence[BoundFeature], vectors: Vectors = ()
 ) -> tuple[str, ...]:
     """Describe the condition that one decision fulfilled, one statement for each feature that was tested."""
     steps = tuple(steps)
-    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, shown)
+    words = _words(list_cuts(tree, len(features)), find_known_absent(tree, len(features)), features, vectors)
     box = make_path_box(tree, steps, [bound.kind for bound in features])
-    asked = {tree.nodes[step.node].feature for step in steps}
-    return tuple(words[feature].statement(box[feature]) for feature in sorted(asked))
+    tested = {tree.nodes[step.node].feature for step in steps}
+    return tuple(words[feature].statement(box[feature]) for feature in sorted(tested))
 
 
 def simplify_outcome_boxes(tree: Tree, features: Sequence[BoundFeature]) -> dict[int, list[Box]]:
     """Cover the feature vectors of each outcome with few, wide boxes; boxes of different outcomes do not overlap."""
     leaves = list_leaf_boxes(tree, [bound.kind for bound in features])
-    found: dict[int, list[Box]] = {}
+    boxes_by_outcome: dict[int, list[Box]] = {}
     for outcome in sorted({outcome for outcome, _ in leaves if outcome != STAY}):
         mine = [box for leads_to, box in leaves if leads_to == outcome]
         if len(leaves) <= MOST_LEAVES:
             others = [box for leads_to, box in leaves if leads_to != outcome]
             mine = cover_boxes(mine, others)
-        found[outcome] = mine
-    return found
+        boxes_by_outcome[outcome] = mine
+    return boxes_by_outcome
 
 
 def list_cuts(tree: Tree, features: int) -> list[list[float]]:
@@ -288,12 +290,12 @@ def _words(
     cuts: Sequence[Sequence[float]],
     known_absent: Sequence[bool],
     features: Sequence[BoundFeature],
-    shown: Vectors,
+    vectors: Vectors,
 ) -> list[FeatureText]:
-    values = list(zip(*shown, strict=True)) or [()] * len(features)
+    values = list(zip(*vectors, strict=True)) or [()] * len(features)
     return [
-        FeatureText(bound, own, known_absent=known, values=there)
-        for bound, own, known, there in zip(features, cuts, known_absent, values, strict=True)
+        FeatureText(bound, own, known_absent=can_be_absent, values=there)
+        for bound, own, can_be_absent, there in zip(features, cuts, known_absent, values, strict=True)
     ]
 
 

@@ -244,7 +244,7 @@ class NeverWatch(Watch):
 
 
 class TimedWatch(Watch):
-    """What observes that something is reached within a time."""
+    """A watch of a property that demands that something is reached within a time."""
 
     def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
         super().__init__(run, ends=ends, stride=stride)

@@ -30,7 +30,7 @@ MOST_SEEDS = 10_000_000
 
 
 class SeedRange(StrictStruct, frozen=True, kw_only=True):
-    """So many seeds in a row, from `first`."""
+    """A number of seeds in a row, from `first`."""
 
     first: int = 0
     count: int

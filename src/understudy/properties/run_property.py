@@ -136,7 +136,7 @@ class PropertyResult:
 
 
 def compute_failure_bound(worlds: int, *, level: float = LEVEL) -> float:
-    """Compute the largest failure rate that is compatible with no failure in so many worlds.
+    """Compute the largest failure rate that is compatible with no failure in `worlds` worlds.
 
     A larger rate would have given a failure with a probability of more than `level` (the exact one-sided limit).
     """

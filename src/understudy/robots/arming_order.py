@@ -1,4 +1,4 @@
-"""Orders of a person to arm robots, which take a while and are cancelled by a stop that comes after them."""
+"""Orders of a person to arm robots. Arming takes a while, and a stop that comes after the order cancels it."""
 
 from __future__ import annotations
 

@@ -26,14 +26,19 @@ class DerivedReadings:
     """
 
     def __init__(
-        self, kind: RobotType | None, offered: Sequence[Reading], targets: Sequence[str], *, seed: int = 0
+        self,
+        robot_type: RobotType | None,
+        offered: Sequence[Reading],
+        targets: Sequence[str],
+        *,
+        seed: int = 0,
     ) -> None:
-        told = {each.name for each in offered}
-        sensors = () if kind is None else kind.sensors
+        names = {each.name for each in offered}
+        sensors = () if robot_type is None else robot_type.sensors
         self.random_sensors = [
-            each for each in sensors if isinstance(each, RandomSensor) and each.name not in told
+            each for each in sensors if isinstance(each, RandomSensor) and each.name not in names
         ]
-        stuck = (each for each in sensors if isinstance(each, StallSensor) and STUCK[0].name not in told)
+        stuck = (each for each in sensors if isinstance(each, StallSensor) and STUCK[0].name not in names)
         self.stall_sensor = next(stuck, None)
         own = (
             *(Reading(each.name, Continuous()) for each in self.random_sensors),
@@ -43,7 +48,7 @@ class DerivedReadings:
         self.elapsed_sensors = [
             each
             for each in sensors
-            if isinstance(each, ElapsedSensor) and each.of in of_targets and each.name not in told
+            if isinstance(each, ElapsedSensor) and each.of in of_targets and each.name not in names
         ]
         self._yes = {each.name for each in (*offered, *own) if each.kind == BOOLEAN}
         self._targets, self._of_targets = targets, of_targets
@@ -62,19 +67,19 @@ class DerivedReadings:
 
         `values` has all other readings, and `asked_m_s` is the commanded speed in m/s.
         """
-        found: dict[ReadingKey, float] = {}
+        derived: dict[ReadingKey, float] = {}
         for chance in self.random_sensors:
-            found[chance.name, None] = self._draw(chance, now)
+            derived[chance.name, None] = self._draw(chance, now)
         if self.stall_sensor is not None:
-            found["stuck", None] = self._is_stuck(now, values, asked_m_s, self.stall_sensor.after_s)
-        of = {**values, **found}
+            derived["stuck", None] = self._is_stuck(now, values, asked_m_s, self.stall_sensor.after_s)
+        of = {**values, **derived}
         for since in self.elapsed_sensors:
             for target in self._targets if self._of_targets[since.of] else (None,):
                 value = of.get((since.of, target), nan)
                 if not isnan(value) and (since.of not in self._yes or value > 0):
                     self._last[since.name, target] = now
-                found[since.name, target] = now - self._last.get((since.name, target), nan)
-        return found
+                derived[since.name, target] = now - self._last.get((since.name, target), nan)
+        return derived
 
     def _draw(self, chance: RandomSensor, now: float) -> float:
         period = floor(now / chance.every_s) if chance.every_s else -1
@@ -100,6 +105,6 @@ class DerivedReadings:
         if now - since < after_s:
             return 0.0
         wanted = sum(each[3] for each in self._track) / len(self._track) * (now - since)
-        # The farthest, not the last place: who drives in a circle comes back to where it was, and is not stuck.
+        # The farthest, not the last place: a robot that drives in a circle comes back, and is not stuck.
         farthest = max(hypot(each[1] - x0, each[2] - y0) for each in self._track)
         return float(farthest < NOWHERE * wanted)

@@ -67,10 +67,10 @@ def diagnose_connection(robot: Robot, *, seconds: float) -> ConnectionReport:
                 _problem(name, topic, source, latest, age_s, peers),
             )
         )
-    found = [arrival.problem for arrival in arrivals if arrival.problem]
+    invalid = [arrival.problem for arrival in arrivals if arrival.problem]
     problems = tuple(
         dict.fromkeys(
-            (*found, *_others(robot, peers), *_unheard(robot), *_still(robot), *_unready_skills(robot))
+            (*invalid, *_others(robot, peers), *_unheard(robot), *_still(robot), *_unready_skills(robot))
         )
     )
     return ConnectionReport(robot.file.name, seconds, arrivals, problems, _lacks(robot))

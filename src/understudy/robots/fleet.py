@@ -104,16 +104,16 @@ class Fleet:
 
     def _select(self, commands: Commands, agent: int) -> dict[str, Column]:
         """Return the commands of one robot, with the number that it has given to its skill."""
-        robot, found, names = self.robots[agent], dict[str, Column](), self._channels[agent]
+        robot, selected, names = self.robots[agent], dict[str, Column](), self._channels[agent]
         for channel, column in commands.items():
             if channel not in (SKILL, ISSUED) or channel in names:
-                found[channel] = column[agent : agent + 1]
-        number = int(found[SKILL][0]) if SKILL in found else 0
+                selected[channel] = column[agent : agent + 1]
+        number = int(selected[SKILL][0]) if SKILL in selected else 0
         if number:
             name, binding = self._skills[number - 1]
             has = name in robot.file.skills
-            found[SKILL] = np.array([float(robot.index_skill(name, binding)) if has else 0.0])
-        return found
+            selected[SKILL] = np.array([float(robot.index_skill(name, binding)) if has else 0.0])
+        return selected
 
     @property
     def armed(self) -> bool:
@@ -211,17 +211,17 @@ class Fleet:
             taken[topic] = robot.file.name
 
     def _readings(self) -> dict[str, Reading]:
-        found: dict[str, Reading] = {}
+        readings: dict[str, Reading] = {}
         for robot in self.robots:
             for reading in robot.readings:
-                before = found.setdefault(reading.name, reading)
+                before = readings.setdefault(reading.name, reading)
                 if (before.kind, before.of_targets) != (reading.kind, reading.of_targets):
                     raise self._wrong(
                         f"readings.{reading.name} of {robot.file.name}",
                         "differs from the reading of this name of another robot",
                         "rename one of the two",
                     )
-        return found
+        return readings
 
     def _wrong(self, setting: str, problem: str, remedy: str) -> SettingError:
         return SettingError(where=self.name, setting=setting, problem=problem, remedy=remedy)

@@ -57,16 +57,16 @@ def make_topic_inputs(
 
     `targets` are names of targets that may get a color later, for which the camera input provides readings too.
     """
-    found: list[TopicInput] = []
-    for made in (*_numbers(file), *_places(file)):
-        if isinstance(made, DecodeProblem):
-            return made
-        found.append(made)
+    inputs: list[TopicInput] = []
+    for result in (*_numbers(file), *_places(file)):
+        if isinstance(result, DecodeProblem):
+            return result
+        inputs.append(result)
     if file.frames is not None:
-        found.append(_pose(file.frames))
+        inputs.append(_pose(file.frames))
     if camera is not None and file.camera is not None:
-        found.append(_images(file.camera, camera, targets))
-    return tuple(found)
+        inputs.append(_images(file.camera, camera, targets))
+    return tuple(inputs)
 
 
 def make_live_camera(file: RobotFile) -> LiveCamera | DecodeProblem | None:
@@ -148,14 +148,14 @@ def compute_ranges_and_bearings(
 
     `values` has the robot's pose and the places of those targets that come from topics.
     """
-    found: dict[ReadingKey, float] = {}
+    readings: dict[ReadingKey, float] = {}
     pose = tuple(values.get((name, None), nan) for name in POSE)
     for name, target in targets.items():
         x, y = target.at or (values.get((axis, name), nan) for axis in PLACE)
-        found["range", name], found["bearing", name] = _polar(
+        readings["range", name], readings["bearing", name] = _polar(
             x, y, (0.0, 0.0, 0.0) if target.relative else pose
         )
-    return found
+    return readings
 
 
 def _polar(x: float, y: float, pose: tuple[float, ...]) -> tuple[float, float]:
@@ -206,27 +206,27 @@ class SensorInputs:
         targets: Sequence[str] = (),
     ) -> None:
         self.camera = _right(make_live_camera(file), path)
-        found = _right(make_topic_inputs(file, self.camera, targets), path)
+        inputs = _right(make_topic_inputs(file, self.camera, targets), path)
         self._places = file.targets
-        self.sources: Mapping[str, TopicInput] = {source.name: source for source in found}
+        self.sources: Mapping[str, TopicInput] = {source.name: source for source in inputs}
         self.latest: Mapping[str, LatestSample] = {name: LatestSample() for name in self.sources}
-        readings = {each.name: each for source in found for each in source.readings}
+        readings = {each.name: each for source in inputs for each in source.readings}
         if file.targets:
             readings.update({each.name: each for each in LOCATIONS})
         self.readings: Sequence[Reading] = tuple(readings.values())
-        seen = () if file.camera is None else (*file.camera.colors, *targets)
-        self.targets: Sequence[str] = tuple(dict.fromkeys((*seen, *file.targets)))
+        colors = () if file.camera is None else (*file.camera.colors, *targets)
+        self.targets: Sequence[str] = tuple(dict.fromkeys((*colors, *file.targets)))
         self._keys: Sequence[ReadingKey] = [
             (each.name, target)
             for each in self.readings
             for target in (self.targets if each.of_targets else (None,))
         ]
         self._source_of: dict[ReadingKey, str] = {}
-        for source in found:
+        for source in inputs:
             for key in source.keys:
                 self._source_of.setdefault(key, source.name)
         for topic, type in dict.fromkeys(
-            (source.topic, source.type) for source in found if source.name != FRAMES
+            (source.topic, source.type) for source in inputs if source.name != FRAMES
         ):
             transport.subscribe(file.topic(topic), type, self._listener(topic, type))
         self._frames = FrameTree()
@@ -238,11 +238,11 @@ class SensorInputs:
 
     def values(self, now: float) -> dict[ReadingKey, float]:
         """Return a value for each reading at time `now` (s, `time.monotonic`); NaN if absent."""
-        found: dict[ReadingKey, float] = {}
+        values: dict[ReadingKey, float] = {}
         for name in self.sources:
-            found.update(self.read_fresh(name, now))
-        found.update(compute_ranges_and_bearings(self._places, found))
-        return {key: found.get(key, nan) for key in self._keys}
+            values.update(self.read_fresh(name, now))
+        values.update(compute_ranges_and_bearings(self._places, values))
+        return {key: values.get(key, nan) for key in self._keys}
 
     def read_fresh(self, name: str, now: float) -> Mapping[ReadingKey, float]:
         """Return the values of one source; empty if they are older than its limit at time `now` (s)."""
@@ -315,7 +315,7 @@ class SensorInputs:
             for source, latest in here:
                 try:
                     latest.values = source.extract(message)
-                except Exception as error:  # what somebody made up must not end the thread that listens
+                except Exception as error:  # a forged message must not end the thread that listens
                     latest.values, latest.problem = {}, str(error)
                     latest.refused += 1
                     continue
@@ -327,8 +327,8 @@ class SensorInputs:
         return received
 
 
-def _right(found: Right | DecodeProblem, path: Path | str) -> Right:
+def _right(result: Right | DecodeProblem, path: Path | str) -> Right:
     """Return a valid result, or raise its problem as a FileError."""
-    if isinstance(found, DecodeProblem):
-        raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
-    return found
+    if isinstance(result, DecodeProblem):
+        raise FileError(path=path, place=result.key, problem=result.problem, remedy=result.remedy)
+    return result

@@ -85,7 +85,7 @@ class Robot:
         self._snapshot: dict[ReadingKey, float] | None = None
         self._at = self._began
         self.simulation_clock = SimulationClock(transport) if file.use_sim_time else None
-        """The clock by which it ticks, if that is a simulation's. Whatever stops it goes by this computer's clock."""
+        """The clock by which it ticks, if that is a simulation's. Stops go by this computer's clock."""
         self._time_s = 0.0
         self.scenario, self.kind = find_robot_scenario(file, path)
         """The scenario whose lessons it runs, and its type there; None if its file names no scenario."""
@@ -112,7 +112,7 @@ class Robot:
         if of.unfit or of.stop:
             transport.subscribe(file.topic(of.topic), DIAGNOSTICS, self.statuses.receive)
         self.status_publisher: StatusPublisher | None = None
-        """What publishes its state as diagnostics, if its file asks for that."""
+        """The publisher of its state as diagnostics; None if its file does not ask for that."""
         if of.publish:
             publish = transport.publisher(file.topic(of.topic), DIAGNOSTICS)
             self.status_publisher = StatusPublisher(publish, [self.describe_status])
@@ -197,8 +197,8 @@ class Robot:
         for reading, target in keys:
             if (reading, target) not in values:
                 name = reading if target is None else f"{reading}({target})"
-                known = [each if target is None else f"{each}({target})" for each, target in values]
-                raise UnknownName(what="reading", name=name, where=self._where, known=known)
+                labels = [each if target is None else f"{each}({target})" for each, target in values]
+                raise UnknownName(what="reading", name=name, where=self._where, known=labels)
         return {key: values[key] for key in keys}
 
     def act(self, commands: Commands) -> None:
@@ -377,10 +377,10 @@ def connect_robot_body(
 
 
 def check_readings_fit(
-    file: RobotFile, offered: Sequence[Reading], kind: RobotType | None, path: Path | str
+    file: RobotFile, offered: Sequence[Reading], robot_type: RobotType | None, path: Path | str
 ) -> None:
     """Refuse a reading whose kind or unit differs from that of the same name in the scenario."""
-    there = {} if kind is None else {each.name: each for _, each in list_type_readings(kind)}
+    there = {} if robot_type is None else {each.name: each for _, each in list_type_readings(robot_type)}
     for each in offered:
         of = there.get(each.name)
         if of is None or each.of_targets != of.of_targets:

@@ -226,18 +226,16 @@ def _read(path: Path | str) -> str:
 def _described(content: str, path: Path | str, format: str, whole: type[Described], what: str) -> Described:
     """Decode a document that must have the given format."""
     document = parse_toml(content, path)
-    if (given := document.get("format")) != format:
-        if isinstance(given, str) and given in OTHER:
-            problem, _, remedy = OTHER[given].partition("; ")
+    if (mark := document.get("format")) != format:
+        if isinstance(mark, str) and mark in OTHER:
+            problem, _, remedy = OTHER[mark].partition("; ")
             raise FileError(path=path, place="format", problem=problem, remedy=remedy)
-        problem = (
-            "is missing" if given is None else f"is {given!r:.60}, which is not a known format of {what}"
-        )
+        problem = "is missing" if mark is None else f"is {mark!r:.60}, which is not a known format of {what}"
         raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{format}"')
-    found = decode_toml_values(document, whole)
-    if isinstance(found, DecodeProblem):
-        raise FileError(path=path, place=found.key, problem=found.problem, remedy=found.remedy)
-    return found
+    file = decode_toml_values(document, whole)
+    if isinstance(file, DecodeProblem):
+        raise FileError(path=path, place=file.key, problem=file.problem, remedy=file.remedy)
+    return file
 
 
 def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
@@ -303,7 +301,7 @@ def _wrong_reading(robot: RobotFile, key: str, name: str, reading: ReadingSpec) 
 
 
 def _wrong_names(robot: RobotFile) -> Iterator[DecodeProblem]:
-    """Yield readings whose names are those that targets or the camera give."""
+    """Yield readings whose names are taken by readings of targets or of the camera."""
     taken = {
         "targets": [each.name for each in LOCATIONS] if robot.targets else [],
         "the camera": [each.name for each in BLOBS] if robot.camera is not None else [],

@@ -42,8 +42,8 @@ class SkillSpec(StrictStruct, frozen=True, kw_only=True):
     @property
     def parameters(self) -> Sequence[str]:
         """The parameters of the basic behavior, in alphabetical order."""
-        found = (OF_TARGET.fullmatch(value) for value in self.goal.values() if isinstance(value, str))
-        return sorted({match[1] for match in found if match is not None})
+        matches = (OF_TARGET.fullmatch(value) for value in self.goal.values() if isinstance(value, str))
+        return sorted({match[1] for match in matches if match is not None})
 
     @property
     def endpoint(self) -> str:
@@ -52,7 +52,7 @@ class SkillSpec(StrictStruct, frozen=True, kw_only=True):
 
 
 def find_skill_problems(key: str, name: str, skill: SkillSpec) -> Iterator[DecodeProblem]:
-    """Yield what in the description of a skill is invalid, whatever its type defines."""
+    """Yield problems in the description of a skill that do not depend on its message type."""
     if not NAME.fullmatch(name):
         yield DecodeProblem(key, "is not a valid name of a skill", "give letters, digits and _")
     if (skill.action is None) == (skill.service is None):

@@ -79,20 +79,20 @@ class DigitalTwin(DrawnBody[Fleet]):
 
     def view(self, world: int = 0) -> WorldView:
         """Return the drawn world, as large as the geofence if there is one."""
-        found = super().view(world)
+        view = super().view(world)
         if self._fence is None:
-            return found
+            return view
         x0, y0, x1, y1 = self._fence
-        return replace(found, width=x1 - x0, height=y1 - y0)
+        return replace(view, width=x1 - x0, height=y1 - y0)
 
     def sense(self, keys: Sequence[ReadingKey]) -> Percept:
         """Return a column [N] for each key; NaN for robots that have no such sensor."""
-        asked = tuple(self._keys if self._recording else keys)
-        found = self.fleet.sense(self._list_offered(tuple(keys), asked))
+        wanted = tuple(self._keys if self._recording else keys)
+        columns = self.fleet.sense(self._list_offered(tuple(keys), wanted))
         absent = np.full(self.agents, nan)
         self._is_drawn = False
         # Recorded is what is decided on: sensed after a slow decision, it would be another snapshot.
-        self._sensed = {key: found.get(key, absent) for key in asked}
+        self._sensed = {key: columns.get(key, absent) for key in wanted}
         return {key: self._sensed[key] for key in keys}
 
     def index_skill(self, name: str, binding: Mapping[str, str]) -> int:
@@ -109,8 +109,8 @@ class DigitalTwin(DrawnBody[Fleet]):
         if self._paths is None:
             return
         paths = self._paths()
-        for told, path, robot in zip(self._told, paths, self.fleet, strict=True):
-            told.publish_changes(time_s, tuple(path), stopped=robot.stop_cause)
+        for publisher, path, robot in zip(self._told, paths, self.fleet, strict=True):
+            publisher.publish_changes(time_s, tuple(path), stopped=robot.stop_cause)
         if self._recorder is not None and self._recording:
             self._recorder.write_tick(time_s, percept, paths, commands=commands)
 
@@ -182,13 +182,13 @@ class DigitalTwin(DrawnBody[Fleet]):
         self.fleet.close()
 
     def _list_offered(
-        self, keys: tuple[ReadingKey, ...], asked: tuple[ReadingKey, ...]
+        self, keys: tuple[ReadingKey, ...], wanted: tuple[ReadingKey, ...]
     ) -> Sequence[ReadingKey]:
-        """List which of the readings `asked` the robots have; the same are asked for at every tick."""
-        if (keys, asked) not in self._offered:
+        """List which of the `wanted` readings the robots have; the same are asked for at every tick."""
+        if (keys, wanted) not in self._offered:
             self._drawn.check_keys(keys)
-            self._offered[keys, asked] = [key for key in asked if self._senses(key)]
-        return self._offered[keys, asked]
+            self._offered[keys, wanted] = [key for key in wanted if self._senses(key)]
+        return self._offered[keys, wanted]
 
     def _senses(self, key: ReadingKey) -> bool:
         name, target = key

@@ -1,1 +1,1 @@
-"""The runtimes: what a body is, and how automata decide for one (ARCHITECTURE sections 1, 3 and 6)."""
+"""The runtimes: what a body is, and how automata decide for one (docs/semantics.md)."""

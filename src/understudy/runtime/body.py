@@ -56,7 +56,7 @@ class Channel:
 
 
 class Body(Protocol):
-    """What an automaton senses with and acts through: N agents at once; N = 1 for a single robot."""
+    """The senses and actuators of N agents that automata drive; N = 1 for a single robot."""
 
     @property
     def agents(self) -> int:
@@ -117,7 +117,7 @@ class Body(Protocol):
 
 
 BODY_ATTRIBUTES = ("agents", "readings", "targets", "channels", "tick_s", "time_s", "sense", "act")
-"""The names of what every body has."""
+"""The names of the attributes that every body has."""
 
 
 @runtime_checkable

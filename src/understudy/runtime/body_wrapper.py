@@ -1,4 +1,4 @@
-"""The base class of bodies that stand on another body and change some of what it does."""
+"""The base class of bodies that wrap another body and change some of its behavior."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class BodyWrapper(Generic[GroundT]):
         self._stand_on(ground)
 
     def _stand_on(self, ground: GroundT) -> None:
-        """Pass on a body from now on, instead of the one before."""
+        """Wrap another body from now on, instead of the present one."""
         self.ground = ground
         self.agents = ground.agents
         self.readings: Sequence[Reading] = ground.readings

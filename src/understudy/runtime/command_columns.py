@@ -72,14 +72,14 @@ class CommandColumns:
         targets = [
             ReadingsView(percept, ground.binding[parameter]) for parameter in ground.behavior.parameters
         ]
-        found = call_user_function(f"behavior {ground}", function, [ReadingsView(percept), *targets])
+        result = call_user_function(f"behavior {ground}", function, [ReadingsView(percept), *targets])
         remedy = "return a command: a number for every agent, by channel"
-        if not isinstance(found, Mapping):
+        if not isinstance(result, Mapping):
             raise DefinitionError(
-                what=f"behavior {ground}", problem=f"it returned {found!r:.60}", remedy=remedy
+                what=f"behavior {ground}", problem=f"it returned {result!r:.60}", remedy=remedy
             )
         computed = {}
-        for channel, values in found.items():
+        for channel, values in result.items():
             if channel not in self.channels:
                 raise self._unknown(channel, ground)
             what = f"behavior {ground}, channel {channel!r}"

@@ -98,10 +98,10 @@ def read_feature_column(bound: BoundFeature, percept: Percept, *, agents: int) -
     """Read the values [N] of one feature, with its targets, from a snapshot; check those of a Python function."""
     feature = get_body_feature(bound)
     if feature.function is None:
-        found: object = percept[get_feature_key(bound)]
-        if isinstance(found, np.ndarray) and found.dtype == np.float64 and found.shape == (agents,):
-            return found  # as nearly all bodies give it, at every tick
-        return _check_column(found, feature, f"the body's reading {feature.reading!r} has", agents)
+        reading: object = percept[get_feature_key(bound)]
+        if isinstance(reading, np.ndarray) and reading.dtype == np.float64 and reading.shape == (agents,):
+            return reading  # as nearly all bodies give it, at every tick
+        return _check_column(reading, feature, f"the body's reading {feature.reading!r} has", agents)
     targets = [ReadingsView(percept, bound.binding[parameter]) for parameter in feature.parameters]
     returned = call_user_function(
         f"feature {feature.name!r}", feature.function, [ReadingsView(percept), *targets]
@@ -127,7 +127,7 @@ def _check_column(values: object, feature: Feature, gave: str, agents: int) -> C
 
 
 def _no_label(column: Column, labels: int) -> NDArray[np.bool_]:
-    """Return where a value is neither absent nor the index of a label."""
+    """Return which values are neither absent nor the index of a label."""
     present = column == column
     outside: NDArray[np.bool_] = present & ((column < 0) | (column >= labels) | (column != np.floor(column)))
     return outside

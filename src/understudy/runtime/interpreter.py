@@ -1,4 +1,4 @@
-"""The interpreter: the meaning of a pulse for one agent, in plain Python (ARCHITECTURE section 3, paper 3.1).
+"""The interpreter: the meaning of a pulse for one agent, in plain Python (docs/semantics.md, paper section 3.1).
 
 Every other engine and every export must agree with this file, which is the definition. Real robots and sessions run
 it.
@@ -133,13 +133,13 @@ class RunningAutomaton:
         self.active = self._children[following]
         self.active.start(now)
         for change in self.instance.changes[following]:
-            kept = self.counters if change.of == "counter" else self.timers
+            memory = self.counters if change.of == "counter" else self.timers
             if change.action == "reset":
-                kept.pop(change.name, None)
+                memory.pop(change.name, None)
             elif change.action == "increment":
-                kept[change.name] = kept.get(change.name, 0.0) + change.value
+                memory[change.name] = memory.get(change.name, 0.0) + change.value
             else:
-                kept[change.name] = change.value if change.of == "counter" else now
+                memory[change.name] = change.value if change.of == "counter" else now
 
     def values(self, row: Row, now: float) -> Sequence[float]:
         """Return the feature vector: body readings from the snapshot, the automaton's own features as they are now."""

@@ -76,7 +76,7 @@ class Program:
 
 
 IDLE_PROGRAM = Program(IDLING, (), (GroundBehavior(Behavior("idle")),))
-"""What an agent runs that is to do nothing."""
+"""The program of an agent that is to do nothing."""
 
 
 def link(library: Library, name: str, binding: Mapping[str, str] = NOTHING_BOUND) -> Program:

@@ -19,9 +19,9 @@ Ints = NDArray[np.int64]
 
 MOST_ROUNDS = 15
 STEPS = (-1.0, -0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0)
-"""The changes of a constant that are tried, as shares of how far it is still looked for."""
+"""The changes of a constant that are tried, as shares of the range that is still searched."""
 NARROWER = 0.75
-"""By how much the range narrows in which a constant is looked for, from one round to the next."""
+"""The factor by which the range that is searched for a constant shrinks from one round to the next."""
 
 UNEXPLAINED_PRICE = 6.0
 """The price of a switch to the label for none of the candidates, beside that of any switch.
@@ -29,10 +29,10 @@ UNEXPLAINED_PRICE = 6.0
 What is not known is rarer than what is known, and takes longer than the two ticks in which a stick overshoots.
 """
 MISTIMED = 0.05
-"""The share of ticks at which a driver does what another state of the automaton does that explains the drive."""
+"""The share of ticks at which a driver does what another state of the same automaton does: earlier or later than it."""
 
 LEARNED_PRICE = 2.0
-"""The price of a switch beside its chance, where this was learned from few switches."""
+"""The price of a switch in addition to its probability, if that was learned from few switches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def measure_residuals(
 ) -> Floats:
     """Return the difference of the commands from those expected in each state, shape [X, T, C].
 
-    Aims are scaled by the shares [T, C] of full speed. A driver with a dead time answers to a tick so many ticks later;
+    Aims are scaled by the shares [T, C] of full speed. A driver with a dead time responds to a tick that much later;
     answers after the end of an episode are NaN.
     """
     last, commands = drive.list_last_commands(), drive.commands
@@ -132,11 +132,11 @@ def shift_ticks(columns: Floats, ticks: int, episodes: Sequence[DriveEpisode]) -
     array, shape [T, C]
         The columns; NaN beyond the end of an episode.
     """
-    found = np.full(columns.shape, np.nan)
+    shifted = np.full(columns.shape, np.nan)
     for each in episodes:
         if each.end - each.first > ticks:
-            found[each.first : each.end - ticks] = columns[each.first + ticks : each.end]
-    return found
+            shifted[each.first : each.end - ticks] = columns[each.first + ticks : each.end]
+    return shifted
 
 
 def measure_fit(drive: RecordedDrive, driver: DriverModel, residuals: Floats) -> Floats:
@@ -155,25 +155,25 @@ def allow_mistimed(fit: Floats, labels: Ints) -> Floats:
     An automaton as a candidate switches a little earlier or later than the driver. Until the other has switched, too,
     they do not do the same.
     """
-    found = fit.copy()
+    allowed = fit.copy()
     for label in np.unique(labels):
         states = labels == label
         if states.sum() > 1:
             best = fit[:, states].max(axis=1, keepdims=True)
-            found[:, states] = np.logaddexp(np.log1p(-MISTIMED) + fit[:, states], np.log(MISTIMED) + best)
-    return found
+            allowed[:, states] = np.logaddexp(np.log1p(-MISTIMED) + fit[:, states], np.log(MISTIMED) + best)
+    return allowed
 
 
 def find_answered_states(fit: Floats, labels: Ints, states: Ints) -> Ints:
     """Return the states [T] that commands answer to, where drivers are mistimed; `fit` allows for it."""
-    found, best = states.copy(), np.empty(len(states))
+    answered, best = states.copy(), np.empty(len(states))
     for label in np.unique(labels):
         alike, ticks = np.flatnonzero(labels == label), np.flatnonzero(labels[states] == label)
         choices = fit[np.ix_(ticks, alike)]
-        found[ticks], best[ticks] = alike[choices.argmax(axis=1)], choices.max(axis=1)
+        answered[ticks], best[ticks] = alike[choices.argmax(axis=1)], choices.max(axis=1)
     # There, the driver more probably does what the better state does than what the present one does.
     mistimed = fit[np.arange(len(states)), states] < best + np.log(2 * MISTIMED)
-    return np.where(mistimed, found, states)
+    return np.where(mistimed, answered, states)
 
 
 def measure_drive_fit(
@@ -282,8 +282,8 @@ def fit_driver(
     DriverFit
         Candidates, driver and states of the last round.
     """
-    found = tuple(candidates)
-    stack = stack_predictions(drive, found)
+    fitted = tuple(candidates)
+    stack = stack_predictions(drive, fitted)
     driver, shares = guess_driver(drive.commands, stack.commands), make_full_shares(drive)
     fit, states, former = np.zeros((0, 0)), np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(MOST_ROUNDS):
@@ -297,15 +297,15 @@ def fit_driver(
         answered = find_answered_states(fit, stack.labels, states)
         if width:
             labels = stack.labels[states]
-            found = find_constants(drive, found, labels, driver, width * NARROWER**turn)
-            stack = stack_predictions(drive, found)
+            fitted = find_constants(drive, fitted, labels, driver, width * NARROWER**turn)
+            stack = stack_predictions(drive, fitted)
         else:  # constants that are looked for already say how fast
             shares = find_shares(drive, stack, driver, answered)
         driver = _estimate_driver(drive, stack, driver, answered, shares)
     likelihood = float(fit[np.arange(drive.ticks), states].sum())
     labels = stack.labels[states]
     switches = sum(np.count_nonzero(np.diff(labels[each.ticks])) for each in drive.episodes)
-    return DriverFit(found, driver, shares, states, likelihood - rules.price * switches)
+    return DriverFit(fitted, driver, shares, states, likelihood - rules.price * switches)
 
 
 def find_shares(drive: RecordedDrive, stack: PredictionStack, driver: DriverModel, states: Ints) -> Floats:
@@ -361,8 +361,8 @@ def find_constants(
     tuple
         The candidates with their constants changed.
     """
-    found = list(candidates)
-    models = {index: each for index, each in enumerate(found) if isinstance(each, CommandModel)}
+    fitted = list(candidates)
+    models = {index: each for index, each in enumerate(fitted) if isinstance(each, CommandModel)}
     ranges = {name: span for each in models.values() for name, span in each.unknown.items()}
     for name, (low, high) in ranges.items():
         users = [index for index, each in models.items() if name in each.constants]
@@ -381,5 +381,5 @@ def find_constants(
             fits.append(total)
         best = values[int(np.argmax(fits))] if max(fits) > min(fits) else middle
         for index in users:
-            found[index] = models[index] = models[index].with_constants({name: best})
-    return tuple(found)
+            fitted[index] = models[index] = models[index].with_constants({name: best})
+    return tuple(fitted)

@@ -95,9 +95,9 @@ class CommandModel:
     values: Constants = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        known = self.constants
+        constants = self.constants
         for constant in (*self.unknown, *self.values):
-            if constant not in known:
+            if constant not in constants:
                 raise DefinitionError(
                     what=f"command model {self.name!r}",
                     problem=f"its function has no constant {constant!r}",
@@ -164,8 +164,8 @@ class CommandModel:
         def compute(*readings: ReadingsView) -> Mapping[str, Column]:
             return self.function(*readings, **constants)
 
-        found = call_user_function(f"command model {self.name!r}", compute, arguments)
-        return Prediction(arrange_commands(found, drive, of=f"command model {self.name!r}")[None])
+        commands = call_user_function(f"command model {self.name!r}", compute, arguments)
+        return Prediction(arrange_commands(commands, drive, of=f"command model {self.name!r}")[None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,19 +257,21 @@ def compute_behavior_commands(ground: GroundBehavior, drive: RecordedDrive) -> F
         return arrange_commands(behavior.command, drive, of=f"behavior {ground}")
     targets = [ReadingsView(drive.percept, ground.binding[name]) for name in behavior.parameters]
     arguments = [ReadingsView(drive.percept), *targets]
-    found = call_user_function(f"behavior {ground}", behavior.function, arguments)
-    return arrange_commands(found, drive, of=f"behavior {ground}")
+    commands = call_user_function(f"behavior {ground}", behavior.function, arguments)
+    return arrange_commands(commands, drive, of=f"behavior {ground}")
 
 
-def arrange_commands(found: object, drive: RecordedDrive, *, of: str) -> Floats:
+def arrange_commands(result: object, drive: RecordedDrive, *, of: str) -> Floats:
     """Arrange values by channel as an array [T, C]; channels that are left out rest."""
-    if not isinstance(found, Mapping):
+    if not isinstance(result, Mapping):
         raise DefinitionError(
-            what=of, problem=f"it returned {found!r:.60}", remedy="return a number for every tick, by channel"
+            what=of,
+            problem=f"it returned {result!r:.60}",
+            remedy="return a number for every tick, by channel",
         )
     channels = [each.name for each in drive.channels]
     commands = np.tile([each.rest for each in drive.channels], (drive.ticks, 1)).astype(np.float64)
-    for channel, values in found.items():
+    for channel, values in result.items():
         if channel not in channels:
             where = f"the recording, for {of},"
             raise UnknownName(what="command channel", name=str(channel), where=where, known=channels)

@@ -1,7 +1,7 @@
 """Examples from segmented drives: a session over the recorded readings, with a press at each switch of the labels.
 
-Directives, defaults and watched examples then mean the same as in any session, because one is run (ARCHITECTURE
-section 3). Switches in doubt go into quarantine.
+Directives, defaults and watched examples then mean the same as in any session (docs/semantics.md). Switches in doubt go
+into quarantine.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def _teach(segmentation: Segmentation, library: Library, lesson: Lesson) -> tupl
     for episode in segmentation.drive.episodes:
         for spans in _list_pieces(segmentation, episode):
             begins = _begins_episode(segmentation, episode, spans[0].first)
-            shown = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
-            lesson = _teach_piece(segmentation, bare, lesson, shown, ticks, begins=begins)
+            taught_spans = spans[1:] if begins and _is_before_motion(segmentation, spans) else spans
+            lesson = _teach_piece(segmentation, bare, lesson, taught_spans, ticks, begins=begins)
     return lesson, ticks
 
 
@@ -128,10 +128,10 @@ def _teach_piece(
             session.direct(name_state(starts[tick].label))
         session.tick()
     taught = session.lesson
-    known = {each.number for each in lesson.examples}
+    numbers = {each.number for each in lesson.examples}
     examples = []
     for example in taught.examples:
-        if example.number in known:
+        if example.number in numbers:
             examples.append(example)
             continue
         # Pressing start is no decision of a driver who was driving already.

@@ -70,14 +70,14 @@ class DriveFindings:
     latencies: list[MotionLatency]
 
 
-def make_drive_findings(segmentation: Segmentation, made: DriveLesson | None) -> DriveFindings:
+def make_drive_findings(segmentation: Segmentation, lesson: DriveLesson | None) -> DriveFindings:
     """Find what a person should know or answer about a segmented drive.
 
     Parameters
     ----------
     segmentation
         The labels of the drive.
-    made
+    lesson
         The lesson that was made of it. None: no splits are looked for.
 
     Returns
@@ -106,12 +106,12 @@ def make_drive_findings(segmentation: Segmentation, made: DriveLesson | None) ->
             for each in propose_behaviors(segmentation)
         ],
         []
-        if made is None
+        if lesson is None
         else [
             SplitRow(
                 each.state, each.entered_from, each.stays, each.wrong_together, each.wrong_apart, str(each)
             )
-            for each in propose_splits(made.lesson)
+            for each in propose_splits(lesson.lesson)
         ],
         list(estimate_motion_latencies(drive)),
     )

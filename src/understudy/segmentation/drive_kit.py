@@ -56,14 +56,14 @@ def make_drive_kit(drive: RecordedDrive, behaviors: Mapping[str, Mapping[str, fl
 
 def list_drive_features(library: Library, drive: RecordedDrive) -> tuple[BoundFeature, ...]:
     """List the features of a kit that are readings of a drive, with each target of which it has the reading."""
-    found = []
+    bound_features = []
     for feature in library.kit.features.values():
         if isinstance(feature, Feature) and feature.reading is not None:
             for target in drive.targets if feature.of else (None,):
                 if (feature.reading, target) in drive.values:
                     binding = Binding({feature.of: target} if feature.of and target else {})
-                    found.append(BoundFeature(feature, binding))
-    return tuple(found)
+                    bound_features.append(BoundFeature(feature, binding))
+    return tuple(bound_features)
 
 
 def make_candidates(
@@ -102,14 +102,14 @@ def _ground(library: Library, drive: RecordedDrive, call: str, *, is_named: bool
     name, _, rest = call.partition("(")
     name = name.strip()
     behavior = library.behavior(name)
-    given = [each.strip() for each in rest.rstrip().removesuffix(")").split(",") if each.strip()]
-    for target in given:
+    arguments = [each.strip() for each in rest.rstrip().removesuffix(")").split(",") if each.strip()]
+    for target in arguments:
         if target not in drive.targets:
             raise UnknownName(what="target", name=target, where="the recording", known=drive.targets)
     channels = {each.name for each in drive.channels}
     if isinstance(behavior, Behavior) and not is_named and not channels >= set(behavior.command):
         return
-    choices = [given] if given else product(drive.targets, repeat=len(behavior.parameters))
+    choices = [arguments] if arguments else product(drive.targets, repeat=len(behavior.parameters))
     for targets in choices:
         binding = Binding(dict(zip(behavior.parameters, targets, strict=False)))
         if isinstance(behavior, Automaton):

@@ -26,9 +26,10 @@ Floats = NDArray[np.float64]
 COMMAND = "command."
 """The beginning of the names of columns of commands in a table that needs no mapping file."""
 MOST_UNEVEN = 0.1
-"""Rows that are apart by up to this share more or less than a tick are taken as ticks as they are."""
+"""The largest deviation of the time between two rows from a tick, as a share of it; if few deviate more, rows are
+ticks."""
 WIDEST_RAD = 13.0
-"""An angle in radians that goes beyond two turns is taken for one in degrees."""
+"""The largest angle in radians, about two turns; a column with a larger one is refused, as it may be in degrees."""
 
 
 def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -> RecordedDrive:
@@ -79,18 +80,18 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
         for each in mapping.readings
     }
     times = _read_times(table, mapping)
-    kept, pieces = _find_pieces(table, times, commands, mapping.gap_s)
-    if len(kept) < 2:
+    usable, pieces = _find_pieces(table, times, commands, mapping.gap_s)
+    if len(usable) < 2:
         raise table.refuse("", "it has fewer than two rows with commands", "give a longer recording")
     for index, each in enumerate(mapping.commands):
         commands[:, index] = commands[:, index] * each.scale
-    if not np.ptp(commands[kept], axis=0).any():
+    if not np.ptp(commands[usable], axis=0).any():
         raise table.refuse(
             "",
             "its commands never change, so there is no motion to learn from",
             "give a recording of a drive",
         )
-    tick_s, rows, ticks, episodes = _resample(times, kept, pieces, mapping.tick_s, path.name)
+    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, path.name)
     return RecordedDrive(
         ticks,
         {key: values[rows] for key, values in columns.items()},
@@ -191,33 +192,33 @@ def _find_pieces(
         table.omissions.append(
             f"{table.path} at {table.format_place(int(lost[0]))}{more}: no time or no command; left out"
         )
-    kept: list[int] = []
+    usable_rows: list[int] = []
     starts = [0]
     for row in np.flatnonzero(usable).tolist():
-        if kept:
-            passed = times[row] - times[kept[-1]]
+        if usable_rows:
+            passed = times[row] - times[usable_rows[-1]]
             if passed == 0:
                 continue
             if passed < 0 or passed > gap_s:
                 what = (
-                    f"time goes back from {times[kept[-1]]:g} to {times[row]:g} s"
+                    f"time goes back from {times[usable_rows[-1]]:g} to {times[row]:g} s"
                     if passed < 0
                     else f"nothing was recorded for {passed:g} s"
                 )
                 table.omissions.append(
                     f"{table.path} at {table.format_place(row)}: {what}; another episode begins"
                 )
-                starts.append(len(kept))
-        kept.append(row)
-    return np.array(kept, np.int64), starts
+                starts.append(len(usable_rows))
+        usable_rows.append(row)
+    return np.array(usable_rows, np.int64), starts
 
 
 def _resample(
-    times: Column, kept: NDArray[np.int64], starts: Sequence[int], wanted_s: float | None, source: str
+    times: Column, usable: NDArray[np.int64], starts: Sequence[int], wanted_s: float | None, source: str
 ) -> tuple[float, NDArray[np.int64], Column, tuple[DriveEpisode, ...]]:
     """Choose the row of each tick: the last one until then. Return the tick, rows, times and episodes."""
-    edges = [*starts, len(kept)]
-    pieces = [kept[first:end] for first, end in itertools.pairwise(edges) if end > first]
+    edges = [*starts, len(usable)]
+    pieces = [usable[first:end] for first, end in itertools.pairwise(edges) if end > first]
     steps = np.concatenate([np.diff(times[piece]) for piece in pieces])
     usual = float(np.median(steps)) if len(steps) else (wanted_s or 1.0)
     tick_s = wanted_s or float(f"{usual:.3g}")

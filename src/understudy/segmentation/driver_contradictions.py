@@ -1,9 +1,9 @@
 """Contradictions between drivers: situations of a lesson in which one driver switched and another did not, by name.
 
-The trees of a merged lesson cannot show them, because they separate examples that contradict each other wherever they
-can. So each driver's own examples are learned apart, and the trees of each two drivers are compared where both have
-examples. Nobody switches twice at the very same reading, and reaction times are estimates: what happened while a driver
-may have been deciding already is not compared, and a difference counts only if it is unlikely by chance.
+The trees of a merged lesson cannot show them, because they separate contradicting examples if a test can. So each
+driver's own examples are learned apart, and the trees of each two drivers are compared where both have examples. No
+driver switches twice at the very same reading, and reaction times are estimates: what happened while a driver may have
+been deciding already is not compared, and a difference counts only if it is unlikely by chance.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from understudy.training.watched_examples import measure_deciding_time
 CHANCE = 0.05
 """The probability by chance below which a difference between two drivers is a contradiction."""
 MOST_COMPARED = 300
-"""About how many examples of each driver are compared to find the two that are most alike."""
+"""The approximate number of examples of each driver that are compared to find the two most similar ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +138,9 @@ def settle_driver_contradictions(
     UnknownName
         If no example of the lesson is of that driver.
     """
-    known = list_drivers(lesson)
-    if trust not in known:
-        raise UnknownName(what="driver", name=trust, where=f"lesson {lesson.name!r}", known=known)
+    drivers = list_drivers(lesson)
+    if trust not in drivers:
+        raise UnknownName(what="driver", name=trust, where=f"lesson {lesson.name!r}", known=drivers)
     if contradictions is not None:
         return set_quarantine(lesson, _list_reasons(trust, contradictions))
     while reasons := _list_reasons(trust, find_driver_contradictions(lesson)):
@@ -206,25 +206,25 @@ def _find_undecided(lesson: Lesson, examples: Sequence[Example]) -> set[int]:
             reaction_s = lesson.options.reaction_s if each.reaction_s is None else each.reaction_s
             press = each.source.time_s, measure_deciding_time(reaction_s)
             insort(pressed.setdefault(each.source.file, []), press)
-    found = set()
+    undecided = set()
     for each in examples:
         if each.source is not None and not each.is_from_press:
             presses = pressed.get(each.source.file, [])
             following = presses[bisect_left(presses, (each.source.time_s, 0.0)) :][:1]
             if any(time_s - each.source.time_s <= late_s for time_s, late_s in following):
-                found.add(each.number)
-    return found
+                undecided.add(each.number)
+    return undecided
 
 
 def _compare_drivers(
     lesson: Lesson, state: str, names: tuple[str, str], learned: tuple[_LearnedState, _LearnedState]
 ) -> Iterator[DriverContradiction]:
     """Yield the contradictions of two drivers in a state: one for each two next states that their trees decide for."""
-    known = lesson.automaton.state_names
+    state_names = lesson.automaton.state_names
     cells: dict[tuple[str, str], tuple[list[Example], list[Example]]] = {}
     for side, each in enumerate(learned):
         for example in each.compared:
-            one, two = (_decide(other.function, state, example, known) for other in learned)
+            one, two = (_decide(other.function, state, example, state_names) for other in learned)
             if one is not None and two is not None and one != two:
                 cells.setdefault((one, two), ([], []))[side].append(example)
     used = _list_tested_features(lesson, [each.function for each in learned])
@@ -245,18 +245,18 @@ def _compare_drivers(
             )
 
 
-def _decide(function: Transition, state: str, example: Example, known: Sequence[str]) -> str | None:
+def _decide(function: Transition, state: str, example: Example, state_names: Sequence[str]) -> str | None:
     """Return the next state that a function decides for; None for what its driver never showed."""
     if isinstance(function, Tree):
         _, leaf = function.path(example.values)
         if leaf == STAY:
             return None
     outcome = function.decide(example.values)
-    return state if outcome == STAY else known[outcome]
+    return state if outcome == STAY else state_names[outcome]
 
 
 def _compute_chance(first: Sequence[Example], second: Sequence[Example], following: str) -> float:
-    """Compute how likely it is that so many of those who went on to a state are the second driver's, by chance."""
+    """Compute the probability that, by chance, the second driver has as many of the examples that lead to a state."""
     mine = sum(each.next == following for each in second)
     went = sum(each.next == following for each in first)
     return compute_fisher_p(mine, len(second), went, len(first))

@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 
 def merge_driver_lessons(lessons: Sequence[DriveLesson]) -> DriveLesson:
-    """Merge lessons of several drivers into one; examples are numbered anew, and say who drove.
+    """Merge lessons of several drivers into one; examples are renumbered, and say who drove.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def merge_driver_lessons(lessons: Sequence[DriveLesson]) -> DriveLesson:
     )
     lesson = replace(
         parts[0],
-        examples=tuple(_number_anew(parts)),
+        examples=tuple(_renumber(parts)),
         options=replace(parts[0].options, reaction_s=round(float(np.median(times)), 3)),
         record=record,
     )
@@ -153,7 +153,7 @@ def _keep_reaction_time(lesson: Lesson) -> Lesson:
     return replace(lesson, examples=tuple(examples))
 
 
-def _number_anew(parts: Sequence[Lesson]) -> Iterator[Example]:
+def _renumber(parts: Sequence[Lesson]) -> Iterator[Example]:
     """Yield the examples of all lessons with numbers, and rows of the joined record, after those before."""
     number = row = 0
     for part in parts:

@@ -19,7 +19,7 @@ OUTLIERS = 0.01
 FINEST = 0.005
 """The smallest noise, as a share of a channel's range: what a stick or a number in a file resolves."""
 FAR = 0.2
-"""A command so far from an aim, as a share of a channel's range, tells how fast it gets there, whatever the noise."""
+"""The distance from an aim, as a share of a channel's range, from which on a command tells the gain for any noise."""
 GAINS = (1.0, 0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.13, 0.09)
 """The shares of the way to an aim that are tried."""
 
@@ -132,26 +132,26 @@ def estimate_noise(driver: DriverModel, residuals: Floats) -> Floats:
     weight = driver.weigh(residuals)
     squares = (weight * np.square(np.nan_to_num(residuals))).sum(axis=0)
     mass = weight.sum(axis=0)
-    found = np.where(mass > 0, np.sqrt(squares / np.maximum(mass, 1e-300)), driver.noise)
-    return np.maximum(found, FINEST * driver.extent)
+    noise = np.where(mass > 0, np.sqrt(squares / np.maximum(mass, 1e-300)), driver.noise)
+    return np.maximum(noise, FINEST * driver.extent)
 
 
 def estimate_gain(driver: DriverModel, aims: Floats, last: Floats, commands: Floats) -> Floats:
     """Estimate the share of the way [C] that the command moves in a tick, from ticks [n, C] whose aims are known."""
-    found = driver.gain.copy()
-    for channel in range(len(found)):
+    gains = driver.gain.copy()
+    for channel in range(len(gains)):
         ahead = aims[:, channel] - last[:, channel]
         moved = commands[:, channel] - last[:, channel]
         # Nearer to its aim, a command changes by noise, of which nothing follows.
         near = np.clip(
             4 * driver.noise[channel], 3 * FINEST * driver.extent[channel], FAR * driver.extent[channel]
         )
-        known = np.isfinite(ahead) & (np.abs(ahead) > near)
-        if known.sum() < 10:
+        telling = np.isfinite(ahead) & (np.abs(ahead) > near)
+        if telling.sum() < 10:
             continue
         costs = []
         for gain in GAINS:
             apart = np.abs(moved - np.clip(gain * ahead, -driver.rate[channel], driver.rate[channel]))
-            costs.append(np.minimum(apart[known], 4 * driver.noise[channel]).mean())
-        found[channel] = GAINS[int(np.argmin(costs))]
-    return found
+            costs.append(np.minimum(apart[telling], 4 * driver.noise[channel]).mean())
+        gains[channel] = GAINS[int(np.argmin(costs))]
+    return gains

@@ -136,7 +136,7 @@ def find_states(lattice: Lattice) -> Ints:
 
 
 ENTERED = -1
-"""Stands for the tick before in which a state was not reached by staying: its label began the shortest stay ago."""
+"""The predecessor of a state that was not reached by staying: its label began one shortest stay before."""
 
 
 class _Exits:
@@ -145,7 +145,7 @@ class _Exits:
     def __init__(self, lattice: Lattice) -> None:
         ticks, labels = lattice.entry.shape
         self._lattice = lattice
-        # Where labels have one state and switches cost the same, beginning one anew is never better than staying.
+        # Where labels have one state and switches cost the same, beginning one again is never better than staying.
         self._alike = lattice.following is None and lattice.moves is None
         self._constant = lattice.get_moves(0) if lattice.moves is None else None
         self.score = np.empty((ticks, 1 if self._alike else labels))
@@ -177,7 +177,7 @@ def _follow_best(score: Floats, following: Ints, row: Floats, origin: Ints) -> N
 
 def _trace_back(lattice: Lattice, windows: StayWindows, final: Floats, before: Ints, exits: _Exits) -> Ints:
     ticks = len(before)
-    found = np.empty(ticks, np.int64)
+    states = np.empty(ticks, np.int64)
     tick, state, best = ticks - 1, int(final.argmax()), float(final.max())
     begun, label = ticks, 0
     for start in range(max(1, ticks - lattice.shortest + 1), ticks):  # a last stay that the end cuts off
@@ -185,25 +185,25 @@ def _trace_back(lattice: Lattice, windows: StayWindows, final: Floats, before: I
         if arrived.max() > best:
             best, begun, label = float(arrived.max()), start, int(arrived.argmax())
     if begun < ticks:
-        _write_stay(lattice, found, begun, ticks, label)
+        _write_stay(lattice, states, begun, ticks, label)
         tick, state = begun - 1, exits.find_state(begun - 1, label)
     while tick >= 0:
         if tick and before[tick, state] == ENTERED:
             start, label = tick - lattice.shortest + 1, int(lattice.labels[state])
-            _write_stay(lattice, found, start, tick + 1, label)
+            _write_stay(lattice, states, start, tick + 1, label)
             tick, state = start - 1, exits.find_state(start - 1, label)
         else:
-            found[tick] = state
+            states[tick] = state
             state = int(before[tick, state])
             tick -= 1
-    return found
+    return states
 
 
-def _write_stay(lattice: Lattice, found: Ints, start: int, end: int, label: int) -> None:
+def _write_stay(lattice: Lattice, states: Ints, start: int, end: int, label: int) -> None:
     """Write the states of a label from the tick at which it begins."""
     state = int(lattice.entry[start, label])
-    found[start] = state
+    states[start] = state
     for tick in range(start + 1, end):
         if lattice.following is not None:
             state = int(lattice.following[tick, state])
-        found[tick] = state
+        states[tick] = state

@@ -33,7 +33,7 @@ from understudy.training.reaction_time import (
 )
 
 CONTRADICTED = 12.0
-"""The logarithm by which each example that the learned rules contradict makes a reaction time less likely."""
+"""The amount by which each example that the learned rules contradict lowers a reaction time's log likelihood."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +58,8 @@ class DriveLesson:
     @property
     def sources(self) -> Mapping[int, ExampleSource]:
         """The places in recordings that the examples were made from, by number of the example."""
-        found = {each.number: each.source for each in self.lesson.examples if each.source is not None}
-        return MappingProxyType(found)
+        source_of = {each.number: each.source for each in self.lesson.examples if each.source is not None}
+        return MappingProxyType(source_of)
 
     @property
     def drivers(self) -> tuple[str, ...]:
@@ -102,7 +102,7 @@ def to_lesson(
     reaction_s
         The driver's reaction time, s. None: estimated from the drive.
     learner
-        How trees are learned; long drives give so many examples that pruning helps. None: as in any lesson.
+        How trees are learned; long drives give thousands of examples, so that pruning helps. None: as in any lesson.
 
     Returns
     -------
@@ -150,8 +150,8 @@ def to_lesson(
         replace(each, source=None if each.source is None else replace(each.source, driver=driver))
         for each in lesson.examples
     )
-    made = parametrize_lesson(replace(lesson, examples=tuple(examples)), targets)
-    return DriveLesson(made, library, estimate)
+    parametrized = parametrize_lesson(replace(lesson, examples=tuple(examples)), targets)
+    return DriveLesson(parametrized, library, estimate)
 
 
 def _choose_reaction_time(
@@ -165,17 +165,17 @@ def _choose_reaction_time(
     times = [round(estimate.reaction_s - step * segmentation.drive.tick_s, 3) for step in range(steps + 1)]
     steady = list_drive_steady_readings(segmentation.drive)
     likelihood = np.interp(times, SHIFTS_S, compute_shift_likelihood(lesson, steady=steady))
-    # Examples are made anew: the reaction time also decides which watched ticks before a press are discarded.
+    # Examples are made again: the reaction time also decides which watched ticks before a press are discarded.
     empty = Lesson(lesson.automaton, options=lesson.options)
     best, score, wrong = 0, -np.inf, dict[int, int]()
     for step in np.argsort(-likelihood, kind="stable").tolist():
         if likelihood[step] <= score:  # even if the rules contradict no example
             continue
         late = replace(empty, options=replace(empty.options, reaction_s=times[step]))
-        made = make_drive_examples(segmentation, library, late)
-        wrong[step] = _count_disagreements(made)
+        candidate = make_drive_examples(segmentation, library, late)
+        wrong[step] = _count_disagreements(candidate)
         if likelihood[step] - CONTRADICTED * wrong[step] > score:
-            best, score, lesson = step, likelihood[step] - CONTRADICTED * wrong[step], made
+            best, score, lesson = step, likelihood[step] - CONTRADICTED * wrong[step], candidate
     if best == 0:
         return lesson, estimate
     evidence = (

@@ -11,7 +11,7 @@ from understudy.model.lesson import Lesson
 
 
 def parametrize_lesson(lesson: Lesson, targets: Mapping[str, str]) -> Lesson:
-    """Make parameters of targets wherever states and features of a lesson name these.
+    """Replace targets that states and features of a lesson name by parameters of its automaton.
 
     Parameters
     ----------

@@ -143,38 +143,38 @@ def load_recording_map(path: Path | str) -> RecordingMap:
         raise FileError(path=path, place="", problem=problem, remedy="give a mapping file") from None
     document = parse_toml(content, path)
     if document.get("format") != FORMAT:
-        given = document.get("format")
-        problem = "is missing" if given is None else f"is {given!r:.60}, which is not that of a mapping file"
+        mark = document.get("format")
+        problem = "is missing" if mark is None else f"is {mark!r:.60}, which is not that of a mapping file"
         raise FileError(path=path, place="format", problem=problem, remedy=f'write format = "{FORMAT}"')
-    found = decode_toml_values(document, RecordingMap)
-    wrong = found if isinstance(found, DecodeProblem) else next(_find_problems(found), None)
+    mapping = decode_toml_values(document, RecordingMap)
+    wrong = mapping if isinstance(mapping, DecodeProblem) else next(_find_problems(mapping), None)
     if wrong is not None:
         raise FileError(path=path, place=wrong.key, problem=wrong.problem, remedy=wrong.remedy)
-    if isinstance(found, DecodeProblem):
+    if isinstance(mapping, DecodeProblem):
         raise AssertionError  # it is reported above
-    return found
+    return mapping
 
 
-def _find_problems(found: RecordingMap) -> Iterator[DecodeProblem]:
+def _find_problems(mapping: RecordingMap) -> Iterator[DecodeProblem]:
     """Yield the values that have the right types and still are invalid."""
-    if not found.commands:
+    if not mapping.commands:
         yield DecodeProblem("commands", "are none", "give the column of each channel")
-    if found.time is None and found.tick_s is None:
+    if mapping.time is None and mapping.tick_s is None:
         yield DecodeProblem("time", "is missing", "name the column of times, or give tick_s")
-    for key, value in (("tick_s", found.tick_s), ("gap_s", found.gap_s)):
+    for key, value in (("tick_s", mapping.tick_s), ("gap_s", mapping.gap_s)):
         if value is not None and not (isfinite(value) and value > 0):
             yield DecodeProblem(key, f"is {value:g}", "give seconds above 0")
-    units = [(f"readings[{index}].unit", each.unit) for index, each in enumerate(found.readings)]
-    units += [(f"commands[{index}].unit", each.unit) for index, each in enumerate(found.commands)]
+    units = [(f"readings[{index}].unit", each.unit) for index, each in enumerate(mapping.readings)]
+    units += [(f"commands[{index}].unit", each.unit) for index, each in enumerate(mapping.commands)]
     for key, unit in units:
         if unit not in UNITS:
             yield DecodeProblem(key, f"is {unit!r:.60}", f"give one of {', '.join(filter(None, UNITS))}")
-    for index, each in enumerate(found.readings):
+    for index, each in enumerate(mapping.readings):
         try:
             each.value_kind  # noqa: B018
         except KindError as error:
             yield DecodeProblem(f"readings[{index}].kind", error.problem, error.remedy)
-        others = [(other.quantity, other.target) for other in found.readings[:index]]
+        others = [(other.quantity, other.target) for other in mapping.readings[:index]]
         if (each.quantity, each.target) in others:
             yield DecodeProblem(f"readings[{index}]", "is a reading given before", "rename one of the two")
         if any(
@@ -182,13 +182,13 @@ def _find_problems(found: RecordingMap) -> Iterator[DecodeProblem]:
         ):
             problem = "is about a target here, and about none elsewhere"
             yield DecodeProblem(f"readings[{index}]", problem, "rename one of the two")
-    channels = [each.name for each in found.commands]
+    channels = [each.name for each in mapping.commands]
     for index, name in enumerate(channels):
         if name in channels[:index]:
             yield DecodeProblem(f"commands[{index}]", f"is channel {name!r} again", "rename one of the two")
-        if not isfinite(found.commands[index].scale) or not found.commands[index].scale:
+        if not isfinite(mapping.commands[index].scale) or not mapping.commands[index].scale:
             yield DecodeProblem(f"commands[{index}].scale", "is 0 or not finite", "give another number")
-    for behavior, command in found.behaviors.items():
+    for behavior, command in mapping.behaviors.items():
         for channel in command:
             if channel not in channels:
                 yield DecodeProblem(

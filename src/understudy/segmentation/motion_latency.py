@@ -63,7 +63,7 @@ def estimate_motion_latencies(drive: RecordedDrive) -> tuple[MotionLatency, ...]
     tuple
         The latencies; channels are left out that no reading follows.
     """
-    found = []
+    latencies = []
     rates = dict(_list_rates(drive))
     for index, channel in enumerate(drive.channels):
         followed = [
@@ -74,8 +74,8 @@ def estimate_motion_latencies(drive: RecordedDrive) -> tuple[MotionLatency, ...]
             if latency is not None
         ]
         if followed:
-            found.append(max(followed, key=lambda each: abs(each.correlation)))
-    return tuple(found)
+            latencies.append(max(followed, key=lambda each: abs(each.correlation)))
+    return tuple(latencies)
 
 
 def _list_rates(drive: RecordedDrive) -> Iterator[tuple[str, tuple[str, Column]]]:
@@ -156,7 +156,7 @@ def _correlate(pairs: list[tuple[Column, Column]]) -> float:
     if not pairs:
         return float("nan")
     first, second = (np.concatenate(each) for each in zip(*pairs, strict=True))
-    known = np.isfinite(first) & np.isfinite(second)
-    if known.sum() < FEWEST_TICKS or np.ptp(first[known]) == 0 or np.ptp(second[known]) == 0:
+    present = np.isfinite(first) & np.isfinite(second)
+    if present.sum() < FEWEST_TICKS or np.ptp(first[present]) == 0 or np.ptp(second[present]) == 0:
         return float("nan")
-    return float(np.corrcoef(first[known], second[known])[0, 1])
+    return float(np.corrcoef(first[present], second[present])[0, 1])

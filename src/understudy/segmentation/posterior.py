@@ -36,10 +36,10 @@ def compute_posteriors(lattice: Lattice) -> Floats:
     total += forward_scale[-1]
     stays = forward * backward * np.exp(forward_scale + backward_scale - total)[:, None]
     members = (lattice.labels[:, None] == np.arange(lattice.entry.shape[1])).astype(np.float64)
-    found = stays @ members
+    weights = stays @ members
     if lattice.shortest > 1:
-        found += _sum_windows(lattice, terms, leaving, (forward_scale, backward, backward_scale, total))
-    normal: Floats = found / found.sum(axis=1, keepdims=True)
+        weights += _sum_windows(lattice, terms, leaving, (forward_scale, backward, backward_scale, total))
+    normal: Floats = weights / weights.sum(axis=1, keepdims=True)
     return normal
 
 

@@ -78,7 +78,7 @@ def propose_behaviors(
     tuple
         The proposals, those that explain the most time first.
     """
-    found = _propose(
+    proposals = _propose(
         segmentation.drive,
         segmentation.candidates,
         segmentation.labels == len(segmentation.candidates),
@@ -86,7 +86,7 @@ def propose_behaviors(
         most=most,
         least_s=least_s,
     )
-    return tuple(sorted(found, key=lambda each: -each.seconds))
+    return tuple(sorted(proposals, key=lambda each: -each.seconds))
 
 
 def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[BehaviorProposal, ...]:
@@ -105,16 +105,17 @@ def discover_behaviors(drive: RecordedDrive, *, most: int = 8) -> tuple[Behavior
         The proposals, those first that were found first.
     """
     still = guess_still_driver(drive.commands)
-    found = _propose(drive, (), np.ones(drive.ticks, np.bool_), still, most=most, least_s=LEAST_S)
-    while found and len(found) < most:
+    proposals = _propose(drive, (), np.ones(drive.ticks, np.bool_), still, most=most, least_s=LEAST_S)
+    while proposals and len(proposals) < most:
         named = [
-            make_constant_candidate(f"proposal_{number}", each.command) for number, each in enumerate(found)
+            make_constant_candidate(f"proposal_{number}", each.command)
+            for number, each in enumerate(proposals)
         ]
-        more = propose_behaviors(segment(drive, named), most=most - len(found))
+        more = propose_behaviors(segment(drive, named), most=most - len(proposals))
         if not more:
             break
-        found.extend(more)
-    return tuple(found)
+        proposals.extend(more)
+    return tuple(proposals)
 
 
 def _propose(
@@ -192,24 +193,24 @@ def _select_proposals(
     free = (name for name in (f"proposal_{number}" for number in itertools.count(1)) if name not in taken)
     added = [make_constant_candidate(next(free), each) for each in commands]
     tried = label_drive(drive, (*candidates, *added), driver)
-    found = []
+    proposals = []
     for index, command in enumerate(commands, len(candidates)):
         spans = _list_long_spans(tried, unexplained & (tried.labels == index))
         seconds = sum(each.end - each.first for each in spans) * drive.tick_s
         if seconds >= least_s:
-            found.append(BehaviorProposal(MappingProxyType(command), spans, seconds))
-    return found
+            proposals.append(BehaviorProposal(MappingProxyType(command), spans, seconds))
+    return proposals
 
 
 def _list_long_spans(tried: Segmentation, ticks: NDArray[np.bool_]) -> tuple[Span, ...]:
     """Return the runs of ticks within episodes that last, the longest first, as spans of what is unexplained yet."""
-    found = []
+    long_spans = []
     for episode in tried.drive.episodes:
         edges = np.flatnonzero(np.diff(ticks[episode.ticks], prepend=False, append=False)) + episode.first
         for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             if (end - first) * tried.drive.tick_s >= LEAST_SPAN_S:
-                found.append(Span(UNEXPLAINED, first, end, float(tried.certainties[first:end].mean())))
-    return tuple(sorted(found, key=lambda each: each.first - each.end))
+                long_spans.append(Span(UNEXPLAINED, first, end, float(tried.certainties[first:end].mean())))
+    return tuple(sorted(long_spans, key=lambda each: each.first - each.end))
 
 
 def make_constant_candidate(name: str, command: Mapping[str, float]) -> BehaviorCandidate:

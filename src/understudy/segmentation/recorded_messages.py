@@ -50,7 +50,7 @@ def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
         names.append(mapping.time)
     columns = _group_by_topic(path, names)
     main = names[0].partition(".")[0]
-    held, seen = dict.fromkeys(names, nan), dict.fromkeys(columns, -1)
+    held, last_ns = dict.fromkeys(names, nan), dict.fromkeys(columns, -1)
     rows: list[list[float]] = []
     first, topics, omissions = None, set[str](), list[str]()
     for message in _iterate(path, omissions):
@@ -58,10 +58,10 @@ def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
         first = message.time_ns if first is None else first
         if message.topic not in columns:
             continue
-        seen[message.topic] = message.time_ns
+        last_ns[message.topic] = message.time_ns
         held.update(_read_fields(path, message, columns[message.topic]))
         if message.topic == main:
-            for topic, at in seen.items():
+            for topic, at in last_ns.items():
                 if message.time_ns - at > mapping.gap_s * 1e9:
                     held.update(dict.fromkeys(columns[topic], nan))
             rows.append([(message.time_ns - first) / 1e9, *(held[name] for name in names)])
@@ -78,8 +78,8 @@ def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
 
 
 def _group_by_topic(path: Path, names: list[str]) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Return the path of fields of each column, by topic and column."""
-    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    """Split names of columns, such as /odom.twist.linear.x, and return the fields of each, by topic and column name."""
+    fields_by_topic: dict[str, dict[str, tuple[str, ...]]] = {}
     for name in names:
         topic, *fields = name.split(".")
         if not (topic and fields):
@@ -89,8 +89,8 @@ def _group_by_topic(path: Path, names: list[str]) -> dict[str, dict[str, tuple[s
                 problem="it is no field of a message",
                 remedy="write its topic and its field in the mapping file: /cmd_vel.linear.x",
             )
-        found.setdefault(topic, {})[name] = tuple(fields)
-    return found
+        fields_by_topic.setdefault(topic, {})[name] = tuple(fields)
+    return fields_by_topic
 
 
 def _read_fields(
@@ -101,15 +101,15 @@ def _read_fields(
         decoded = message.decode()
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a decoder does with bytes that do not fit their definition
+    except Exception as error:  # a decoder can raise any error on bytes that do not fit their definition
         problem = f"a message cannot be decoded ({error.__class__.__name__}: {error})"
         raise FileError(path=path, place=f"topic {message.topic!r}", problem=problem, remedy=REMEDY) from None
     for name, fields in columns.items():
         value = decoded
         for field in fields:
-            known = _list_fields(value)
-            if field not in known:
-                absent = isinstance(value, Mapping) or (known and field.isdecimal())
+            available = _list_fields(value)
+            if field not in available:
+                absent = isinstance(value, Mapping) or (available and field.isdecimal())
                 if absent:  # such as a list that has fewer elements in this message
                     value = nan
                     break
@@ -117,8 +117,8 @@ def _read_fields(
                     path=path,
                     place=f"column {name!r}",
                     problem=f"its messages have no field {field!r}",
-                    remedy=f"{suggest_known_name(field, known)}the fields are {join_names(known)}"
-                    if known
+                    remedy=f"{suggest_known_name(field, available)}the fields are {join_names(available)}"
+                    if available
                     else "name the field before it",
                 )
             value = _get_field(value, field)
@@ -168,7 +168,7 @@ def _iterate(path: Path, omissions: list[str]) -> Iterator[_Message]:
             yield message
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+    except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
         problem = (
             "there is no such file"
             if isinstance(error, FileNotFoundError)

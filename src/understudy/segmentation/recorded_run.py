@@ -42,19 +42,19 @@ def make_recorded_drive(recording: Recording, *, robot: int = 0) -> RecordedDriv
         remedy = "record it again with this version, or give --map MAP.toml with the topic of the commands"
         raise FileError(path=path, place="", problem="it has no commands by tick", remedy=remedy)
     commands = np.column_stack([recording.commands[each.name][:, robot] for each in channels])
-    kept = np.flatnonzero(np.isfinite(commands).all(axis=1))
-    if not len(kept) or not np.ptp(commands[kept], axis=0).any():
+    usable = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if not len(usable) or not np.ptp(commands[usable], axis=0).any():
         problem = "its commands never change, so there is no motion to learn from"
         raise FileError(path=path, place="", problem=problem, remedy="give a recording of a drive")
-    apart = (np.diff(kept) > 1) | (np.abs(np.diff(recording.times[kept])) > 2 * head.tick_s)
-    starts = [0, *(np.flatnonzero(apart) + 1).tolist(), len(kept)]
-    columns = recording.values[kept, :, robot]
-    known = [index for index in range(columns.shape[1]) if np.isfinite(columns[:, index]).any()]
-    lost = recording.ticks - len(kept)
+    apart = (np.diff(usable) > 1) | (np.abs(np.diff(recording.times[usable])) > 2 * head.tick_s)
+    starts = [0, *(np.flatnonzero(apart) + 1).tolist(), len(usable)]
+    columns = recording.values[usable, :, robot]
+    present = [index for index in range(columns.shape[1]) if np.isfinite(columns[:, index]).any()]
+    lost = recording.ticks - len(usable)
     return RecordedDrive(
-        times=recording.times[kept],
-        values={recording.keys[index]: columns[:, index].copy() for index in known},
-        commands=commands[kept],
+        times=recording.times[usable],
+        values={recording.keys[index]: columns[:, index].copy() for index in present},
+        commands=commands[usable],
         channels=tuple(channels),
         readings=tuple(head.readings),
         targets=tuple(head.targets),

@@ -26,9 +26,9 @@ PARQUET_SUFFIX = ".parquet"
 
 
 class RecordedTable(NamedTuple):
-    """Rows of cells with the number of each in the file, and sentences about what was left out.
+    """Rows of cells with the number of each row in the file, and sentences about omitted rows and cells.
 
-    `counted` is what the numbers count: lines, or messages.
+    `counted` names the things that the numbers count: lines, or messages.
     """
 
     path: Path
@@ -56,9 +56,9 @@ class RecordedTable(NamedTuple):
                 f"{meant}the columns are {join_names(self.header)}",
             )
         at = self.header.index(column)
-        found, wrong = np.empty(len(self.cells)), []
+        numbers, wrong = np.empty(len(self.cells)), []
         for row, cells in enumerate(self.cells):
-            found[row] = value = _parse(cells[at])
+            numbers[row] = value = _parse(cells[at])
             if not isfinite(value) and cells[at] not in ("", None):
                 wrong.append(row)
         if wrong:
@@ -67,9 +67,9 @@ class RecordedTable(NamedTuple):
             what = f"{self.cells[wrong[0]][at]!r:.40}{more} is no number; taken as absent"
             if not quiet:
                 self.omissions.append(f"{self.path} at {first}, column {column!r}: {what}")
-            if len(wrong) == len(found):
+            if len(wrong) == len(numbers):
                 raise self.refuse(f"{first}, column {column!r}", "no cell is a number", "map another column")
-        return found
+        return numbers
 
 
 def _parse(cell: Any) -> float:
@@ -102,8 +102,8 @@ def _read_rows(path: Path) -> RecordedTable:
         raise FileError(path=path, place="", problem="it is empty", remedy="give a table of a drive")
     (_, header), *rest = rows
     table = RecordedTable(path, tuple(header), [], [], [])
-    kept = list(_whole_rows(table, rest))
-    return table._replace(lines=[line for line, _ in kept], cells=[row for _, row in kept])
+    complete = list(_whole_rows(table, rest))
+    return table._replace(lines=[line for line, _ in complete], cells=[row for _, row in complete])
 
 
 def _whole_rows(
@@ -131,11 +131,11 @@ def _read_lines(path: Path) -> RecordedTable:
         if not line.strip():
             continue
         try:
-            found = json.loads(line)
+            value = json.loads(line)
         except (ValueError, RecursionError):
-            found = None
-        if isinstance(found, dict):
-            rows.append((number, dict(_flatten(found))))
+            value = None
+        if isinstance(value, dict):
+            rows.append((number, dict(_flatten(value))))
         else:
             end = "the file ends in the middle of it" if number == len(lines) else "it is left out"
             omissions.append(f"{path} at line {number}: no JSON object; {end}")
@@ -169,9 +169,9 @@ def _read_parquet(path: Path) -> RecordedTable:
     return RecordedTable(path, header, range(1, len(cells) + 1), cells, [])
 
 
-def _flatten(found: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of an object by path, with dots between the keys."""
-    for key, value in found.items():
+    for key, value in content.items():
         if isinstance(value, dict):
             yield from _flatten(value, f"{prefix}{key}.")
         else:

@@ -95,7 +95,7 @@ def list_label_questions(segmentation: Segmentation, *, most: int = 20) -> Seque
     Sequence[LabelQuestion]
         The questions. Lessons leave out the switches to and from these spans until they are answered.
     """
-    found = []
+    questions = []
     names, tick_s = segmentation.names, segmentation.drive.tick_s
     for episode in segmentation.drive.episodes:
         for span in segmentation.list_spans(episode):
@@ -108,7 +108,7 @@ def list_label_questions(segmentation: Segmentation, *, most: int = 20) -> Seque
             likeliest = [
                 int(each) for each in np.argsort(-chances, kind="stable")[:3] if chances[each] > 0.01
             ]
-            found.append(
+            questions.append(
                 LabelQuestion(
                     span.first,
                     span.end,
@@ -117,5 +117,5 @@ def list_label_questions(segmentation: Segmentation, *, most: int = 20) -> Seque
                     float((1 - chances.max()) * (span.end - span.first) * tick_s),
                 )
             )
-    found.sort(key=lambda each: -each.seconds_in_doubt)
-    return found[:most]
+    questions.sort(key=lambda each: -each.seconds_in_doubt)
+    return questions[:most]

@@ -33,7 +33,7 @@ def run_over_drive(
 ) -> Ints:
     """Run an automaton over the readings of a drive, restarted at each episode.
 
-    Nothing moves the robot: at each tick the readings are the recorded ones, whatever the automaton did before.
+    Nothing moves the robot: at each tick the readings are the recorded ones; decisions of the automaton have no effect.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ def run_over_drive(
     bare = remove_functions(library)
     program = link(bare, automaton, targets)
     indices = {name_state(name): index for index, name in enumerate(names)}
-    found = np.full(drive.ticks, OTHER, np.int64)
+    states = np.full(drive.ticks, OTHER, np.int64)
     for episode in drive.episodes:
         run = Run.from_program(ReplayBody(make_recording(drive, episode)), program)
         for tick in range(episode.first, episode.end):
             run.tick()
-            found[tick] = indices.get(run.path(0)[0], OTHER)
-    return found
+            states[tick] = indices.get(run.path(0)[0], OTHER)
+    return states
 
 
 def measure_agreement(segmentation: Segmentation, states: Ints) -> float:

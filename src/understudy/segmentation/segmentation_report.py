@@ -46,7 +46,7 @@ class ChannelRow:
 
 @dataclass(frozen=True, slots=True)
 class DriveReport:
-    """What a drive was found to be.
+    """The result of a segmentation as plain data.
 
     `constants` are those that were found, by candidate. `reaction_s` is None if the drive does not tell it;
     `reaction_evidence` says why it is taken. `quarantined` is the number of examples left out as doubtful. `findings`
@@ -68,7 +68,7 @@ class DriveReport:
     findings: DriveFindings
 
 
-def make_drive_report(segmentation: Segmentation, made: DriveLesson) -> DriveReport:
+def make_drive_report(segmentation: Segmentation, lesson: DriveLesson) -> DriveReport:
     """Make the report of a segmented drive and of the lesson that was made of it."""
     drive, driver = segmentation.drive, segmentation.driver
     spans = [(episode, span) for episode in drive.episodes for span in segmentation.list_spans(episode)]
@@ -79,7 +79,7 @@ def make_drive_report(segmentation: Segmentation, made: DriveLesson) -> DriveRep
             certainty = float(segmentation.certainties[mine].mean())
             count = sum(span.label == name for _, span in spans)
             labels.append(LabelShare(name, float(mine.sum() * drive.tick_s), count, certainty))
-    kinds = [each.kind.value for each in made.lesson.examples]
+    kinds = [each.kind.value for each in lesson.lesson.examples]
     return DriveReport(
         drive.ticks,
         drive.tick_s,
@@ -108,9 +108,9 @@ def make_drive_report(segmentation: Segmentation, made: DriveLesson) -> DriveRep
             if isinstance(each, CommandModel) and each.unknown
         },
         {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)},
-        sum(bool(each.quarantined) for each in made.lesson.examples),
-        None if made.reaction is None else made.reaction.reaction_s,
-        "" if made.reaction is None else made.reaction.evidence,
+        sum(bool(each.quarantined) for each in lesson.lesson.examples),
+        None if lesson.reaction is None else lesson.reaction.reaction_s,
+        "" if lesson.reaction is None else lesson.reaction.evidence,
         list(drive.omissions),
-        make_drive_findings(segmentation, made),
+        make_drive_findings(segmentation, lesson),
     )

@@ -18,9 +18,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 USUAL_SPREAD = 0.2
-"""Standard deviation of the shares of drivers about 1, before anything is known of an episode."""
+"""Standard deviation, before an episode is seen, of the share of full speed at which a driver drives, about 1."""
 SLOWEST, FASTEST = 0.5, 1.25
-"""The smallest and the largest share that is looked for."""
+"""The smallest and the largest share of full speed that is searched for."""
 
 
 def make_full_shares(drive: RecordedDrive) -> Floats:
@@ -36,7 +36,7 @@ def scale_aims(drive: RecordedDrive, aims: Floats, shares: Floats) -> Floats:
 
 
 def widen_noise(driver: DriverModel) -> DriverModel:
-    """Return a driver with as much noise as a driver of unknown speed has who is compared with full speed."""
+    """Return a driver model whose noise also covers how much the speeds of drivers differ."""
     return replace(driver, noise=np.hypot(driver.noise, USUAL_SPREAD * driver.extent))
 
 
@@ -69,8 +69,8 @@ def estimate_shares(
     last, answer = answers
     lever = driver.gain * (aims - rest)
     moved = answer - rest - (1.0 - driver.gain) * (last - rest)
-    known = np.isfinite(lever) & np.isfinite(moved)
-    lever, moved = np.where(known, lever, 0.0), np.where(known, moved, 0.0)
+    finite = np.isfinite(lever) & np.isfinite(moved)
+    lever, moved = np.where(finite, lever, 0.0), np.where(finite, moved, 0.0)
     shares, prior = make_full_shares(drive), np.square(driver.noise / USUAL_SPREAD)
     for episode in drive.episodes:
         mine = (ticks >= episode.first) & (ticks < episode.end)

@@ -92,38 +92,38 @@ def propose_splits(lesson: Lesson) -> tuple[SplitProposal, ...]:
     tuple
         The proposals, at most one for each state, those that make the most stays right first.
     """
-    found = []
+    proposals = []
     for state in lesson.automaton.states[1:]:
         best = _find_best_split(lesson, state.name, _list_stays(lesson, state.name))
         if best is not None:
-            found.append(best)
-    return tuple(sorted(found, key=lambda each: each.wrong_apart - each.wrong_together))
+            proposals.append(best)
+    return tuple(sorted(proposals, key=lambda each: each.wrong_apart - each.wrong_together))
 
 
 def _list_stays(lesson: Lesson, state: str) -> list[_Stay]:
     """List the stays in a state that lessons are sure of, without watched examples that are just before their end."""
     seconds = lesson.record.seconds
-    shown = [
+    switches = [
         (each, each.moment) for each in lesson.examples if each.moment is not None and not each.quarantined
     ]
-    shown.sort(key=lambda pair: pair[1])
-    found: list[_Stay] = []
+    switches.sort(key=lambda pair: pair[1])
+    stays: list[_Stay] = []
     former: str | None = None
     inside: list[tuple[Example, int]] = []
-    for example, moment in shown:
+    for example, moment in switches:
         is_switch = example.kind is ExampleKind.DIRECTIVE and example.next != example.state
         if former is not None and example.state == state:
             if is_switch:
                 early = seconds[moment] - TOLERANCE_S
-                kept = (each for each, row in inside if each.is_from_press or seconds[row] < early)
-                found.append(_Stay(former, (*kept, example)))
+                sure = (each for each, row in inside if each.is_from_press or seconds[row] < early)
+                stays.append(_Stay(former, (*sure, example)))
             elif example.kind is ExampleKind.DEFAULT and inside:
                 former = None  # another stay, of which it is not known what was before
             else:
                 inside.append((example, moment))
         if is_switch:
             former, inside = (example.state if example.next == state else None), []
-    return found
+    return stays
 
 
 def _find_best_split(lesson: Lesson, state: str, stays: Sequence[_Stay]) -> SplitProposal | None:
@@ -159,7 +159,7 @@ def _split_in_two(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
 
 
 def _sign_test(better: int, worse: int) -> float:
-    """Return the probability of at least so many better ones among those that differ, if both were as likely."""
+    """Return the p-value of a sign test: the probability of at least `better` better cases if both are as likely."""
     count = better + worse
     return float(sum(comb(count, each) for each in range(better, count + 1)) / 2**count)
 
@@ -175,8 +175,8 @@ def _judge_stays(lesson: Lesson, state: str, stays: Sequence[_Stay]) -> NDArray[
         decide = learn_state(lesson, state, tuple(others)).decide
         for at in range(fold, len(stays), FOLDS):
             right[at] = all(
-                (index_of[state] if found == STAY else found) == index_of[each.next]
-                for each, found in ((one, decide(one.values)) for one in stays[at].examples)
+                (index_of[state] if outcome == STAY else outcome) == index_of[each.next]
+                for each, outcome in ((one, decide(one.values)) for one in stays[at].examples)
             )
     return right
 

@@ -28,14 +28,14 @@ MOST_PARTS = 10
 """The largest number of parts that drives are left out in."""
 
 
-def choose_stateless(segmentation: Segmentation, made: DriveLesson) -> DriveLesson:
+def choose_stateless(segmentation: Segmentation, drive_lesson: DriveLesson) -> DriveLesson:
     """Make a lesson stateless if automata then agree with the labels of left-out drives at more ticks.
 
     Parameters
     ----------
     segmentation
         The drive that the lesson was made of, with its labels.
-    made
+    drive_lesson
         The lesson.
 
     Returns
@@ -44,22 +44,22 @@ def choose_stateless(segmentation: Segmentation, made: DriveLesson) -> DriveLess
         The stateless lesson; the one given if that is no better, or if it is not learned with trees. A drive with a
         single episode tells nothing.
     """
-    lesson = made.lesson
+    lesson = drive_lesson.lesson
     if not isinstance(lesson.options.learner, TreeOptions):
-        return made
+        return drive_lesson
     shared = make_stateless(lesson)
     shares = [
-        measure_agreement(segmentation, _run_left_out(segmentation, each, made.library))
+        measure_agreement(segmentation, _run_left_out(segmentation, each, drive_lesson.library))
         for each in (lesson, shared)
     ]
-    return replace(made, lesson=shared) if shares[1] > shares[0] else made
+    return replace(drive_lesson, lesson=shared) if shares[1] > shares[0] else drive_lesson
 
 
 def make_stateless(lesson: Lesson) -> Lesson:
     """Make a lesson stateless, with ticks at which the driver went on as confirmations.
 
     Stateless lessons learn from directives and confirmations only. A tree that decides for all states needs to know
-    where a behavior goes on, and for a driver who steers all the time, this is as much meant as a switch.
+    where a behavior goes on. A driver steers all the time, so each tick without a switch is as deliberate as a switch.
 
     Parameters
     ----------
@@ -102,14 +102,14 @@ def leave_out(lesson: Lesson, drive: RecordedDrive, episodes: Sequence[DriveEpis
     Lesson
         The lesson with the other examples.
     """
-    kept = (each for each in lesson.examples if not _is_from(each, drive, episodes))
-    return replace(lesson, examples=tuple(kept))
+    others = (each for each in lesson.examples if not _is_from(each, drive, episodes))
+    return replace(lesson, examples=tuple(others))
 
 
 def _run_left_out(segmentation: Segmentation, lesson: Lesson, library: Library) -> Ints:
     """Run automata over the episodes that they were not learned from; return the index of the label at each tick."""
     drive = segmentation.drive
-    found = np.full(drive.ticks, OTHER, np.int64)
+    labels = np.full(drive.ticks, OTHER, np.int64)
     parts = min(len(drive.episodes), MOST_PARTS)
     names = tuple(each.name for each in segmentation.candidates)
     for part in range(parts):
@@ -118,8 +118,8 @@ def _run_left_out(segmentation: Segmentation, lesson: Lesson, library: Library) 
         learned = library.with_automaton(TrainedAutomaton(learn_automaton(rest), rest))
         states = run_over_drive(learned, lesson.name, replace(drive, episodes=tuple(out)), names)
         for episode in out:
-            found[episode.ticks] = states[episode.ticks]
-    return found
+            labels[episode.ticks] = states[episode.ticks]
+    return labels
 
 
 def _is_from(example: Example, drive: RecordedDrive, episodes: Sequence[DriveEpisode]) -> bool:

@@ -29,7 +29,7 @@ RIDGE = 0.1
 CONSTANT_SHARE = 0.02
 """The share of that weight that the constant term gets."""
 FIRST_PRICE = 1.5
-"""What a switch costs in the first round, before anything is known about switches, as the price of a switch."""
+"""The price of a switch in the first round, before anything is known about switches."""
 LEAST = -30.0
 """The smallest logarithm of a chance."""
 
@@ -52,10 +52,10 @@ class FeatureScale:
 def measure_scale(drive: RecordedDrive, features: Sequence[BoundFeature]) -> FeatureScale:
     """Measure mean and spread of the inputs that features of a drive give."""
     raw = _read_inputs(drive, features)
-    known = np.isfinite(raw)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean = np.where(known, raw, 0.0).sum(axis=0) / count
-    spread = np.sqrt(np.where(known, np.square(raw - mean), 0.0).sum(axis=0) / count)
+    present = np.isfinite(raw)
+    count = np.maximum(present.sum(axis=0), 1)
+    mean = np.where(present, raw, 0.0).sum(axis=0) / count
+    spread = np.sqrt(np.where(present, np.square(raw - mean), 0.0).sum(axis=0) / count)
     spread[spread <= 0] = 1.0
     return FeatureScale(tuple(features), mean, spread)
 

@@ -76,8 +76,8 @@ class BodyWorld(DrawnBody[Body]):
     """A body of the user's own, in one world.
 
     Where its agents are is unknown: it is shown by its readings, and by the pictures that its method `render` returns,
-    if it has one. It can be reset, but neither rewound nor changed by hand. A body without a method `reset` is made
-    anew instead.
+    if it has one. It can be reset, but neither rewound nor changed by hand. A body without a method `reset` is replaced
+    by a new one.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def draw_body(body: Body, name: str) -> NDArray[np.uint8] | None:
         picture = draw()
     except DefinitionError:
         raise
-    except Exception as error:  # whatever a body of the user's own does
+    except Exception as error:  # a user's body can raise any error
         raise _wrong_picture(name, f"failed: {type(error).__name__}: {error}") from error
     if picture is None:
         return None

@@ -51,13 +51,13 @@ def find_scenario(name: str | Path) -> Scenario:
         For a function that cannot be imported, fails, or returns something else.
     """
     path = Path(name)
-    known = list_builtin_scenarios()
+    names = list_builtin_scenarios()
     if isinstance(name, str) and is_function(name):
         return add_markers(_make_scenario(name))
-    if isinstance(name, str) and name not in known and path.suffix != SUFFIX and len(path.parts) < 2:
-        known = tuple(list_scenarios())
+    if isinstance(name, str) and name not in names and path.suffix != SUFFIX and len(path.parts) < 2:
+        names = tuple(list_scenarios())
         where = f"Understudy, which takes a path ending in {SUFFIX} too,"
-        raise UnknownName(what="world", name=name, where=where, known=known)
+        raise UnknownName(what="world", name=name, where=where, known=names)
     return add_markers(load_scenario(name))
 
 
@@ -73,21 +73,21 @@ def locate_scenario(name: str) -> str:
 
 
 def _make_scenario(name: str) -> Scenario:
-    made = load_object(name, WORLDS, where="world", remedy=REMEDY)
-    if callable(made):
-        made = call_world_function(made, name, remedy=REMEDY)
-    if not isinstance(made, Scenario):
-        raise refuse_world(name, f"is a {type(made).__name__}", REMEDY)
-    return made
+    world = load_object(name, WORLDS, where="world", remedy=REMEDY)
+    if callable(world):
+        world = call_world_function(world, name, remedy=REMEDY)
+    if not isinstance(world, Scenario):
+        raise refuse_world(name, f"is a {type(world).__name__}", REMEDY)
+    return world
 
 
-def call_world_function(function: Callable[..., Any], name: str, *given: int, remedy: str) -> Any:
-    """Call a function of the user's own that makes a world; whatever it raises becomes a SettingError."""
+def call_world_function(function: Callable[..., Any], name: str, *seeds: int, remedy: str) -> Any:
+    """Call a function of the user's own that makes a world; turn any error into a SettingError."""
     try:
-        return function(*given)
+        return function(*seeds)
     except UnderstudyError:
         raise
-    except Exception as error:  # whatever a function of the user's own does
+    except Exception as error:  # a user's function can raise any error
         raise refuse_world(name, f"raised {type(error).__name__}: {error}", remedy) from error
 
 

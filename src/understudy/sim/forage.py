@@ -189,7 +189,7 @@ def recover_forage_settings(scenario: Scenario) -> ForageSettings | None:
     scenario = remove_markers(scenario)
     try:
         (forager,), (robots,), (_, food) = scenario.types.values(), scenario.robots, scenario.objects
-        found = ForageSettings(
+        settings = ForageSettings(
             *scenario.size,
             sources=_pair(food.count),
             amounts=_pair(food.amount),
@@ -207,7 +207,7 @@ def recover_forage_settings(scenario: Scenario) -> ForageSettings | None:
         )
     except (ValueError, SettingError):
         return None
-    return found if _meant(found.scenario()) == _meant(scenario) else None
+    return settings if _meant(settings.scenario()) == _meant(scenario) else None
 
 
 def _pair(count: object) -> tuple[int, int]:

@@ -131,7 +131,7 @@ class KernelContext:
     def __init__(self, worlds: KernelWorlds, plan: SensePlan, room: ThreadScratch) -> None:
         state, rules = worlds.state, worlds.rules
         objects, segments = worlds.state.objects.shape[1], worlds.state.segments.shape[1]
-        seen = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
+        things = state.discs.shape[1] + objects + rules.robots if CAMERA in plan.steps["what"] else 0
         self.room = room
         self.has = worlds.has
         self.rows = np.full((BLOCK, max(1, plan.width)), np.nan)
@@ -157,9 +157,9 @@ class KernelContext:
             "caller_counts": np.zeros(rules.signals, np.int64),
             "a": _apart(plan.most_parts),
             "b": _apart(plan.most_parts),
-            "things": np.zeros(seen, THING),
-            "views": np.zeros(seen + segments if seen else 0, VIEW),
-            "pieces": np.zeros(segments if seen else 0, SEGMENT),
+            "things": np.zeros(things, THING),
+            "views": np.zeros(things + segments if things else 0, VIEW),
+            "pieces": np.zeros(segments if things else 0, SEGMENT),
         }
         facts = _facts(worlds, plan, room, width_of_row=self.rows.shape[1])
         self.arrays = Arrays(facts, **{name: array.reshape(-1) for name, array in arrays.items()})
@@ -201,7 +201,7 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
     sensing = {find_sensor_row(sensor).kernels for kind in scenario.types.values() for sensor in kind.sensors}
     classes = rules.classes
     comes, captured = ~np.isnan(classes["away_least"]), ~np.isnan(classes["capture_range"])
-    found = (
+    contents = (
         "camera" in sensing,
         "ranging" in sensing,
         classes["pushable"].any(),
@@ -210,7 +210,7 @@ def find_world_contents(scenario: Scenario, rules: WorldParams) -> tuple[bool | 
         (classes["pull"] > 0).any(),
         rules.signals > 0,
     )
-    return tuple(True if there or everything else None for there in found)
+    return tuple(True if there or everything else None for there in contents)
 
 
 def _apart(count: int) -> NDArray[np.float64]:

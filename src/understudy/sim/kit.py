@@ -77,55 +77,55 @@ def make_features(scenario: Scenario) -> tuple[Feature, ...]:
 
 def make_behaviors(scenario: Scenario) -> Mapping[str, Behavior]:
     """Make the basic behaviors of all types; raise SettingError if types give one name to different commands."""
-    found: dict[str, Behavior] = {}
+    behaviors: dict[str, Behavior] = {}
     signals, pulls = list_signals(scenario), _pulls(scenario)
-    skills = list(dict.fromkeys(name for robot in scenario.types.values() for name in robot.skills))
-    for kind, robot in scenario.types.items():
-        for name, channels in robot.behaviors.items():
+    skills = list(dict.fromkeys(name for robot_type in scenario.types.values() for name in robot_type.skills))
+    for type_name, robot_type in scenario.types.items():
+        for name, channels in robot_type.behaviors.items():
             command = {
                 channel: 1.0 + signals.index(value) if isinstance(value, str) else value
                 for channel, value in channels.items()
             }
             behavior = Behavior(name, Command(**command), doc=_doing(channels, pulls=pulls))
-            if found.setdefault(name, behavior) != behavior:
+            if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.behaviors.{name}",
+                    f"types.{type_name}.behaviors.{name}",
                     "is another command than the behavior of this name in a type before",
                     "rename one of the two",
                 )
-        for name, skill in robot.skills.items():
+        for name, skill in robot_type.skills.items():
             behavior = make_skill_behavior(name, skill, number=1 + skills.index(name))
-            if found.setdefault(name, behavior) != behavior:
+            if behaviors.setdefault(name, behavior) != behavior:
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.skills.{name}",
+                    f"types.{type_name}.skills.{name}",
                     "differs from the behavior or skill of this name before",
                     "rename one of the two",
                 )
-    return found
+    return behaviors
 
 
 def list_readings(scenario: Scenario) -> tuple[Reading, ...]:
     """List the readings of all types, each name once; raise SettingError if one name has different kinds."""
-    found: dict[str, Reading] = {}
-    for kind, robot in scenario.types.items():
-        own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot))
-        of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot))
+    readings: dict[str, Reading] = {}
+    for type_name, robot_type in scenario.types.items():
+        own = ((f"sensors[{index}]", reading) for index, reading in list_type_readings(robot_type))
+        of_skills = ((f"skills.{name}", reading) for name, reading in list_skill_readings(robot_type))
         for place, reading in (*own, *of_skills):
-            before = found.setdefault(reading.name, reading)
+            before = readings.setdefault(reading.name, reading)
             if before != reading and replace(before, doc="") != replace(reading, doc=""):
                 raise _wrong(
                     scenario,
-                    f"types.{kind}.{place}",
+                    f"types.{type_name}.{place}",
                     f"reads {reading.name!r}, which is a different reading for an earlier type",
                     "rename one of the two",
                 )
-    return tuple(found.values())
+    return tuple(readings.values())
 
 
 def make_channels(scenario: Scenario) -> tuple[Channel, ...]:
-    """Make the channels of a scenario's robots: driving, and what it has of loading, gripping, signals and skills."""
+    """Make the channels of a scenario's robots: driving and, if it has these, loading, gripping, signals, skills."""
     carries = any(robot.capacity > 0 for robot in scenario.types.values())
     hands = PULLING if _pulls(scenario) else CARRYING if carries else ()
     signals = SIGNALING if list_signals(scenario) else ()
@@ -144,17 +144,17 @@ def make_targets(scenario: Scenario) -> tuple[Target, ...]:
 
 def list_type_readings(robot: RobotType) -> Iterator[tuple[int, Reading]]:
     """List the readings of a type's sensors, each with the index of its sensor."""
-    found: dict[str, Reading] = {}
+    readings: dict[str, Reading] = {}
     later: list[tuple[int, ElapsedSensor]] = []
     for index, sensor in enumerate(robot.sensors):
         if isinstance(sensor, ElapsedSensor):
             later.append((index, sensor))
             continue
         for reading in find_sensor_row(sensor).readings(sensor):
-            found.setdefault(reading.name, reading)
+            readings.setdefault(reading.name, reading)
             yield index, reading
     for index, sensor in later:
-        of = found.get(sensor.of)
+        of = readings.get(sensor.of)
         doc = f"Time since {sensor.of} was last there."
         yield (
             index,
@@ -169,14 +169,14 @@ def _feature(name: str, reading: Reading, doc: str = "") -> Feature:
 
 def _doing(channels: Mapping[str, float | str], *, pulls: bool) -> str:
     """Describe a command in words."""
-    known = _WORDS | _PULLING_WORDS if pulls else _WORDS
+    phrases = _WORDS | _PULLING_WORDS if pulls else _WORDS
     words = [
-        f"raise {value}" if isinstance(value, str) else known[channel][value < 0]
+        f"raise {value}" if isinstance(value, str) else phrases[channel][value < 0]
         for channel, value in channels.items()
-        if value and (channel in known or isinstance(value, str))
+        if value and (channel in phrases or isinstance(value, str))
     ]
-    said = ", ".join(words)
-    return f"{said[0].upper()}{said[1:]}." if said else "Stand still."
+    sentence = ", ".join(words)
+    return f"{sentence[0].upper()}{sentence[1:]}." if sentence else "Stand still."
 
 
 _WORDS = {
@@ -223,10 +223,12 @@ def have_different_kits(kits: Mapping[str, Kit]) -> bool:
 
 
 def _of_type(scenario: Scenario, name: str, kit: Kit) -> Kit:
-    kind = scenario.types[name]
-    mine = {reading.name for _, reading in (*list_type_readings(kind), *list_skill_readings(kind))}
+    robot_type = scenario.types[name]
+    mine = {
+        reading.name for _, reading in (*list_type_readings(robot_type), *list_skill_readings(robot_type))
+    }
     others = {reading.name for reading in list_readings(scenario)} - mine
-    foreign = set(make_behaviors(scenario)) - set(kind.behaviors) - set(kind.skills)
+    foreign = set(make_behaviors(scenario)) - set(robot_type.behaviors) - set(robot_type.skills)
     parts = [part for part in kit.parts if not _is_of(part, others, foreign)]
     return kit if len(parts) == len(kit.parts) else Kit.from_parts(*parts)
 

@@ -140,9 +140,9 @@ def _types(scenario: Scenario, names: ScenarioNames) -> Records:
     return rows
 
 
-def _accelerations(kind: RobotType, tick_s: float) -> tuple[float, float]:
-    along = inf if kind.acceleration is None else kind.acceleration * tick_s**2
-    turning = kind.turning_acceleration_deg
+def _accelerations(robot_type: RobotType, tick_s: float) -> tuple[float, float]:
+    along = inf if robot_type.acceleration is None else robot_type.acceleration * tick_s**2
+    turning = robot_type.turning_acceleration_deg
     return along, inf if turning is None else radians(turning) * tick_s**2
 
 
@@ -180,8 +180,8 @@ def get_region_box(scenario: Scenario, region: str | None) -> tuple[float, float
     """Return the box (x0, y0, x1, y1) around a region, in m; the whole arena for None."""
     if region is None:
         return 0.0, 0.0, *scenario.size
-    found = scenario.regions[region]
-    if found.box is not None:
-        return found.box
-    (x, y), radius = found.center or (0.0, 0.0), found.radius or 0.0
+    shape = scenario.regions[region]
+    if shape.box is not None:
+        return shape.box
+    (x, y), radius = shape.center or (0.0, 0.0), shape.radius or 0.0
     return x - radius, y - radius, x + radius, y + radius

@@ -18,7 +18,7 @@ PLACES = 6
 
 
 def make_scenario_snapshot(scenario: Scenario, view: WorldView, *, name: str, about: str = "") -> Scenario:
-    """Return a scenario in which everything is where it is in a view, whatever the seed.
+    """Return a scenario in which everything is where it is in a view, for every seed.
 
     Parameters
     ----------
@@ -58,10 +58,10 @@ def _robots(view: WorldView) -> Iterator[RobotGroup]:
     """Yield the robots in order of their ids, those of one type and load together."""
     robots = view.robots
 
-    def sort(robot: int) -> tuple[int, int]:
+    def get_group(robot: int) -> tuple[int, int]:
         return int(robots.type[robot]), int(robots.stored[robot])
 
-    for (kind, stored), group in groupby(range(len(robots)), key=sort):
+    for (kind, stored), group in groupby(range(len(robots)), key=get_group):
         rows = list(group)
         places = tuple(
             _at(robots.x[each], robots.y[each], degrees(robots.heading[each]) % 360) for each in rows
@@ -109,13 +109,13 @@ def _place_objects(thing: ObjectClass, view: WorldView) -> ObjectClass:
 def _obstacles(scenario: Scenario, view: WorldView) -> Iterator[Obstacle]:
     """Yield the round obstacles, as high as those of the scenario that look the same, then the polygons."""
     discs = view.discs
-    known = {(each.radius, each.color): each for each in scenario.obstacles if each.radius is not None}
+    originals = {(each.radius, each.color): each for each in scenario.obstacles if each.radius is not None}
 
-    def sort(disc: int) -> tuple[float, str | None]:
+    def get_group(disc: int) -> tuple[float, str | None]:
         return round(float(discs.radius[disc]), PLACES), view.color(int(discs.color[disc]))
 
-    for (radius, color), group in groupby(range(len(discs)), key=sort):
-        like = known.get((radius, color), Obstacle(radius=radius, color=color))
+    for (radius, color), group in groupby(range(len(discs)), key=get_group):
+        like = originals.get((radius, color), Obstacle(radius=radius, color=color))
         yield Obstacle(
             radius=radius,
             color=color,

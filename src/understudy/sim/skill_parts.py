@@ -32,9 +32,9 @@ def name_outcome_reading(skill: str, outcome: str) -> str:
     return f"{skill}_{outcome}"
 
 
-def list_skill_readings(kind: RobotType) -> Iterator[tuple[str, Reading]]:
+def list_skill_readings(robot_type: RobotType) -> Iterator[tuple[str, Reading]]:
     """List the readings of a type's skills, each with the name of its skill."""
-    for name, skill in kind.skills.items():
+    for name, skill in robot_type.skills.items():
         for outcome in OUTCOMES:
             doc = MEANINGS[outcome].format(name)
             yield name, Reading(name_outcome_reading(name, outcome), BOOLEAN, doc=doc)

@@ -235,10 +235,10 @@ class _SpatialOrder:
     """The arrays of one world with its robots in another order, which `restore_order` undoes."""
 
     def __init__(self, worlds: KernelWorlds, fused: FusedPlan, order: NDArray[np.intp], world: int) -> None:
-        state, kept, robots = worlds.state, fused.stacks, len(order)
+        state, stacks, robots = worlds.state, fused.stacks, len(order)
         self._order = order
         one, own = slice(world, world + 1), slice(world * robots, (world + 1) * robots)
-        self._from = [each[own] for each in (state.robots, state.memory, *kept, fused.running)]
+        self._from = [each[own] for each in (state.robots, state.memory, *stacks, fused.running)]
         self._now = [_taken(each, order) for each in self._from]
         mine, memory, root, current, entered, kept_memory, self.running = self._now
         self.state = WorldState(

@@ -19,12 +19,12 @@ def find_target_place(world: World, name: str, agent: int = 0) -> Place | None:
     target = world.scenario.targets[name]
     here = world.state.robots[agent]
     if target.object is not None or target.nearest is not None:
-        found = _list_target_objects(world, target, agent)
+        candidates = _list_target_objects(world, target, agent)
     else:
-        found = _list_target_robots(world, target, agent)
-    if not len(found):
+        candidates = _list_target_robots(world, target, agent)
+    if not len(candidates):
         return None
-    nearest = found[np.argmin((found["x"] - here["x"]) ** 2 + (found["y"] - here["y"]) ** 2)]
+    nearest = candidates[np.argmin((candidates["x"] - here["x"]) ** 2 + (candidates["y"] - here["y"]) ** 2)]
     return float(nearest["x"]), float(nearest["y"])
 
 

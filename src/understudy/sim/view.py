@@ -113,12 +113,12 @@ class WorldView:
     @property
     def polygons(self) -> tuple[Floats, ...]:
         """The corners [P, 2] of each polygonal obstacle (m)."""
-        found, first = [], 0
+        polygons, first = [], 0
         for last, edge in enumerate(self.edges):
             if np.array_equal(edge[2:], self.edges[first, :2]):
-                found.append(self.edges[first : last + 1, :2])
+                polygons.append(self.edges[first : last + 1, :2])
                 first = last + 1
-        return tuple(found)
+        return tuple(polygons)
 
     def color(self, index: int) -> str | None:
         """Return the name of a color by its index; None for -1."""

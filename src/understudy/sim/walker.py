@@ -115,25 +115,25 @@ class Walker(WorldWrapper):
 
     def act(self, commands: Commands) -> None:
         """Advance by one tick; commands take effect only where a step begins, and then for that whole step."""
-        asked = self.world.check_commands(commands)[:, self.world.columns]
+        table = self.world.check_commands(commands)[:, self.world.columns]
         if self._in_step == 0:
-            self._step = self._taken(asked)
+            self._step = self._taken(table)
         moves = self._step.copy()
         if self._in_step < self._still:
             moves[:, :2] = 0.0  # both feet on the ground
         self.world.act({each.name: moves[:, k] for k, each in enumerate(self.channels)})
 
-    def _taken(self, asked: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _taken(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the motion that results from a step with these commands, with slip and veer."""
-        step = asked.copy()
-        made = 1.0 - self.gait.slip * self._drawn(SLIP)
+        step = commands.copy()
+        share = 1.0 - self.gait.slip * self._drawn(SLIP)
         pairs = zip(self._drawn(VEER).tolist(), self._drawn(VEER + 1).tolist(), strict=True)
         normal = np.array([make_normal(*pair, self.world.rules.generator) for pair in pairs])
         veer = radians(self.gait.veer_deg) * normal
-        step[:, :2] *= made[:, None]
+        step[:, :2] *= share[:, None]
         robots = self.world.state.robots["type"]
         turning = self.world.rules.types["turning"][robots] * (self._ticks - self._still)
-        ahead = np.minimum(1.0, np.abs(asked[:, 0]))
+        ahead = np.minimum(1.0, np.abs(commands[:, 0]))
         step[:, 1] += np.divide(ahead * veer, turning, out=np.zeros(self.agents), where=turning > 0)
         return step
 

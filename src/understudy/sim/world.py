@@ -81,9 +81,9 @@ class World(EditableWorld):
 
     def __repr__(self) -> str:
         seeds = [str(seed) for seed in self.seeds]
-        shown = ", ".join(seeds if len(seeds) <= 4 else [*seeds[:3], "…", seeds[-1]])
+        listed = ", ".join(seeds if len(seeds) <= 4 else [*seeds[:3], "…", seeds[-1]])
         worlds, robots = format_number_of(self.worlds, "world"), format_number_of(self.robots, "robot")
-        facts = [f"{robots} in {worlds}", f"{'seed' if self.worlds == 1 else 'seeds'} {shown}"]
+        facts = [f"{robots} in {worlds}", f"{'seed' if self.worlds == 1 else 'seeds'} {listed}"]
         return format_repr(self, f"of {self.scenario.name!r}", *facts)
 
     def _repr_svg_(self) -> str:
@@ -93,8 +93,8 @@ class World(EditableWorld):
         """Return the attributes to copy: all that `__setstate__` cannot derive from the scenario and the state."""
         return {name: value for name, value in vars(self).items() if name not in _REMADE}
 
-    def __setstate__(self, kept: dict[str, Any]) -> None:
-        vars(self).update(kept)
+    def __setstate__(self, attributes: dict[str, Any]) -> None:
+        vars(self).update(attributes)
         self._read_scenario(self.scenario)
         self._begin(deepcopy(self.state))
 
@@ -227,10 +227,10 @@ class World(EditableWorld):
         measured = tuple(key for key in keys if not self._skills.is_reading(key))
         out = np.empty((self.agents, len(measured)))
         sense_worlds(self._context(measured), self.worlds, out)
-        found = dict(zip(measured, np.ascontiguousarray(out.T), strict=True))
+        columns = dict(zip(measured, np.ascontiguousarray(out.T), strict=True))
         if len(measured) == len(keys):
-            return found
-        return {key: found[key] if key in found else self._skills.sense(self, key[0]) for key in keys}
+            return columns
+        return {key: columns[key] if key in columns else self._skills.sense(self, key[0]) for key in keys}
 
     def act(self, commands: Commands) -> None:
         """Advance all worlds by one tick under these commands; nothing moves if a command is not valid.
@@ -463,4 +463,4 @@ class World(EditableWorld):
 
 
 _REMADE = ("rules", "_planner", "_skills", "_plan", "_kernel_worlds", "_room", "_context", "failure_ticks")
-"""Attributes that a copy of a world computes anew: caches, and arrays that kernels work with."""
+"""Attributes that a copy of a world computes for itself: caches, and arrays that kernels work with."""

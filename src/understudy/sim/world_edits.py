@@ -17,7 +17,7 @@ from understudy.sim.state import WorldParams, WorldState
 
 
 class EditableWorld(ABC):
-    """The part of a world that is changed by hand. Whatever is refused leaves the world as it was."""
+    """The part of a world that is changed by hand. A refused change leaves the world as it was."""
 
     scenario: Scenario
     state: WorldState
@@ -288,9 +288,9 @@ class EditableWorld(ABC):
 
     def _free(self, what: str, x: float, y: float, radius: float, *, world: int, **but: Any) -> None:
         """Raise SettingError if a solid disc at (x, y), m, would overlap something else."""
-        found = find_overlap(self.state, self.rules, self.names, world, x, y, radius, **but)
-        if found is not None:
-            raise self._wrong(what, f"is ({x}, {y}), which overlaps {found}", "give a free place")
+        overlap = find_overlap(self.state, self.rules, self.names, world, x, y, radius, **but)
+        if overlap is not None:
+            raise self._wrong(what, f"is ({x}, {y}), which overlaps {overlap}", "give a free place")
 
 
 def is_whole(value: object, most: int) -> bool:

@@ -30,7 +30,7 @@ class WorldWrapper(BodyWrapper[World], ABC):
     """
 
     snapshot_name: ClassVar[str]
-    """What its own part of a snapshot is called."""
+    """The name of the body's own part of a snapshot."""
 
     def __init__(self, world: World) -> None:
         super().__init__(world)

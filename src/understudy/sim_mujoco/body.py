@@ -144,11 +144,11 @@ class MujocoBody(WorldWrapper):
         table[self.failed] = table[carried] = 0.0
         self._asked = self._speeds(table[:, 0], table[:, 1])
         self._asked[carried] = 0.0
-        made = self._asked * self._shares()
+        commanded = self._asked * self._shares()
         for index, arena in enumerate(self.arenas):
             mine = range(index * self.robots, (index + 1) * self.robots)
             arena.lift([agent - mine.start for agent in carried if agent in mine])
-            arena.drive(made[mine.start : mine.stop])
+            arena.drive(commanded[mine.start : mine.stop])
         skills = {name: commands[name] for name in (SKILL, ISSUED) if name in commands}
         self._tell(table, skills, carried)
         self._senses.clear()
@@ -167,7 +167,7 @@ class MujocoBody(WorldWrapper):
         state["x"], state["y"] = np.clip(poses[:, 0], 0.0, width), np.clip(poses[:, 1], 0.0, height)
         state["heading"] = poses[:, 2]
         blocked = state["blocked"].copy()
-        busy = (table[:, :2] != 0.0).any(axis=1)  # who drives or turns neither loads nor unloads
+        busy = (table[:, :2] != 0.0).any(axis=1)  # a robot that drives or turns neither loads nor unloads
         table = table.copy()
         table[:, :2] = 0.0
         table[:, 2:4][busy] = 0.0

@@ -44,9 +44,9 @@ def make_gl_context(width_px: int, height_px: int) -> Any:
     RenderingUnavailable if this machine cannot render.
     """
     import_mujoco()
-    asked = os.environ.get("MUJOCO_GL", "").lower()
+    wanted = os.environ.get("MUJOCO_GL", "").lower()
     try:
-        context = import_module(f"mujoco.{asked if asked in WAYS else WAYS[0]}").GLContext(
+        context = import_module(f"mujoco.{wanted if wanted in WAYS else WAYS[0]}").GLContext(
             width_px, height_px
         )
         context.make_current()

@@ -55,7 +55,7 @@ class PoseFollower:
         place, moved = message.pose.pose, message.twist.twist
         heading = heading_of(place.orientation)
         pose = BodyPose(place.position.x, place.position.y, heading % tau, moved.linear.x, moved.angular.z)
-        # What cannot be, physics would answer by beginning anew, this robot's own place and all.
+        # MuJoCo would reset all its state if it were given an impossible one.
         if (
             abs(pose.x) < FAR_M
             and abs(pose.y) < FAR_M

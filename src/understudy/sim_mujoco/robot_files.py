@@ -70,11 +70,11 @@ def check_ros(scenario: Scenario) -> None:
 def list_robot_names(scenario: Scenario) -> tuple[str, ...]:
     """Return the names of all robots by number: the type, such as humanoid, or pioneer_1 and pioneer_2 if several."""
     types = [group.type for group in scenario.robots for _ in range(count_robots(group.count, group.at))]
-    seen: dict[str, int] = {}
+    counts: dict[str, int] = {}
     names = []
     for each in types:
-        seen[each] = seen.get(each, 0) + 1
-        names.append(f"{each}_{seen[each]}" if types.count(each) > 1 else each)
+        counts[each] = counts.get(each, 0) + 1
+        names.append(f"{each}_{counts[each]}" if types.count(each) > 1 else each)
     return tuple(names)
 
 
@@ -143,24 +143,26 @@ def format_team_file(scenario: Scenario) -> str:
     return f'format = "{TEAM}"\nname = "{scenario.name}"\nrobots = [{files}]\n'
 
 
-def list_sensor_topics(kind: RobotType) -> tuple[SensorTopic, ...]:
+def list_sensor_topics(robot_type: RobotType) -> tuple[SensorTopic, ...]:
     """Return the ROS 2 topics on which a type of robots publishes its sensors' readings."""
-    return tuple(topic for sensor in kind.sensors for topic in find_sensor_row(sensor).topics(sensor, kind))
+    return tuple(
+        topic for sensor in robot_type.sensors for topic in find_sensor_row(sensor).topics(sensor, robot_type)
+    )
 
 
-def list_published_readings(kind: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:
+def list_published_readings(robot_type: RobotType) -> Mapping[str, tuple[str, str, Mapping[str, Any]]]:
     """Return the published readings: the topic, its message type, and other settings for a robot file."""
-    found: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
-    for topic in list_sensor_topics(kind):
+    sources: dict[str, tuple[str, str, Mapping[str, Any]]] = {}
+    for topic in list_sensor_topics(robot_type):
         for reading, settings in topic.readings.items():
-            found.setdefault(reading, (topic.name, topic.type, settings))
+            sources.setdefault(reading, (topic.name, topic.type, settings))
     odometry = {name: ("odom", ODOMETRY, {"field": of, "unit": unit}) for name, (of, unit) in POSE.items()}
-    return found | odometry
+    return sources | odometry
 
 
-def list_located_targets(scenario: Scenario, kind: RobotType) -> tuple[str, ...]:
+def list_located_targets(scenario: Scenario, robot_type: RobotType) -> tuple[str, ...]:
     """Return the targets whose places a robot of a type receives: all if it has a locator, else none."""
-    there = any(isinstance(each, TargetLocator) for each in kind.sensors)
+    there = any(isinstance(each, TargetLocator) for each in robot_type.sensors)
     return tuple(target for target in scenario.targets if target != MARKER) if there else ()
 
 

@@ -33,27 +33,29 @@ WHEEL, TRACK, CASTER = 0.4, 0.75, 0.25
 SIDES = ("left", "right")
 
 
-def scale_to_commands(kind: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
+def scale_to_commands(robot_type: RobotType, speed_m_s: float, turn_rad_s: float) -> tuple[float, float]:
     """Convert speeds (m/s, rad/s) to commands, shares of the type's greatest speeds; 0 if the type cannot move so."""
-    turning = radians(kind.turning_deg)
-    return (speed_m_s / kind.speed if kind.speed else 0.0), (turn_rad_s / turning if turning else 0.0)
+    turning = radians(robot_type.turning_deg)
+    return (speed_m_s / robot_type.speed if robot_type.speed else 0.0), (
+        turn_rad_s / turning if turning else 0.0
+    )
 
 
-def find_camera(kind: RobotType) -> Camera | None:
+def find_camera(robot_type: RobotType) -> Camera | None:
     """Return the first camera of a type of robots; None if it has none."""
-    return next((each for each in kind.sensors if isinstance(each, Camera)), None)
+    return next((each for each in robot_type.sensors if isinstance(each, Camera)), None)
 
 
-def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float, float]) -> None:
+def add_robot(spec: Any, number: int, robot_type: RobotType, place: tuple[float, float, float]) -> None:
     """Add a robot at (x, y, heading) to a model: chassis, wheels and casters, its visible body and camera."""
-    shapes, radius = import_mujoco().mjtGeom, kind.radius
+    shapes, radius = import_mujoco().mjtGeom, robot_type.radius
     wheel, caster, mass = WHEEL * radius, CASTER * radius, KG_PER_M2 * radius**2
     body = spec.worldbody.add_body(
         name=f"robot{number}", pos=[*place[:2], 0.0], quat=make_yaw_quaternion(place[2])
     )
     body.add_freejoint(name=f"robot{number}")
     low, high = 0.3 * radius, 1.1 * radius
-    solid = SOLIDLY if kind.collides else {"contype": 0, "conaffinity": 0}
+    solid = SOLIDLY if robot_type.collides else {"contype": 0, "conaffinity": 0}
     body.add_geom(
         type=shapes.mjGEOM_CYLINDER, pos=[0, 0, (low + high) / 2], size=[radius, (high - low) / 2, 0.0],
         mass=0.8 * mass, rgba=make_rgba(DARK), group=ROBOTS, **solid,
@@ -83,25 +85,25 @@ def add_robot(spec: Any, number: int, kind: RobotType, place: tuple[float, float
         motor = spec.add_actuator(name=f"{name}{number}", target=f"{name}{number}", forcerange=[-pull, pull])
         motor.trntype = import_mujoco().mjtTrn.mjTRN_JOINT
         motor.set_to_velocity(kv=mass * wheel**2 / (2.0 * SLOW_S))
-    _worn(body, kind, high)
-    _eye(body, number, find_camera(kind))
+    _worn(body, robot_type, high)
+    _eye(body, number, find_camera(robot_type))
 
 
-def _worn(body: Any, kind: RobotType, high: float) -> None:
+def _worn(body: Any, robot_type: RobotType, high: float) -> None:
     """Add the colored body by which other robots' cameras detect a robot, and a mark of its front."""
-    shapes, radius = import_mujoco().mjtGeom, kind.radius
-    if find_camera(kind) is not None:
-        half = radius if kind.height is None else kind.height / 2
+    shapes, radius = import_mujoco().mjtGeom, robot_type.radius
+    if find_camera(robot_type) is not None:
+        half = radius if robot_type.height is None else robot_type.height / 2
         add_visual_geom(body, shapes.mjGEOM_CYLINDER, [0, 0, EYE_M / 2], [0.018, EYE_M / 2, 0.0], DARK)
-        if kind.color is not None:
-            add_ellipsoid(body, radius, half, choose_material_color(kind.color))
+        if robot_type.color is not None:
+            add_ellipsoid(body, radius, half, choose_material_color(robot_type.color))
     else:
         add_visual_geom(
             body,
             shapes.mjGEOM_CYLINDER,
             [0, 0, high + 0.004],
             [0.92 * radius, 0.004, 0],
-            choose_material_color(kind.color or "red"),
+            choose_material_color(robot_type.color or "red"),
         )
     add_visual_geom(
         body, shapes.mjGEOM_BOX, [0.72 * radius, 0, high + 0.01], [0.2 * radius, 0.06 * radius, 0.008], SKY
@@ -113,7 +115,7 @@ def _eye(body: Any, number: int, camera: Camera | None) -> None:
 
     Its own ellipsoid does not hide the view, because ellipsoids are not visible from inside.
     """
-    seen = camera or Camera()
-    half = seen.height_px / seen.width_px * tan(radians(seen.view_deg) / 2)
+    settings = camera or Camera()
+    half = settings.height_px / settings.width_px * tan(radians(settings.view_deg) / 2)
     mounted = body.add_camera(name=f"eye{number}", pos=[0, 0, EYE_M], fovy=2.0 * degrees(atan(half)))
     mounted.quat = [0.5, 0.5, -0.5, -0.5]

@@ -58,7 +58,7 @@ class RosRobot:
     body: MujocoBody
     number: int
     transport: Transport
-    asked: LastCommand = field(default_factory=LastCommand)
+    last_command: LastCommand = field(default_factory=LastCommand)
 
     def __post_init__(self) -> None:
         scenario = self.body.scenario
@@ -93,14 +93,14 @@ class RosRobot:
             return
         speed, turn = float(message.linear.x), float(message.angular.z)
         if isfinite(speed) and isfinite(turn):
-            self.asked = LastCommand(speed, turn, at_s)
+            self.last_command = LastCommand(speed, turn, at_s)
 
     def command(self, now_s: float, *, deadline_s: float = DEADLINE_S) -> tuple[float, float]:
         """Return drive and turn as shares of the robot's greatest speeds; zero if the last command is too old."""
-        asked = self.asked
-        if now_s - asked.at_s > deadline_s:
+        latest = self.last_command
+        if now_s - latest.at_s > deadline_s:
             return 0.0, 0.0
-        return scale_to_commands(self.kind, asked.speed_m_s, asked.turn_rad_s)
+        return scale_to_commands(self.kind, latest.speed_m_s, latest.turn_rad_s)
 
     def publish(self, percept: Mapping[ReadingKey, Any], time_s: float) -> None:
         """Publish the robot's readings; `percept` has the columns of all robots, `time_s` is seconds since 1970."""
@@ -161,7 +161,7 @@ def make_odometry_transform(odometry: Any) -> Any:
 def encode_image_message(image: Image, header: Any) -> bytes:
     """Encode pixels [H, W, 3] as a ROS 2 message Image (rgb8)."""
     height, width, _ = image.shape
-    made = make_message(
+    message = make_message(
         IMAGE,
         header=header,
         height=height,
@@ -170,7 +170,7 @@ def encode_image_message(image: Image, header: Any) -> bytes:
         step=3 * width,
         data=image.reshape(-1),
     )
-    return encode_message(IMAGE, made)
+    return encode_message(IMAGE, message)
 
 
 def make_message_header(time_s: float, frame: str) -> Any:
@@ -237,8 +237,8 @@ class Simulation:
         percept = self.body.sense(self._keys)
         for robot in self.robots:
             robot.publish(percept, time.time())
-        told = np.array([robot.command(now_s, deadline_s=self._deadline_s) for robot in self.robots])
-        self.body.act({"drive": told[:, 0], "turn": told[:, 1]})
+        commands = np.array([robot.command(now_s, deadline_s=self._deadline_s) for robot in self.robots])
+        self.body.act({"drive": commands[:, 0], "turn": commands[:, 1]})
 
     def run(self, *, seconds: float = inf, stopped: Callable[[], bool] = lambda: False) -> int:
         """Run in real time for `seconds` or until `stopped` returns true; return the number of late ticks."""

@@ -31,8 +31,8 @@ HEIGHT = 0.7
 class RaycastScan:
     """The rays of one range sensor of a type of robots."""
 
-    def __init__(self, kind: RobotType, scan: RangeScan) -> None:
-        self._radius, self._range = kind.radius, scan.range
+    def __init__(self, robot_type: RobotType, scan: RangeScan) -> None:
+        self._radius, self._range = robot_type.radius, scan.range
         rays, self._first = list[tuple[float, float, float]](), list[int]()
         for arc in scan.arcs:
             low, turn = arc.from_deg, arc.to_deg - arc.from_deg
@@ -162,7 +162,7 @@ class MujocoSensors:
     def _ranged(self, agent: int) -> dict[ReadingKey, float]:
         """Return the readings of a robot's range sensors in this tick."""
         if agent not in self._ranges:
-            self._ranges[agent] = found = {}
+            self._ranges[agent] = ranges = {}
             (arena, robot), drawn = self._at(agent), 2
             for scan, rays in self._scans[self._name(agent)]:
                 far = rays.distances(arena.model, arena.data, int(arena.built.bodies[robot]))
@@ -170,7 +170,7 @@ class MujocoSensors:
                     noise = self.draw_noise(agent // self._world.robots)[robot, drawn : drawn + len(far)]
                     far = np.where(far < scan.range, (far + scan.noise * noise).clip(0.0, scan.range), far)
                 drawn += len(far)
-                found.update({(name, None): each for name, each in scan.summarize(far.tolist()).items()})
+                ranges.update({(name, None): each for name, each in scan.summarize(far.tolist()).items()})
         return self._ranges[agent]
 
     def _seen(self, agent: int) -> dict[ReadingKey, float]:

@@ -153,12 +153,12 @@ def read_log(path: Path | str, magic: bytes) -> Iterator[bytes]:
     except OSError as error:
         raise _unreadable(Path(path), error) from None
     if not content.startswith(magic):
-        known = magic.decode("ascii").strip()
+        name = magic.decode("ascii").strip()
         raise FileError(
             path=Path(path),
             place="its first bytes",
             problem="it is not a journal that this version can read",
-            remedy=f"name a session's journal (it begins with {known!r})",
+            remedy=f"name a session's journal (it begins with {name!r})",
         )
     at = len(magic)
     while (payload := _record(content, at)) is not None:

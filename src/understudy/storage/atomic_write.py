@@ -73,7 +73,7 @@ def convert_os_errors(
     try:
         yield
     except OSError as error:
-        named = str(error.filename or path)  # an unfinished file is ours, and nobody asked for it
+        named = str(error.filename or path)  # the user did not name the unfinished file
         raise FileError(
             path=path if named.endswith(UNFINISHED) else named,
             place="",

@@ -105,27 +105,27 @@ def _declared(doc: FeatureDoc, kind: Kind) -> AnyFeature:
 
 
 def _known(doc: FeatureDoc, kind: Kind, kit: Kit, source: Source, here: JsonSteps) -> AnyFeature:
-    known = kit.features.get(doc.name)
-    if doc.sort != "body" and (known is None or _own_sort(known) == doc.sort):
+    of_kit = kit.features.get(doc.name)
+    if doc.sort != "body" and (of_kit is None or _own_sort(of_kit) == doc.sort):
         return OWN[doc.sort](doc.name, kind, doc.unit)
-    if known is None:
+    if of_kit is None:
         has = join_names(name for name, feature in kit.features.items() if isinstance(feature, Feature))
         problem = f"the kit has no feature {doc.name!r}; its features are {has}"
         raise source.make_error(
             (*here, "name"), problem, "open it with the kit it was taught with, or correct the name"
         )
-    if _own_sort(known) != doc.sort:
+    if _own_sort(of_kit) != doc.sort:
         problem = f"feature {doc.name!r} is stored as one of sort {doc.sort!r}, but in the kit its sort is "
         remedy = "open it with the kit it was taught with, or rename the feature in the kit"
-        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(known)!r}", remedy)
-    for what, stored, now in (("kind", str(kind), str(known.kind)), ("unit", doc.unit, known.unit)):
+        raise source.make_error((*here, "sort"), f"{problem}{_own_sort(of_kit)!r}", remedy)
+    for what, stored, now in (("kind", str(kind), str(of_kit.kind)), ("unit", doc.unit, of_kit.unit)):
         if stored and stored != now:  # a table of examples tells no unit: that of the kit
             problem = (
                 f"feature {doc.name!r} was taught with {what} {stored!r}, but the kit has it with {now!r}"
             )
             remedy = "open it with the kit it was taught with, or teach it again with this one"
             raise source.make_error((*here, what), problem, remedy)
-    return known
+    return of_kit
 
 
 def _own_sort(feature: AnyFeature) -> str:
@@ -160,7 +160,7 @@ MOST_BYTES = 1 << 27
 
 
 def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Property, ...]:
-    found = []
+    properties = []
     for index, each in enumerate([] if isinstance(doc.outcomes, UnsetType) else doc.outcomes):
         parts = []
         for key in ("scenario", "snapshot"):
@@ -175,8 +175,8 @@ def _outcomes(doc: LessonDoc, source: Source, here: JsonSteps) -> tuple[Property
             scenario, snapshot = parts[0].decode("utf-8", errors="replace"), parts[1]
             limit_s = None if isinstance(each.limit_s, UnsetType) else each.limit_s
             start = StoredMoment(each.world, scenario, snapshot, each.agent, each.sort, limit_s)
-            found.append(_make_property(each, start, Binding(each.targets)))
-    return tuple(found)
+            properties.append(_make_property(each, start, Binding(each.targets)))
+    return tuple(properties)
 
 
 def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Property:

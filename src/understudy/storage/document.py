@@ -1,4 +1,4 @@
-"""Documents: one readable JSON text per automaton (ARCHITECTURE section 8; docs/reference/library-format.md).
+"""Documents: one readable JSON text per automaton (docs/reference/library-format.md).
 
 Examples are the source. The trees learned from them are stored too, with a hash: they are used if the hash matches,
 otherwise they are learned again from the examples, and this is reported.
@@ -74,9 +74,9 @@ def _prove(data: bytes, taught: TrainedAutomaton) -> None:
     """Decode the document to check that it gives back exactly what was encoded."""
     features = {bound.feature.name: bound.feature for bound in taught.automaton.features}
     lesson = None if taught.lesson is None else sort_examples(taught.lesson)
-    kept = taught.automaton.transitions
+    transitions = taught.automaton.transitions
     opened = decode_document(
-        data, Kit(features, {}, {}), path=taught.automaton.name, learn=lambda _: kept
+        data, Kit(features, {}, {}), path=taught.automaton.name, learn=lambda _: transitions
     ).taught
     if _document(opened) != _document(TrainedAutomaton(taught.automaton, lesson)):
         raise FileError(
@@ -146,9 +146,9 @@ def _hash(document: Document) -> str:
     lesson, built = document.lesson, document.built
     parts: list[Any] = [_learner_version(lesson), document.automaton]
     if lesson is not None:
-        shown = [msgspec.structs.replace(each, source=msgspec.UNSET) for each in lesson.examples]
+        pressed = [msgspec.structs.replace(each, source=msgspec.UNSET) for each in lesson.examples]
         watched = [msgspec.structs.replace(each, source=msgspec.UNSET) for each in lesson.watched]
-        parts += [lesson.options, shown, watched]
+        parts += [lesson.options, pressed, watched]
     parts += [] if built is None else [built.trees]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts)).hexdigest()
 
@@ -205,18 +205,18 @@ def _check_text(data: bytes, source: Source) -> None:
 
 
 def _current(data: bytes, source: Source) -> Document:
-    found = msgspec.json.decode(data, type=FormatVersion).format
-    if found > FORMAT:
-        problem = f"it has format {found}, and this Understudy reads up to {FORMAT}"
+    version = msgspec.json.decode(data, type=FormatVersion).format
+    if version > FORMAT:
+        problem = f"it has format {version}, and this Understudy reads up to {FORMAT}"
         raise source.make_error(("format",), problem, "update Understudy to open it")
     raw: dict[str, Any] = {}
-    if found != FORMAT:
+    if version != FORMAT:
         raw = msgspec.json.decode(data)
-    for each in range(found, FORMAT):
+    for each in range(version, FORMAT):
         if each not in MIGRATIONS:
             oldest = min([*MIGRATIONS, FORMAT])
             raise source.make_error(
-                ("format",), f"there is no format {found}", f"formats are {oldest} to {FORMAT}"
+                ("format",), f"there is no format {version}", f"formats are {oldest} to {FORMAT}"
             )
         raw = {**MIGRATIONS[each](raw), "format": each + 1}
     return msgspec.convert(raw, Document) if raw else msgspec.json.decode(data, type=Document)

@@ -79,14 +79,14 @@ def find_repeated_key(text: str) -> str | None:
 
     JSON parsers would silently drop one of the two.
     """
-    found: list[str] = []
+    repeated: list[str] = []
 
     def look(pairs: list[tuple[str, Any]]) -> None:
         keys = [key for key, _ in pairs]
-        found.extend(key for key in dict.fromkeys(keys) if keys.count(key) > 1)
+        repeated.extend(key for key in dict.fromkeys(keys) if keys.count(key) > 1)
 
     JSONDecoder(object_pairs_hook=look).decode(text)
-    return found[0] if found else None
+    return repeated[0] if repeated else None
 
 
 def find_line(text: str, steps: Sequence[str | int]) -> int | None:
@@ -107,8 +107,8 @@ def format_json_path(steps: Sequence[str | int]) -> str:
 
 def parse_json_path(path: str) -> tuple[str | int, ...]:
     """Parse a JSON path as msgspec writes it into keys and indices, up to the first that it leaves out ("[...]")."""
-    known = path.removeprefix("$").partition("[...]")[0]
-    return tuple(int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", known))
+    complete = path.removeprefix("$").partition("[...]")[0]
+    return tuple(int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", complete))
 
 
 def _skip(text: str, position: int) -> int:
@@ -168,10 +168,10 @@ class Source:
 
     def check_unique(self, names: Sequence[str], steps: JsonSteps, what: str) -> None:
         """Refuse names of which one occurs twice."""
-        seen: dict[str, int] = {}
+        first_indices: dict[str, int] = {}
         for index, name in enumerate(names):
-            if name in seen:
+            if name in first_indices:
                 raise self.make_error(
                     (*steps, index), f"{what} {name!r} is there twice", "rename or remove one of the two"
                 )
-            seen[name] = index
+            first_indices[name] = index

@@ -125,10 +125,10 @@ def open_library(folder: Path | str, kit: Kit, learn: Learn | None = None) -> Lo
     RecursionRefused
         If an automaton contains itself.
     """
-    found = open_each_automaton(folder, kit, learn)
-    for problem in found.problems.values():
+    loaded = open_each_automaton(folder, kit, learn)
+    for problem in loaded.problems.values():
         raise problem
-    return found
+    return loaded
 
 
 def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedLibrary:
@@ -141,9 +141,9 @@ def open_each_automaton(folder: Path | str, kit: Kit | None, learn: Learn | None
     problems: dict[str, UnderstudyError] = {}
     for path in list_documents(folder):
         try:
-            found = open_document(path, kit, learn)
-            library = add_automaton(library, found.taught, path)
-            opened[found.taught.automaton.name] = found
+            document = open_document(path, kit, learn)
+            library = add_automaton(library, document.taught, path)
+            opened[document.taught.automaton.name] = document
         except UnderstudyError as error:
             problems[path.name] = error
     return LoadedLibrary(Path(folder), library, opened, problems)
@@ -171,7 +171,7 @@ def open_document(path: Path | str, kit: Kit | None, learn: Learn | None = None)
 
 
 def read_document(path: Path | str, kit: Kit | None, learn: Learn | None = None) -> LoadedDocument:
-    """Read the automaton in a file, whatever the file is called."""
+    """Read the automaton in a file of any name."""
     path = Path(path)
     if path.exists() and not path.is_file():  # a pipe would be waited for without end
         raise FileError(path=path, place="", problem="it is not a file", remedy="remove it, or rename it")
@@ -302,11 +302,11 @@ def _keep(path: Path, former: bytes) -> None:
     """
     folder = path.parent / VERSIONS / path.stem
     folder.mkdir(parents=True, exist_ok=True)
-    kept = _versions(folder)
-    if kept and kept[-1].file.read_bytes() == former:
+    versions = _versions(folder)
+    if versions and versions[-1].file.read_bytes() == former:
         return
     saved = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    number = kept[-1].number + 1 if kept else 1
+    number = versions[-1].number + 1 if versions else 1
     with lock_folder(folder):
         write_atomically(folder / f"{number:04} {saved:%Y-%m-%d %H.%M.%S}.json", former)
     sync_folder(folder.parent)
@@ -321,8 +321,8 @@ def list_versions(folder: Path | str, name: str) -> tuple[SavedVersion, ...]:
 def _versions(folder: Path) -> tuple[SavedVersion, ...]:
     if not folder.is_dir():
         return ()
-    found = [(match, path) for path in folder.iterdir() if (match := _VERSION.fullmatch(path.name))]
-    listed = [SavedVersion(int(match[1]), _date(match[2]), path) for match, path in found]
+    files = [(match, path) for path in folder.iterdir() if (match := _VERSION.fullmatch(path.name))]
+    listed = [SavedVersion(int(match[1]), _date(match[2]), path) for match, path in files]
     return tuple(sorted(listed, key=lambda version: version.number))
 
 
@@ -337,8 +337,8 @@ def load_version(
     folder: Path | str, name: str, number: int, kit: Kit | None, learn: Learn | None = None
 ) -> LoadedDocument:
     """Load an earlier version of an automaton by its number, from 1."""
-    kept = {version.number: version.file for version in list_versions(folder, name)}
-    if number not in kept:
+    files = {version.number: version.file for version in list_versions(folder, name)}
+    if number not in files:
         where = f"automaton {name!r} in {folder}"
-        raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in kept])
-    return read_document(kept[number], kit, learn)
+        raise UnknownName(what="version", name=str(number), where=where, known=[str(each) for each in files])
+    return read_document(files[number], kit, learn)

@@ -41,7 +41,9 @@ def unpack_column(text: str, *, length: int) -> array[float]:
     try:
         packed = b64decode(text.encode("ascii"), validate=True)
         unzip = zlib.decompressobj()
-        data = unzip.decompress(packed, 8 * length + 1)  # never more than asked for, whatever the text claims
+        data = unzip.decompress(
+            packed, 8 * length + 1
+        )  # never more than asked for, even if the text claims more
         whole = unzip.eof and not unzip.unused_data
     except (ValueError, zlib.error) as error:
         raise ValueError("it is damaged") from error

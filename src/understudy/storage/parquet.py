@@ -25,7 +25,7 @@ def import_duckdb(path: Path | str, *, where: str) -> Any:
 
 
 def convert_to_parquet(
-    lines: Path | str, made: Path | str, columns: Mapping[str, str], *, key: str = "", metadata: str = ""
+    lines: Path | str, output: Path | str, columns: Mapping[str, str], *, key: str = "", metadata: str = ""
 ) -> None:
     """Convert a file of JSON lines to Parquet.
 
@@ -33,7 +33,7 @@ def convert_to_parquet(
     ----------
     lines
         The file of JSON lines. Lines in which the first column is missing are left out.
-    made
+    output
         The Parquet file to write.
     columns
         The columns by title, with their types in DuckDB. Other keys of the lines are left out.
@@ -49,7 +49,7 @@ def convert_to_parquet(
         database.execute(
             f"COPY (SELECT * FROM read_json({_quote(_escape_pattern(lines))}, format = 'newline_delimited', "
             f"columns = {{{spelled}}}) WHERE {first} IS NOT NULL) "
-            f"TO {_quote(str(made))} (FORMAT parquet, COMPRESSION zstd{stored})"
+            f"TO {_quote(str(output))} (FORMAT parquet, COMPRESSION zstd{stored})"
         )
 
 

@@ -25,15 +25,15 @@ from understudy.training.sample_buffer import Sample
 from understudy.training.trainee import OwnSwitch, TickResult
 
 SOON_S = 2.0
-"""Who sends the robot back so soon after it switched says that it should not have switched."""
+"""A press within this time after a switch that sends the robot back says that it should not have switched, s."""
 UNSEEN_S = 0.2
-"""Nobody sees a state that lasts no longer than this, s."""
+"""A person does not see a state that lasts at most this long, s."""
 
 
 class LastSwitch:
-    """The last switch that the learned automaton made, as the example that a correction of it would show: stay.
+    """The last switch that the learned automaton made, and the example that a correction of it would give: to stay.
 
-    Switches through states that nobody sees are one switch, from the state that was seen last.
+    States that last at most UNSEEN_S are skipped: switches through them are one, from the state before them.
     """
 
     def __init__(self, keys: tuple[ReadingKey, ...], steady: frozenset[str]) -> None:
@@ -45,14 +45,14 @@ class LastSwitch:
         self._last: tuple[OwnSwitch, Binding] | None = None
         self._switched_s: float | None = None
 
-    def note_tick(self, outcome: TickResult, moment: Sample, binding: Binding, *, first: str) -> None:
+    def note_tick(self, result: TickResult, moment: Sample, binding: Binding, *, first: str) -> None:
         """Note a tick without a press; `first` is the state in which the automaton begins."""
-        if outcome.next == outcome.state:
+        if result.next == result.state:
             return
-        switch = OwnSwitch(outcome.state, outcome.next, outcome.own, moment.seconds, moment.values)
+        switch = OwnSwitch(result.state, result.next, result.own, moment.seconds, moment.values)
         last = self.switch
-        if last is not None and last.state not in (first, outcome.next) and self._is_unseen(moment.seconds):
-            switch = replace(last, next=outcome.next)
+        if last is not None and last.state not in (first, result.next) and self._is_unseen(moment.seconds):
+            switch = replace(last, next=result.next)
         self._last, self._switched_s = (switch, binding), moment.seconds
 
     def _is_unseen(self, now: float) -> bool:
@@ -150,11 +150,11 @@ class CorrectionStep:
     def from_lessons(cls, before: Lesson, after: Lesson, stay: Example | None) -> Self | None:
         """Make the step from the lessons before and after a press; None if the press was not a correction."""
         old = {example.number: example for example in before.examples}
-        made = [example for example in after.examples if example.number not in old]
-        if not made or not made[0].correction:
+        new_examples = [example for example in after.examples if example.number not in old]
+        if not new_examples or not new_examples[0].correction:
             return None
         bare = tuple(old.get(example.number, example) for example in after.examples)
-        return cls(before, replace(after, examples=bare), made[0], stay)
+        return cls(before, replace(after, examples=bare), new_examples[0], stay)
 
     @cached_property
     def diagnosis(self) -> CorrectionDiagnosis | None:

@@ -46,7 +46,7 @@ class ExampleChange(TypedDict, total=False):
 
 
 def describe_edit(what: str, examples: int) -> str:
-    """Name an edit of so many examples, for undo."""
+    """Name an edit for undo, with the number of examples that it changes."""
     return f"{what} {examples} example{'s' * (examples != 1)}"
 
 
@@ -118,7 +118,7 @@ def change_design(
     """
     old = lesson.automaton
     lists = ("states", "features", "flags", "parameters")
-    refuse_single_texts(old.name, {what: given for what, given in choice.items() if what in lists})
+    refuse_single_texts(old.name, {what: choices for what, choices in choice.items() if what in lists})
     states = [state for state in old.states[1:] if state.flag is None]
     flags = [state for state in old.states[1:] if state.flag is not None]
     if "states" in choice:
@@ -138,7 +138,7 @@ def change_design(
     check_binding_names(library, automaton)
     names = {state.name: state for state in automaton.states}
     bound = {name: target for name, target in targets.items() if name in automaton.parameters}
-    kept = tuple(
+    examples = tuple(
         replace(example, binding=Binding({**bound, **example.binding}))
         for example in _renamed(lesson.examples, choice.get("names", {}))
         if example.state in names and example.next in names and names[example.state].flag is None
@@ -146,7 +146,7 @@ def change_design(
     return replace(
         lesson,
         automaton=automaton,
-        examples=kept,
+        examples=examples,
         options=choice.get("options", lesson.options),
         properties=tuple(choice.get("properties", lesson.properties)),
         goal=choice.get("goal", lesson.goal),

@@ -21,7 +21,7 @@ class ExampleIndex:
         self._examples: tuple[Example, ...] = ()
 
     def update(self, examples: tuple[Example, ...]) -> None:
-        """Bring the index up to date: with the new examples if the former ones come first, else with all."""
+        """Index these examples; only the new ones are read if they follow the examples of the last call."""
         if examples is self._examples:
             return
         count = len(self._examples)

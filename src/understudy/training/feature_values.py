@@ -29,7 +29,7 @@ from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed
 
 
 def list_steady_readings(body: Body) -> frozenset[str]:
-    """List the readings that a reaction time never shifts: categories, which are events rather than motion."""
+    """List the readings that a reaction time never shifts: categorical ones, which are events rather than motion."""
     return frozenset(reading.name for reading in body.readings if isinstance(reading.kind, Categorical))
 
 
@@ -68,14 +68,14 @@ def compute_feature_values(
     agent: int,
 ) -> dict[str, float]:
     """Compute the present values of features, by label, for one agent with these targets of parameters."""
-    found = {}
+    values_by_label = {}
     for bound in features:
         value = find_own_value(bound.feature, own)
         if value is None:
             ground = BoundFeature(bound.feature, bound.binding.substitute(targets))
             value = float(read_feature_column(ground, percept, agents=body.agents)[agent])
-        found[str(bound)] = value
-    return found
+        values_by_label[str(bound)] = value
+    return values_by_label
 
 
 def compute_example_values(

@@ -39,7 +39,7 @@ class ReadingRows(msgspec.Struct, frozen=True):
     packed: bytes
 
 
-# The tags of entries are part of the format: they stay, whatever the classes are called.
+# The tags of entries are part of the format: they stay even if classes are renamed.
 
 
 class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
@@ -64,8 +64,8 @@ class SessionStarted(msgspec.Struct, frozen=True, tag="Began"):
     ) -> Self:
         """Make the entry of a session that begins now with a body."""
         keys = list_reading_keys(body)
-        known = {reading.name: str(reading.kind) for reading in body.readings}
-        kinds = [known[name] for name, _ in keys]
+        kinds_by_name = {reading.name: str(reading.kind) for reading in body.readings}
+        kinds = [kinds_by_name[name] for name, _ in keys]
         return cls(lesson, agent, list(keys), body.tick_s, dict(targets), dict(about), kinds)
 
 
@@ -152,7 +152,7 @@ class ModeChanged(msgspec.Struct, frozen=True, tag="Turned"):
 
 
 class OthersChanged(msgspec.Struct, frozen=True, tag="Occupied"):
-    """What the other agents do from here on: idle (None), or run a behavior."""
+    """A change of the other agents' task from this entry on: idle (None), or a behavior."""
 
     behavior: str | None
     targets: dict[str, str]
@@ -201,7 +201,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path | str | None, entry: SessionStarted, *, rows: int) -> Self:
-        """Create the journal of a session whose lesson's record has so many rows; FileError if the file exists."""
+        """Create the journal of a session whose lesson's record has `rows` rows; FileError if the file exists."""
         journal = cls(path)
         if path is not None:
             journal._log = AppendLog.create(path, MAGIC)
@@ -251,7 +251,7 @@ class Journal:
         return press.number
 
     def wants_snapshot(self, tick_s: float) -> bool:
-        """Return whether the last snapshot is a few seconds old, or from before a move."""
+        """Return whether a snapshot is due: the last one is a few seconds old, or from before a move."""
         if self._log is None or self._snapshot_tick is None:
             return self._log is not None
         return (self.tick - self._snapshot_tick) * tick_s >= SNAPSHOT_S - 1e-9

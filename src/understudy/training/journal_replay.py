@@ -304,5 +304,5 @@ def apply_lesson_step(
     if step.design is not None:
         base = decode_journal_lesson(step.design, library, path)
     new = {example.number: example for example in step.changed}
-    kept = [new.pop(e.number, e) for e in lesson.examples if e.number not in step.removed]
-    return replace(base, examples=(*kept, *new.values()), record=ReadingLog())
+    examples = [new.pop(e.number, e) for e in lesson.examples if e.number not in step.removed]
+    return replace(base, examples=(*examples, *new.values()), record=ReadingLog())

@@ -88,10 +88,10 @@ def new_lesson(
 
 def refuse_single_texts(lesson: str, choices: Mapping[str, object]) -> None:
     """Refuse a text where a list is expected, since its letters would be taken for names."""
-    for what, given in choices.items():
-        if isinstance(given, str):
-            problem = f"its {what} are {given!r:.60}, a single text"
-            remedy = f"give a list: [{given!r:.60}]"
+    for what, choice in choices.items():
+        if isinstance(choice, str):
+            problem = f"its {what} are {choice!r:.60}, a single text"
+            remedy = f"give a list: [{choice!r:.60}]"
             raise DefinitionError(what=f"lesson {lesson!r}", problem=problem, remedy=remedy)
 
 
@@ -110,10 +110,10 @@ def parse_feature(library: Library, text: str | BoundFeature) -> BoundFeature:
     if isinstance(text, BoundFeature):
         return text
     name, arguments = _parse(text, what="feature")
-    known = library.features
-    if name not in known:
-        raise UnknownName(what="feature", name=name, where="the kit", known=list(known))
-    feature = known[name]
+    features = library.features
+    if name not in features:
+        raise UnknownName(what="feature", name=name, where="the kit", known=list(features))
+    feature = features[name]
     return BoundFeature(feature, _bound(name, feature.parameters, arguments))
 
 
@@ -148,14 +148,16 @@ def check_binding_names(library: Library, automaton: Automaton) -> None:
                 )
 
 
-def check_parameter_targets(automaton: Automaton, targets: Mapping[str, str], known: Sequence[str]) -> None:
+def check_parameter_targets(
+    automaton: Automaton, targets: Mapping[str, str], targets_of_body: Sequence[str]
+) -> None:
     """Refuse targets for parameters, if there is no such parameter or target."""
     for parameter, target in targets.items():
         if parameter not in automaton.parameters:
             where, names = f"automaton {automaton.name!r}", automaton.parameters
             raise UnknownName(what="parameter", name=parameter, where=where, known=names)
-        if target not in known:
-            raise UnknownName(what="target", name=target, where="the body", known=known)
+        if target not in targets_of_body:
+            raise UnknownName(what="target", name=target, where="the body", known=targets_of_body)
 
 
 def _parse(text: str, *, what: str) -> tuple[str, list[str]]:

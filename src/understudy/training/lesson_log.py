@@ -1,4 +1,4 @@
-"""The log of a session: what is recorded of its lesson, and when it is on disk.
+"""The log of a session, which records its lesson and decides when each change is on disk.
 
 It turns ticks and presses into examples, and keeps the history for undo and the journal for resuming.
 """
@@ -95,16 +95,16 @@ class LessonLog:
     def complete(self) -> Lesson:
         """The current lesson, with the latest watched examples and the record that its examples need."""
         lesson, record = self.lesson, self._recorder.record
-        seen = self._agreed().seen
+        ticks = self._agreed().ticks
         return compact_reading_log(
             replace(
                 lesson,
                 examples=(
                     *lesson.examples,
-                    *self._numbered(seen, range(len(record), len(record) + len(seen))),
+                    *self._numbered(ticks, range(len(record), len(record) + len(ticks))),
                 ),
                 record=record.with_rows(
-                    [each.moment.values for each in seen], [each.moment.seconds for each in seen]
+                    [each.moment.values for each in ticks], [each.moment.seconds for each in ticks]
                 ),
             )
         )
@@ -132,10 +132,10 @@ class LessonLog:
         self._recorder.append(moment)
         self.journal.add_tick(moment, state)
 
-    def log_flag(self, outcome: TickResult) -> FlagEntry:
+    def log_flag(self, result: TickResult) -> FlagEntry:
         """Note that the learned automaton raised a flag at this tick, and return where a correction of it belongs."""
-        entry = FlagEntry(outcome.state, outcome.own, self._recorder.keep_last())
-        self.log_raised(entry, outcome.next)
+        entry = FlagEntry(result.state, result.own, self._recorder.keep_last())
+        self.log_raised(entry, result.next)
         return entry
 
     def log_raised(self, entry: FlagEntry, state: str) -> None:
@@ -144,16 +144,16 @@ class LessonLog:
         rows = self.journal.new_rows(self._recorder.record)
         self.journal.write(FlagRaised(entry, rows, state if several else UNSET))
 
-    def log_silence(self, outcome: TickResult, moment: Sample, binding: Binding) -> None:
-        """Log a tick without a press, as a watched one if the lesson records these."""
+    def log_silence(self, result: TickResult, moment: Sample, binding: Binding) -> None:
+        """Log a tick without a press; if the lesson learns from silence, it may become a watched example."""
         automaton = self.lesson.automaton
-        self.last_switch.note_tick(outcome, moment, binding, first=automaton.states[0].name)
-        resting = outcome.state == outcome.next == automaton.states[0].name
+        self.last_switch.note_tick(result, moment, binding, first=automaton.states[0].name)
+        resting = result.state == result.next == automaton.states[0].name
         if not (self.lesson.options.watched and self.is_watching) or resting:
             return
-        if automaton.state(outcome.state).flag is None:
+        if automaton.state(result.state).flag is None:
             kind = ExampleKind.WATCHED
-            example = Example(0, outcome.state, (), outcome.next, kind, own=outcome.own, binding=binding)
+            example = Example(0, result.state, (), result.next, kind, own=result.own, binding=binding)
             self._watched.add_tick(WatchedTick(moment, example))
 
     def find_answered_switch(
@@ -173,7 +173,7 @@ class LessonLog:
             for example in self.lesson.examples
             if example.kind is ExampleKind.DIRECTIVE and not example.quarantined
         }
-        found = self.last_switch.find_answered(
+        switch = self.last_switch.find_answered(
             now.seconds,
             state,
             directed=directed,
@@ -183,11 +183,11 @@ class LessonLog:
             appeared=self.last_switch.has_anything_appeared(now.values, self.lesson.automaton.features),
         )
         lasting = {state.name for state in self.lesson.automaton.states if state.flag is None}
-        return found if found is not None and found.state in lasting else None
+        return switch if switch is not None and switch.state in lasting else None
 
     def record(
         self,
-        outcome: TickResult,
+        result: TickResult,
         press: Press,
         binding: Binding,
         *,
@@ -195,7 +195,7 @@ class LessonLog:
         after: TraineeState,
     ) -> None:
         """Record the examples of a press that took effect at this tick, from `before` to `after`."""
-        entry = outcome.shown[0].entry if outcome.shown else None
+        entry = result.examples[0].entry if result.examples else None
         if entry is not None:
             since_s = float(self._recorder.record.seconds[entry.moment])
         else:
@@ -203,12 +203,12 @@ class LessonLog:
         reaction_s = self.lesson.options.reaction_s
         self._watched.discard_recent(self._recorder.now, reaction_s=reaction_s, since_s=since_s)
         self.accept_watched()
-        if not outcome.shown:
-            slip = self._find_directed_flag(outcome)
+        if not result.examples:
+            slip = self._find_directed_flag(result)
             if slip is None:
                 self.journal.write(PressApplied(press.number, list(after.run)))
             else:
-                lesson, what = correct_press(self.lesson, slip, outcome.next), f"mend example {slip}"
+                lesson, what = correct_press(self.lesson, slip, result.next), f"mend example {slip}"
                 self.step(what, lesson, before=before, after=after, press=press.number)
             return
         if entry is not None:
@@ -220,42 +220,42 @@ class LessonLog:
             moment, window = self._recorder.keep_last(), 0
         else:
             moment, window = self._recorder.keep_press()
-        made = []
-        for number, shown in enumerate(outcome.shown, self._next_number()):
+        examples = []
+        for number, pressed in enumerate(result.examples, self._next_number()):
             example = Example(
                 number,
-                shown.state,
+                pressed.state,
                 (),
-                shown.next,
-                shown.kind,
-                correction=outcome.correction,
+                pressed.next,
+                pressed.kind,
+                correction=result.correction,
                 moment=moment,
                 window=window,
-                own=shown.own,
+                own=pressed.own,
                 binding=binding,
             )
             values = compute_example_values(example, self.lesson, self._recorder.record, steady=self._steady)
-            made.append(replace(example, values=values))
-        lesson = replace(self.lesson, examples=self._index.replace_watched(made))
-        what, stay = f"{made[0].state} → {made[0].next}", None
-        if outcome.correction:
-            stay = self.last_switch.find_undone_stay(made[0], self.lesson, self._recorder.now)
-            self._last_correction = CorrectionStep(self.lesson, lesson, made[0], stay)
+            examples.append(replace(example, values=values))
+        lesson = replace(self.lesson, examples=self._index.replace_watched(examples))
+        what, stay = f"{examples[0].state} → {examples[0].next}", None
+        if result.correction:
+            stay = self.last_switch.find_undone_stay(examples[0], self.lesson, self._recorder.now)
+            self._last_correction = CorrectionStep(self.lesson, lesson, examples[0], stay)
             lesson, what = self._last_correction.step(what)
         self.last_switch.clear()
         self.step(what, lesson, before=before, after=after, press=press.number, stay=stay)
 
-    def _find_directed_flag(self, outcome: TickResult) -> int | None:
+    def _find_directed_flag(self, result: TickResult) -> int | None:
         """Return the number of the latest example if it led to a flag state that a press soon left; otherwise None."""
         last = max(
             (each for each in self.lesson.examples if each.is_from_press),
             key=lambda each: each.number,
             default=None,
         )
-        if not outcome.leaves_directed_flag or last is None or last.moment is None:
+        if not result.leaves_directed_flag or last is None or last.moment is None:
             return None
         passed_s = measure_elapsed(self._recorder.now, float(self._recorder.record.seconds[last.moment]))
-        return last.number if last.next == outcome.state and 0.0 <= passed_s <= SOON_S else None
+        return last.number if last.next == result.state and 0.0 <= passed_s <= SOON_S else None
 
     # Between ticks
 
@@ -271,23 +271,25 @@ class LessonLog:
         """Turn the watched ticks that were not corrected into watched examples."""
         agreed = self._agreed()
         self._watched.accept(agreed)
-        if agreed.seen:
-            watched = self._numbered(agreed.seen, [self._recorder.keep(each.moment) for each in agreed.seen])
+        if agreed.ticks:
+            watched = self._numbered(
+                agreed.ticks, [self._recorder.keep(each.moment) for each in agreed.ticks]
+            )
             self._history.amend(*watched)
             self.journal.write(WatchedAccepted(watched, self.journal.new_rows(self._recorder.record)))
 
     def _agreed(self) -> WatchedBatch:
         self._index.update(self.lesson.examples)
         return self._watched.extract_batch(
-            self.lesson, self._recorder.keys, known=self._index.keys, steady=self._steady
+            self.lesson, self._recorder.keys, existing=self._index.keys, steady=self._steady
         )
 
-    def _numbered(self, seen: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
+    def _numbered(self, ticks: Sequence[WatchedTick], rows: Sequence[int]) -> list[Example]:
         """Return watched examples with their numbers and their rows of the record."""
         first = self._next_number()
         return [
             replace(each.example, number=number, moment=row)
-            for number, (each, row) in enumerate(zip(seen, rows, strict=True), first)
+            for number, (each, row) in enumerate(zip(ticks, rows, strict=True), first)
         ]
 
     def _next_number(self) -> int:

@@ -1,4 +1,4 @@
-"""The agents of a body that are not trained, and what they do meanwhile."""
+"""The agents of a body that are not trained, and the behaviors that they run during training."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ class OtherAgents:
         library: Library | None = None,
     ) -> None:
         """Let all other agents idle (None), or begin a behavior of the library, or of another one."""
-        known = library or self._library
-        program = IDLE_PROGRAM if behavior is None else link(known, behavior, binding or {})
+        source = library or self._library
+        program = IDLE_PROGRAM if behavior is None else link(source, behavior, binding or {})
         self.behavior_call = OthersChanged(behavior, dict(binding or {}))
         self._members = [Interpreter(program, now=self._body.time_s) for _ in range(self._body.agents)]
 
@@ -87,6 +87,6 @@ class OtherAgents:
         return tuple(member.snapshot(self._body.time_s) for member in self._members)
 
     def restore(self, snapshot: Sequence[Sequence[StackFrame]]) -> None:
-        """Go back to run states, as far as they still run the same."""
+        """Go back to run states, for agents whose programs are still the same."""
         for member, levels in zip(self._members, snapshot, strict=True):
             member.restore(levels, now=self._body.time_s)

@@ -24,14 +24,15 @@ from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 
 STEP_S = 0.05
-"""Reaction times that are tried lie so far apart."""
+"""The distance between the reaction times that are tried, s."""
 SHIFTS_S = np.round(np.arange(0.0, LONGEST_REACTION_S - 0.2 + STEP_S / 2, STEP_S), 3)
 FEWEST_ALIKE, FEWEST = 4, 8
-"""So many presses from one state to another tell something; so many together are enough."""
+"""The least number of presses from one state to another that count, and of all that count together."""
 CLEAR = 4.0
-"""How much likelier (its logarithm) the presses are with the shift than without; without any, than with the longest."""
+"""The least difference of log likelihoods by which a shift is clear: of the presses with the best shift to those
+without any, or without any to those with the longest."""
 WITHIN = 8.0
-"""A shift less likely than the best by more than this is out of the question."""
+"""The largest difference of log likelihoods by which a shift may be less likely than the best and still be possible."""
 
 FEWEST_CHANGES = 0.15
 """Readings that change in fewer of the steps before presses, such as counts, are events rather than motion.
@@ -92,18 +93,18 @@ def estimate_reaction_time(
     ReactionEstimate
         The estimate; 0 s if presses are not late. None if there are too few to tell.
     """
-    told = _list_telling(lesson, steady)
-    presses = sum(each.presses for each in told)
+    groups = _list_telling(lesson, steady)
+    presses = sum(each.presses for each in groups)
     if presses < FEWEST:
         return None
-    total = np.sum([each.likelihood for each in told], axis=0)
+    total = np.sum([each.likelihood for each in groups], axis=0)
     likely = SHIFTS_S[total >= total.max() - WITHIN]
     best = int(np.flatnonzero(total >= total.max() - 1e-9)[-1])  # between two ticks, the later is as good
     if total[best] - total[0] < CLEAR:
-        best = 0  # who is not clearly late is not told so
+        best = 0  # without clear evidence, presses count as timely
     if best == 0 and total[0] - total[-1] < CLEAR:
         return None
-    clearest = max(told, key=lambda each: each.likelihood[best] - each.likelihood[0])
+    clearest = max(groups, key=lambda each: each.likelihood[best] - each.likelihood[0])
     return ReactionEstimate(
         float(SHIFTS_S[best]), float(likely[0]), float(likely[-1]), presses, _evidence(clearest, best)
     )
@@ -131,7 +132,7 @@ def _groups(lesson: Lesson) -> Iterator[list[Example]]:
     alike: dict[tuple[str, str], list[Example]] = {}
     for example in lesson.examples:
         recorded = example.moment is not None and not example.edited and not example.quarantined
-        recorded = recorded and example.reaction_s is None  # otherwise the time of who pressed is known
+        recorded = recorded and example.reaction_s is None  # otherwise the person's reaction time is known
         if example.kind is ExampleKind.DIRECTIVE and recorded and _reaches(example, lesson):
             alike.setdefault((example.state, example.next), []).append(example)
     return (group for group in alike.values() if len(group) >= FEWEST_ALIKE)
@@ -144,8 +145,8 @@ def _reaches(example: Example, lesson: Lesson) -> bool:
 
 
 def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -> _ShiftLikelihood | None:
-    """Return the likelihood of a group for the feature that depends most on the shift; None if none changes."""
-    percept, found = _percept(lesson.record, group, steady), []
+    """Return the likelihood of a group by the feature that tells most about the shift; None if no feature changes."""
+    percept, candidates = _percept(lesson.record, group, steady), []
     for bound in lesson.automaton.features:
         if bound.is_own or isinstance(bound.kind, Categorical):
             continue
@@ -155,10 +156,10 @@ def _telling(lesson: Lesson, group: Sequence[Example], steady: frozenset[str]) -
         scatter = _scatter(values, bound)
         if scatter.min() > 0:
             likelihood = -len(group) * np.log(scatter)
-            found.append(
+            candidates.append(
                 _ShiftLikelihood(group[0].state, group[0].next, bound, len(group), likelihood, scatter)
             )
-    return max(found, key=lambda each: each.weight, default=None)
+    return max(candidates, key=lambda each: each.weight, default=None)
 
 
 def _percept(record: ReadingLog, group: Sequence[Example], steady: frozenset[str]) -> Percept:
@@ -178,17 +179,19 @@ def _shifted(bound: BoundFeature, percept: Percept, group: Sequence[Example]) ->
 
     That is so for a reading that was not recorded then, or a function of a kit that is not there.
     """
-    found = np.full((len(SHIFTS_S), len(group)), np.nan)
+    values_by_shift = np.full((len(SHIFTS_S), len(group)), np.nan)
     bindings = [each.binding for each in group]
     for binding in dict.fromkeys(bindings):
         ground = BoundFeature(bound.feature, bound.binding.substitute(binding))
         try:
-            values = read_feature_column(ground, percept, agents=found.size).reshape(found.shape)
+            values = read_feature_column(ground, percept, agents=values_by_shift.size).reshape(
+                values_by_shift.shape
+            )
         except (UnderstudyError, KeyError):
             return None
         mine = [each == binding for each in bindings]
-        found[:, mine] = values[:, mine]
-    return found
+        values_by_shift[:, mine] = values[:, mine]
+    return values_by_shift
 
 
 def _is_stepped(values: Shifted) -> bool:
@@ -212,19 +215,19 @@ def _scatter(values: Shifted, bound: BoundFeature) -> NDArray[np.float64]:
     else:
         middle = [[np.median(row[~np.isnan(row)])] if not np.isnan(row).all() else [0.0] for row in values]
         apart, far = values - np.array(middle), float(np.nanmax(values) - np.nanmin(values)) / 2
-    known = steps[~np.isnan(steps)]
-    least = float(np.abs(known).mean()) / 2 if len(known) else far
-    found: NDArray[np.float64] = np.where(np.isnan(apart), far, np.abs(apart)).mean(axis=1) + least
-    return found
+    finite = steps[~np.isnan(steps)]
+    least = float(np.abs(finite).mean()) / 2 if len(finite) else far
+    scatter: NDArray[np.float64] = np.where(np.isnan(apart), far, np.abs(apart)).mean(axis=1) + least
+    return scatter
 
 
-def _evidence(told: _ShiftLikelihood, best: int) -> str:
-    now, then = (_format_spread(told.bound, told.scatter[shift]) for shift in (0, best))
-    where = f"the {told.presses} presses from {told.state} to {told.next}"
+def _evidence(group: _ShiftLikelihood, best: int) -> str:
+    now, then = (_format_spread(group.bound, group.scatter[shift]) for shift in (0, best))
+    where = f"the {group.presses} presses from {group.state} to {group.next}"
     if best == 0:
-        return f"By {told.bound}, {where} hardly agree better at any earlier moment: they do not seem late."
+        return f"By {group.bound}, {where} hardly agree better at any earlier moment: they do not seem late."
     return (
-        f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then} from each other by {told.bound}, "
+        f"Taken {SHIFTS_S[best]:g} s earlier, {where} lie about {then} from each other by {group.bound}, "
         f"instead of {now}."
     )
 

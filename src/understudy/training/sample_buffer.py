@@ -31,11 +31,11 @@ class SampleBuffer:
     def __init__(self, keys: Sequence[ReadingKey], record: ReadingLog | None = None) -> None:
         self.keys = tuple(keys)
         record = record or ReadingLog()
-        kept = list(record.keys)
+        recorded_keys = list(record.keys)
         old = np.full((len(record), len(self.keys)), np.nan)
         for column, key in enumerate(self.keys):
-            if key in kept:
-                old[:, column] = record.values[:, kept.index(key)]
+            if key in recorded_keys:
+                old[:, column] = record.values[:, recorded_keys.index(key)]
         self._values = np.zeros((max(64, 2 * len(record)), len(self.keys)))
         self._seconds = np.zeros(len(self._values))
         self._values[: len(record)], self._seconds[: len(record)] = old, record.seconds

@@ -298,18 +298,18 @@ class Session(EditableSession):
         before = self._trainee_state() if trainee.press else None
         commands = self._run.decide(percept)
         if self._driving is None:
-            self._write_down(trainee.outcome, moment, before)
+            self._write_down(trainee.result, moment, before)
         self.body.act(commands)
         self._percept = None
 
-    def _write_down(self, outcome: TickResult, moment: Sample, before: TraineeState | None) -> None:
+    def _write_down(self, result: TickResult, moment: Sample, before: TraineeState | None) -> None:
         binding = Binding(self._targets)
-        if outcome.press is not None and before is not None:
-            self._record_press(outcome, outcome.press, binding, before)
+        if result.press is not None and before is not None:
+            self._record_press(result, result.press, binding, before)
             return
-        if outcome.raised:
-            self.trainee.entry = self._log.log_flag(outcome)
-        self._log.log_silence(outcome, moment, binding)
+        if result.raised:
+            self.trainee.entry = self._log.log_flag(result)
+        self._log.log_silence(result, moment, binding)
 
     def run_for(self, seconds: float) -> None:
         """Run for some time.
@@ -432,8 +432,8 @@ class Session(EditableSession):
         binding
             A target for each parameter of the behavior.
         """
-        if behavior is not None and behavior not in (known := self.library.kit.behaviors):
-            raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(known))
+        if behavior is not None and behavior not in (behaviors := self.library.kit.behaviors):
+            raise UnknownName(what="basic behavior", name=behavior, where="the kit", known=list(behaviors))
         self._driving = None
         if behavior is not None:
             self._driving = Interpreter(link(self.library, behavior, binding or {}), now=self.body.time_s)

@@ -55,17 +55,15 @@ class EditableSession(SessionDisplay, ABC):
         """
         return None if self._last_step is None else self._last_step.summary
 
-    def _record_press(
-        self, outcome: TickResult, press: Press, binding: Binding, before: TraineeState
-    ) -> None:
+    def _record_press(self, result: TickResult, press: Press, binding: Binding, before: TraineeState) -> None:
         """Record the examples of a press, and learn from them in live teaching."""
         lesson, automaton = self._log.lesson, self.trainee.taught.automaton
         self._last_step = None
-        self._log.record(outcome, press, binding, before=before, after=self._trainee_state())
+        self._log.record(result, press, binding, before=before, after=self._trainee_state())
         live = self.trainee.mode is Mode.LIVE
         if live:
             self._relink(self._try_trainee(Mode.LIVE))
-        if outcome.shown:
+        if result.examples:
             self._last_step = LessonStep(
                 lesson,
                 self._log.lesson,

@@ -1,4 +1,4 @@
-"""The trainee: the agent in training, pulsed by the semantics of presses (ARCHITECTURE section 3).
+"""The trainee: the agent in training, pulsed by the semantics of presses (docs/semantics.md).
 
 A press replaces step 1 of the automaton in training. Without a press, step 1 returns the current state in training
 mode, and asks the learned transition functions in testing and in live teaching. This module decides what a press
@@ -104,7 +104,7 @@ class TickResult:
     next: str
     own: Mapping[str, float]
     press: Press | None = None
-    shown: list[PressExample] = field(default_factory=list)
+    examples: list[PressExample] = field(default_factory=list)
     raised: bool = False  # it decided by itself to enter a flag state
     correction: bool = False
     leaves_directed_flag: bool = False
@@ -121,7 +121,7 @@ class Trainee(Interpreter):
         self.mode = mode
         self.press: Press | None = None
         self.entry: FlagEntry | None = None
-        self.outcome = TickResult("", "", {})
+        self.result = TickResult("", "", {})
 
     def start(self, now: float) -> None:
         """Start the root again."""
@@ -139,24 +139,24 @@ class Trainee(Interpreter):
             self.entry = entry
 
     def pulse(self, row: Row, now: float) -> int:
-        """Run one tick, decided by a press, by the mode, or by the learned automaton; see `outcome`."""
+        """Run one tick, decided by a press, by the mode, or by the learned automaton; see `result`."""
         machine, states = self.taught, self.taught.automaton.state_names
         before, own = machine.state_name, collect_own_values(machine, now)
         press, self.press = self.press, None
-        outcome = TickResult(before, before, own, press)
+        result = TickResult(before, before, own, press)
         if press is not None:
-            outcome.correction = press.correction or (
+            result.correction = press.correction or (
                 self.mode is Mode.LIVE and self._decides_otherwise(press, row, now)
             )
-            self._obey(press, outcome, now)
+            self._obey(press, result, now)
             basic = machine.active.pulse(row, now)
         elif self.mode is Mode.TRAINING:
             basic = machine.active.pulse(row, now)
         else:
             basic = machine.pulse(row, now)
-            outcome.next = states[machine.state]
-            outcome.raised = machine.flag is not None and outcome.next != before
-        self.outcome = outcome
+            result.next = states[machine.state]
+            result.raised = machine.flag is not None and result.next != before
+        self.result = result
         return basic
 
     def list_queries(
@@ -179,44 +179,44 @@ class Trainee(Interpreter):
         decided = transition.decide(machine.values(row, now))
         return (here if decided == STAY else machine.automaton.state_names[decided]) != wanted
 
-    def _obey(self, press: Press, outcome: TickResult, now: float) -> None:
+    def _obey(self, press: Press, result: TickResult, now: float) -> None:
         machine, automaton = self.taught, self.taught.automaton
         before = machine.state_name
         after = press.state if press.state is not None else before
-        outcome.next = after
+        result.next = after
         if automaton.state(before).flag is not None:
-            self._obey_at_flag(press, after, outcome, now)
+            self._obey_at_flag(press, after, result, now)
         elif isinstance(press.answers, OwnSwitch):
-            self._obey_after_switch(press.answers, after, outcome, now)
+            self._obey_after_switch(press.answers, after, result, now)
         elif after == before:
-            outcome.shown.append(PressExample(before, before, ExampleKind.CONFIRMATION, outcome.own))
+            result.examples.append(PressExample(before, before, ExampleKind.CONFIRMATION, result.own))
         else:
-            outcome.shown.append(PressExample(before, after, ExampleKind.DIRECTIVE, outcome.own))
+            result.examples.append(PressExample(before, after, ExampleKind.DIRECTIVE, result.own))
             self._switch(after, now)
             if automaton.state(after).flag is None:
-                outcome.shown.append(
+                result.examples.append(
                     PressExample(after, after, ExampleKind.DEFAULT, collect_own_values(machine, now))
                 )
 
-    def _obey_after_switch(self, switch: OwnSwitch, after: str, outcome: TickResult, now: float) -> None:
+    def _obey_after_switch(self, switch: OwnSwitch, after: str, result: TickResult, now: float) -> None:
         """Record what the learned automaton should have decided when it switched, and go to the wanted state."""
         machine = self.taught
         kind = ExampleKind.CONFIRMATION if after == switch.state else ExampleKind.DIRECTIVE
-        outcome.shown.append(PressExample(switch.state, after, kind, switch.own))
+        result.examples.append(PressExample(switch.state, after, kind, switch.own))
         self._switch(after, now)
         if kind is ExampleKind.DIRECTIVE and machine.flag is None:
             own = collect_own_values(machine, now)
-            outcome.shown.append(PressExample(after, after, ExampleKind.DEFAULT, own))
+            result.examples.append(PressExample(after, after, ExampleKind.DEFAULT, own))
 
-    def _obey_at_flag(self, press: Press, after: str, outcome: TickResult, now: float) -> None:
+    def _obey_at_flag(self, press: Press, after: str, result: TickResult, now: float) -> None:
         """Correct a flag, at the tick at which the learned automaton raised it."""
         flagged = self.taught.state_name
         if (press.correction or self.mode is Mode.LIVE) and self.entry is not None:
             state = self.entry.state
             kind = ExampleKind.CONFIRMATION if after == state else ExampleKind.DIRECTIVE
-            outcome.shown.append(PressExample(state, after, kind, self.entry.own, self.entry))
+            result.examples.append(PressExample(state, after, kind, self.entry.own, self.entry))
         elif self.mode is Mode.LIVE and after != flagged:
-            outcome.leaves_directed_flag = True
+            result.leaves_directed_flag = True
         if after != flagged:
             self._switch(after, now)
 

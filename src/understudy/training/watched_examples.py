@@ -40,7 +40,7 @@ class WatchedTick:
 class WatchedBatch:
     """Ticks that become examples, and when each state was last seen to stay."""
 
-    seen: tuple[WatchedTick, ...]
+    ticks: tuple[WatchedTick, ...]
     last_stay: dict[str, float]
 
 
@@ -51,17 +51,17 @@ class WatchedBuffer:
         self._seen: list[WatchedTick] = []
         self._last_stay: dict[str, float] = {}
 
-    def add_tick(self, seen: WatchedTick) -> None:
+    def add_tick(self, tick: WatchedTick) -> None:
         """Add a tick without a press."""
-        self._seen.append(seen)
+        self._seen.append(tick)
 
     def discard_recent(self, now: float, *, reaction_s: float, since_s: float = inf) -> None:
         """Discard the ticks just before a press and those since a time, which the demonstrator did not accept."""
         deciding_s = measure_deciding_time(reaction_s)
         self._seen = [
-            seen
-            for seen in self._seen
-            if measure_elapsed(now, seen.moment.seconds) >= deciding_s and seen.moment.seconds < since_s
+            tick
+            for tick in self._seen
+            if measure_elapsed(now, tick.moment.seconds) >= deciding_s and tick.moment.seconds < since_s
         ]
 
     def begin_episode(self) -> None:
@@ -73,28 +73,28 @@ class WatchedBuffer:
         self._seen.clear()
 
     def extract_batch(
-        self, lesson: Lesson, keys: Sequence[ReadingKey], *, known: Set[ExampleKey], steady: frozenset[str]
+        self, lesson: Lesson, keys: Sequence[ReadingKey], *, existing: Set[ExampleKey], steady: frozenset[str]
     ) -> WatchedBatch:
         """Convert the ticks to examples of the lesson, thinned to transitions and to stays that are apart in time.
 
-        `known` has the keys of the examples that the lesson has.
+        `existing` has the keys of the examples that the lesson has.
         """
         agreed, last_stay = [], dict(self._last_stay)
         added: set[ExampleKey] = set()
-        for seen in self._seen:
-            example = seen.example
+        for tick in self._seen:
+            example = tick.example
             if example.next == example.state:
                 last = last_stay.get(example.state)
-                if last is not None and measure_elapsed(seen.moment.seconds, last) < STAY_APART_S:
+                if last is not None and measure_elapsed(tick.moment.seconds, last) < STAY_APART_S:
                     continue
-                last_stay[example.state] = seen.moment.seconds
-            alone = ReadingLog(tuple(keys), np.array([seen.moment.values]), np.array([seen.moment.seconds]))
+                last_stay[example.state] = tick.moment.seconds
+            alone = ReadingLog(tuple(keys), np.array([tick.moment.values]), np.array([tick.moment.seconds]))
             values = compute_example_values(replace(example, moment=0), lesson, alone, steady=steady)
             example = replace(example, values=values)
             key = make_example_key(example)
-            if key not in known and key not in added:
+            if key not in existing and key not in added:
                 added.add(key)
-                agreed.append(WatchedTick(seen.moment, example))
+                agreed.append(WatchedTick(tick.moment, example))
         return WatchedBatch(tuple(agreed), last_stay)
 
     def accept(self, agreed: WatchedBatch) -> None:

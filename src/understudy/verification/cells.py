@@ -20,7 +20,7 @@ from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_children, 
 
 NO_VALUES = ValueSet((), False)
 NONEMPTY = 1
-"""The bit that every box has beside those of its axes, so that a space without axes has one cell and is not empty."""
+"""A bit that every box has besides those of its axes, so that a space without axes has one cell and is not empty."""
 
 
 def make_feature_domain(bound: BoundFeature) -> ValueSet:
@@ -65,22 +65,22 @@ class Axis:
 
     def mask(self, region: ValueSet) -> int:
         """Return the bits of the parts in a region whose ends are among the thresholds."""
-        found = 0
+        bits = 0
         for bit, part in zip(self.bits, self.parts, strict=True):
             if part.absent:
                 inside = region.absent
             else:
                 start = part.parts[0][0]
                 inside = any(low <= start < high for low, high in region.parts)
-            found |= bit if inside else 0
-        return found
+            bits |= bit if inside else 0
+        return bits
 
     def region(self, box: int) -> ValueSet:
         """Return the values of a box."""
-        found = NO_VALUES
+        region = NO_VALUES
         for _, part in self.list_parts(box):
-            found |= part
-        return found
+            region |= part
+        return region
 
     def list_parts(self, box: int) -> Iterator[tuple[int, ValueSet]]:
         """Yield the parts of the axis in a box, each with its bit."""
@@ -165,13 +165,13 @@ def partition_tree(tree: Tree, axes: Sequence[Axis], full: int) -> tuple[Leaf, .
     tuple[Leaf, ...]
         The leaves, and the places where nothing was shown. Each feature vector of the box is in exactly one of them.
     """
-    found: list[Leaf] = []
+    leaves: list[Leaf] = []
     waiting: list[tuple[int, int, frozenset[int]]] = [(0, full, frozenset())]
     while waiting:
         index, box, tested = waiting.pop()
         if index == STAY or tree.nodes[index].test == TestKind.LEAF:
             outcome = STAY if index == STAY else tree.nodes[index].yes
-            found.append(Leaf(index, outcome, box, tuple(axes[each].whole for each in sorted(tested))))
+            leaves.append(Leaf(index, outcome, box, tuple(axes[each].whole for each in sorted(tested))))
             continue
         node = tree.nodes[index]
         axis = axes[node.feature]
@@ -179,7 +179,7 @@ def partition_tree(tree: Tree, axes: Sequence[Axis], full: int) -> tuple[Leaf, .
             narrowed = box & (axis.mask(region) | ~axis.whole)
             if narrowed & axis.whole:
                 waiting.append((following, narrowed, tested | {node.feature}))
-    return tuple(found)
+    return tuple(leaves)
 
 
 def intersect(box: int, leaf: Leaf) -> int:
@@ -195,21 +195,21 @@ def is_box_empty(box: int, axes: Iterable[Axis]) -> bool:
 
 def join_boxes(boxes: Sequence[int], axes: Sequence[Axis]) -> list[int]:
     """Join boxes that differ in one axis only, and leave out those inside another."""
-    found: list[int] = []
+    merged: list[int] = []
     for box in dict.fromkeys(boxes):
         joined = box
         again = True
         while again:
             again = False
-            for other in found:
+            for other in merged:
                 union = joined | other
                 apart = [axis for axis in axes if (joined ^ other) & axis.whole]
                 if union in (joined, other) or len(apart) <= 1:
-                    found.remove(other)
+                    merged.remove(other)
                     joined, again = union, True
                     break
-        found.append(joined)
-    return found
+        merged.append(joined)
+    return merged
 
 
 def choose_vector(box: int, axes: Sequence[Axis]) -> tuple[float, ...]:

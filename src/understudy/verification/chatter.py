@@ -23,11 +23,11 @@ def find_cycles(subject: Subject, tick_s: float | None, unfinished: list[str]) -
     for cycle in _sort_cycles(search):
         yield _make_finding(subject, cycle, tick_s)
     if any(_list_orders(subject, range(len(subject.level.leaves)))):
-        known = {cycle.states for cycle in search.cycles}
+        finished = {cycle.states for cycle in search.cycles}
         for cycle in _sort_cycles(CycleFinder(subject.level, tick_s or TICK_S, flags_vary=True).search()):
             orders = _list_orders(subject, cycle.states)
             is_endless = len(set(orders)) == 1 or subject.level.space.full in cycle.boxes
-            if cycle.states not in known and is_endless and None not in orders:
+            if cycle.states not in finished and is_endless and None not in orders:
                 yield _make_repetition(subject, cycle, list(dict.fromkeys(map(str, orders))))
 
 
@@ -37,7 +37,7 @@ def _sort_cycles(search: CycleSearch) -> list[Cycle]:
 
 
 def _make_repetition(subject: Subject, cycle: Cycle, orders: list[str]) -> Finding:
-    """Make the finding of states that follow each other whenever members raise flags, whatever else is read.
+    """Make the finding of states that follow each other whenever members raise flags, for all other readings.
 
     Either all give the same order, or nothing but flags leads from one to the next.
     """
@@ -63,9 +63,9 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
     cells = subject.make_cells(cycle.boxes)
     there = join_conditions(cells)
     where = "whatever it reads" if there == "always" else f"where {there}"
-    shown = subject.find_examples_inside(*cycle.boxes)
+    examples = subject.find_examples_inside(*cycle.boxes)
     orders = [order for order in _list_orders(subject, cycle.states) if order is not None]
-    assumptions = [] if there == "always" or shown else [HELD]
+    assumptions = [] if there == "always" or examples else [HELD]
     if cycle.resets:
         assumptions.append(RESETS)
     if cycle.clocked and tick_s is None:
@@ -96,13 +96,13 @@ def _make_finding(subject: Subject, cycle: Cycle, tick_s: float | None) -> Findi
         tuple(names),
         tuple(dict.fromkeys(assumptions)),
         cells,
-        shown,
-        _remedy(names, shown),
+        examples,
+        _remedy(names, examples),
     )
 
 
 def _describe_pace(cycle: Cycle) -> str:
-    """Say how often a cycle comes back to its first state, or that it switches at every tick."""
+    """Describe how often a cycle comes back to its first state, or that it switches at every tick."""
     least, most = min(cycle.ticks), max(cycle.ticks)
     if most == len(cycle.states):
         return "at every tick"
@@ -111,22 +111,22 @@ def _describe_pace(cycle: Cycle) -> str:
 
 def _list_orders(subject: Subject, states: Iterable[int]) -> list[str | None]:
     """Return the order that each state gives; None for states that give none."""
-    found: list[str | None] = []
+    orders: list[str | None] = []
     for index in states:
         state = subject.level.automaton.states[index]
         behavior = subject.library.kit.behaviors.get(state.behavior or "")
         is_order = behavior is not None and behavior.order is not None
-        found.append(subject.library.format_call(state.behavior or "", state.binding) if is_order else None)
-    return found
+        orders.append(subject.library.format_call(state.behavior or "", state.binding) if is_order else None)
+    return orders
 
 
-def _remedy(names: list[str], shown: tuple[int, ...]) -> str:
-    seen = (
-        f" ({name_examples(shown, most=MOST_EXAMPLES)} {'has' if len(shown) == 1 else 'have'} such readings)"
-        if shown
+def _remedy(names: list[str], examples: tuple[int, ...]) -> str:
+    evidence = (
+        f" ({name_examples(examples, most=MOST_EXAMPLES)} {'has' if len(examples) == 1 else 'have'} such readings)"
+        if examples
         else ""
     )
     return (
-        f"Put the robot into {names[0]} there{seen}, and show whether it stays or goes to {names[1]}; "
+        f"Put the robot into {names[0]} there{evidence}, and show whether it stays or goes to {names[1]}; "
         f"then the same in {names[1]}."
     )

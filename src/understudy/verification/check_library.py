@@ -88,7 +88,7 @@ TREE_CHECKS: Sequence[Check] = (
     find_unused_features,
     find_unused_parameters,
 )
-"""What is looked for in one automaton, beside cycles."""
+"""The checks of one automaton's trees, besides the search for cycles."""
 
 
 def check_library(
@@ -159,10 +159,10 @@ def _check_subject(subject: Subject, tick_s: float | None, unfinished: list[str]
 
 def join_reports(reports: Iterable[CheckReport]) -> CheckReport:
     """Join the reports of several libraries."""
-    known = list(reports)
+    all_reports = list(reports)
     return CheckReport(
-        sort_findings([finding for each in known for finding in each.findings]),
-        tuple(automaton for each in known for automaton in each.checked),
-        tuple(reason for each in known for reason in each.unchecked),
-        tuple(dict.fromkeys(tie for each in known for tie in each.ties)),
+        sort_findings([finding for each in all_reports for finding in each.findings]),
+        tuple(automaton for each in all_reports for automaton in each.checked),
+        tuple(reason for each in all_reports for reason in each.unchecked),
+        tuple(dict.fromkeys(tie for each in all_reports for tie in each.ties)),
     )

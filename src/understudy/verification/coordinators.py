@@ -1,4 +1,4 @@
-"""Find orders that no member of a squad has a behavior for, and statistics of flags that an order keeps down."""
+"""Find orders that no member of a squad has a behavior for, and statistics of flags that an order resets."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def find_orders_without_behavior(subject: Subject) -> Iterator[Finding]:
 def mark_statistics(root: Level, library: Library, members: SquadMembers) -> None:
     """Mark, for each state of a coordinator, the statistics of flags that its order keeps at their reset value.
 
-    Marked too are those that can leave this value in the very tick in which the order restarts the members.
+    Statistics that can leave this value in the very tick in which the order restarts the members are marked, too.
     """
     statistics = {
         each.name: each
@@ -71,9 +71,9 @@ def mark_statistics(root: Level, library: Library, members: SquadMembers) -> Non
             raising = {
                 name: _list_raising(each, library, state, members) for name, each in statistics.items()
             }
-            quiet[index] = frozenset(name for name, found in raising.items() if not found)
+            quiet[index] = frozenset(name for name, levels in raising.items() if not levels)
             instant[index] = frozenset(
-                name for name, found in raising.items() if any(_raises_at_once(found, statistics[name]))
+                name for name, levels in raising.items() if any(_raises_at_once(levels, statistics[name]))
             )
         level.quiet, level.instant = quiet, instant
 
@@ -94,15 +94,15 @@ def _has(library: Library, behavior: str) -> bool:
 def _list_raising(statistic: Statistic, library: Library, state: State, members: SquadMembers) -> list[Level]:
     """List the automata that a state orders and that can raise the flag of a statistic."""
     order = _find_order(library, state)
-    found = []
+    levels = []
     for duty in order.duties if order is not None else ():
         for role in _list_roles(duty, members):
-            known = members.libraries[role]
-            if duty.behavior in known.taught and statistic.role in (None, role):
-                level = build_hierarchy(known, duty.behavior)
+            of_role = members.libraries[role]
+            if duty.behavior in of_role.taught and statistic.role in (None, role):
+                level = build_hierarchy(of_role, duty.behavior)
                 if statistic.flag in level.possible_flags:
-                    found.append(level)
-    return found
+                    levels.append(level)
+    return levels
 
 
 def _raises_at_once(levels: list[Level], statistic: Statistic) -> Iterator[bool]:

@@ -20,7 +20,7 @@ from understudy.verification.cells import Leaf
 from understudy.verification.levels import Level
 
 MOST_PULSES = 20_000
-"""So many pulses of one automaton are run before the search is given up, and reported as unfinished."""
+"""The number of pulses of one automaton after which the search is given up, and reported as unfinished."""
 TICK_S = 0.1
 """The tick length that is assumed where no scenario gives one, s."""
 
@@ -37,14 +37,14 @@ class Frame(NamedTuple):
     timers: tuple[tuple[str, int], ...] = ()
 
 
-Run = tuple[Frame, ...]
+LevelFrames = tuple[Frame, ...]
 """The frames of all levels that matter, from the root down."""
 
 
 class Pulse(NamedTuple):
     """What one pulse of a level may do: its frames after it, the box that it needs, and whether any level switched."""
 
-    frames: Run
+    frames: LevelFrames
     box: int
     switched: bool
 
@@ -54,7 +54,7 @@ class Cycle:
     """A cycle of switches: the root's states in order, the boxes that it runs in, and for each its length in ticks.
 
     `nested` is true if levels below the root switch in it, and `clocked` if it depends on the length of a tick.
-    `resets` is true if it needs that members, who could, do not raise their flags in the tick of an order.
+    `resets` is true if it is possible only if members do not raise flags in the tick of an order, as they may.
     """
 
     states: tuple[int, ...]
@@ -95,16 +95,18 @@ class CycleFinder:
 
     def search(self) -> CycleSearch:
         """Search from every state that can be entered and left."""
-        found: dict[tuple[int, ...], list[tuple[int, int, bool]]] = {}
+        runs_by_states: dict[tuple[int, ...], list[tuple[int, int, bool]]] = {}
         try:
             for start in sorted(self.root.reachable_states):
                 if self.root.exits[start]:
                     for states, box, ticks, nested in self._from_state(start):
-                        found.setdefault(states, []).append((box, ticks, nested))
+                        runs_by_states.setdefault(states, []).append((box, ticks, nested))
             finished = True
         except _GivenUp:
             finished = False
-        return CycleSearch(tuple(self._make(states, runs) for states, runs in found.items()), finished)
+        return CycleSearch(
+            tuple(self._make(states, runs) for states, runs in runs_by_states.items()), finished
+        )
 
     def _make(self, states: tuple[int, ...], runs: Sequence[tuple[int, int, bool]]) -> Cycle:
         tested = {bits for state in states for leaf in self.root.leaves[state] or () for bits in leaf.tested}
@@ -127,17 +129,17 @@ class CycleFinder:
     def _from_state(self, start: int) -> Iterator[tuple[tuple[int, ...], int, int, bool]]:
         """Yield the root's states, the box, the ticks and whether levels below switched, for each cycle."""
         first = self._enter(self.root, start, Frame(0, 0))
-        waiting: list[tuple[Run, int, tuple[int, ...], int, bool, frozenset[Frame]]] = [
+        waiting: list[tuple[LevelFrames, int, tuple[int, ...], int, bool, frozenset[Frame]]] = [
             ((first, *pulse.frames), pulse.box, (start,), 1, bool(pulse.frames), frozenset([first]))
             for pulse in self._pulse_child(self.root, start, None, self.root.space.full)
         ]
-        seen: set[tuple[Run, int, tuple[int, ...]]] = set()
+        visited: set[tuple[LevelFrames, int, tuple[int, ...]]] = set()
         while waiting:
             run, box, states, ticks, nested, entries = waiting.pop()
             run = self._grow_older(run)
-            if (run, box, states) in seen:
+            if (run, box, states) in visited:
                 continue
-            seen.add((run, box, states))
+            visited.add((run, box, states))
             for pulse in self._pulse(self.root, run, box):
                 if not pulse.switched:
                     continue
@@ -167,7 +169,7 @@ class CycleFinder:
 
     # One pulse
 
-    def _pulse(self, level: Level, run: Run, box: int) -> Iterator[Pulse]:
+    def _pulse(self, level: Level, run: LevelFrames, box: int) -> Iterator[Pulse]:
         """Yield what a pulse of a level may do, one for each leaf that some readings in the box reach."""
         self._pulses += 1
         if self._pulses > MOST_PULSES:
@@ -191,12 +193,12 @@ class CycleFinder:
             for pulse in self._pulse_child(level, leaf.outcome, None, narrowed):
                 yield Pulse((entered, *pulse.frames), pulse.box, True)
 
-    def _stay(self, level: Level, frame: Frame, below: Run, box: int) -> Iterator[Pulse]:
+    def _stay(self, level: Level, frame: Frame, below: LevelFrames, box: int) -> Iterator[Pulse]:
         for pulse in self._pulse_child(level, frame.state, below, box):
             yield Pulse((frame, *pulse.frames), pulse.box, pulse.switched)
 
-    def _pulse_child(self, level: Level, state: int, below: Run | None, box: int) -> Iterator[Pulse]:
-        """Pulse what a state runs, started anew if `below` is None, if any of its flags matters to the state."""
+    def _pulse_child(self, level: Level, state: int, below: LevelFrames | None, box: int) -> Iterator[Pulse]:
+        """Pulse the automaton that a state runs, restarted if `below` is None, if any of its flags matters there."""
         child = level.children[state]
         if child is None or not self._waits_for_flags(level, state):
             yield Pulse((), box, False)
@@ -204,7 +206,7 @@ class CycleFinder:
         yield from self._pulse(child, below or (Frame(0, 0),), box)
 
     def _waits_for_flags(self, level: Level, state: int) -> bool:
-        """Return whether a state's tree tests a flag that what it runs can raise."""
+        """Return whether a state's tree tests a flag that the automaton it runs can raise."""
         child, leaves = level.children[state], level.leaves[state]
         if child is None or leaves is None:
             return False
@@ -232,27 +234,27 @@ class CycleFinder:
             )
         return self._caps[key]
 
-    def _own_bits(self, level: Level, frame: Frame, below: Run) -> int:
+    def _own_bits(self, level: Level, frame: Frame, below: LevelFrames) -> int:
         """Return the bits of the values of all features that are not held."""
-        found = 0
+        bits = 0
         for axis in level.axes:
             feature = axis.bound.feature
             if isinstance(feature, Feature):
                 reset = _find_reset(feature)
                 if reset is not None:
-                    found |= axis.whole if self.flags_vary and frame.age > 0 else axis.find_bit(reset)
+                    bits |= axis.whole if self.flags_vary and frame.age > 0 else axis.find_bit(reset)
             elif isinstance(feature, FlagFeature):
-                found |= axis.find_bit(YES if self._raised(level, frame.state, below) == feature.name else NO)
+                bits |= axis.find_bit(YES if self._raised(level, frame.state, below) == feature.name else NO)
             elif isinstance(feature, CounterFeature):
-                found |= axis.find_bit(dict(frame.counters).get(feature.name, 0.0))
+                bits |= axis.find_bit(dict(frame.counters).get(feature.name, 0.0))
             elif isinstance(feature, TimerFeature):
                 ticks = dict(frame.timers).get(feature.name)
-                found |= axis.find_bit(nan if ticks is None else ticks * self.tick_s)
+                bits |= axis.find_bit(nan if ticks is None else ticks * self.tick_s)
             else:
-                found |= axis.find_bit(round(frame.age * self.tick_s, 9))
-        return found
+                bits |= axis.find_bit(round(frame.age * self.tick_s, 9))
+        return bits
 
-    def _raised(self, level: Level, state: int, below: Run) -> str | None:
+    def _raised(self, level: Level, state: int, below: LevelFrames) -> str | None:
         """Return the flag that the automaton of a state has raised."""
         child = level.children[state]
         return child.automaton.states[below[0].state].flag if child is not None and below else None
@@ -293,18 +295,18 @@ class CycleFinder:
         ]
         return max(min([*cuts, 0.0]) - 1.0, min(max([*cuts, 0.0]) + 1.0, number))
 
-    def _grow_older(self, run: Run) -> Run:
+    def _grow_older(self, run: LevelFrames) -> LevelFrames:
         """Return a run one tick later; ages count to just beyond the thresholds of the features that read them."""
-        found = []
+        older = []
         level: Level | None = self.root
         for frame in run:
             if level is None:
                 break
             cap = self._age_cap(level)
             timers = tuple((name, min(ticks + 1, cap)) for name, ticks in frame.timers)
-            found.append(frame._replace(age=min(frame.age + 1, cap), timers=timers))
+            older.append(frame._replace(age=min(frame.age + 1, cap), timers=timers))
             level = level.children[frame.state]
-        return tuple(found)
+        return tuple(older)
 
     def _age_cap(self, level: Level) -> int:
         if id(level) not in self._caps:
@@ -320,7 +322,7 @@ class CycleFinder:
 
 
 class _GivenUp(Exception):
-    """The search takes too long, or meets what it cannot decide."""
+    """The search takes too long, or meets something that it cannot decide."""
 
 
 def _find_reset(feature: object) -> float | None:

@@ -1,4 +1,4 @@
-"""Find dead ends: states that stay once what they run has raised a flag and idles, so that nothing moves the robot."""
+"""Find dead ends: states that stay once the automaton they run has raised a flag and idles, so that nothing moves."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from understudy.verification.levels import Level, build_hierarchy
 from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_BOXES = 200
-"""Of so many boxes in which a flag is raised each is looked at; of more, only the box of all readings."""
+"""The largest number of boxes in which a flag is raised that are examined one by one; of more, only the box of all
+readings is."""
 
 
 def find_dead_ends(subject: Subject) -> Iterator[Finding]:
     """Find states that stay, in some cell, after the automaton that they run has raised a flag.
 
     That automaton idles from then on, so the robot stands, and only what moves by itself can still change a reading.
-    States that are never left at all are found elsewhere. Coordinators wait for members, who go on.
+    States that are never left at all are found elsewhere. Coordinators wait for members, which go on.
     """
     level = subject.level
     leads = any(behavior.order is not None for behavior in subject.library.kit.behaviors.values())
@@ -81,12 +82,12 @@ def _list_raised_while_staying(level: Level, index: int, child: Level, flag: str
         if leaf.outcome in (STAY, index) and (box := intersect(domain, leaf))
     ]
     later = [box & each for box in list_raising_boxes(child, flag) for each in stays]
-    found = [*list_raising_boxes(child, flag, at_once=True), *later]
-    return join_boxes([box for box in found if level.space.has_vectors(box)], level.space.axes)
+    boxes = [*list_raising_boxes(child, flag, at_once=True), *later]
+    return join_boxes([box for box in boxes if level.space.has_vectors(box)], level.space.axes)
 
 
 def _raise_flag(level: Level, index: int, flag: str) -> int:
-    """Return the box of a state in which what it runs has raised a flag, and no other."""
+    """Return the box of a state in which the automaton it runs has raised a flag, and no other."""
     box = level.get_domain(index)
     for axis in level.axes:
         feature = axis.bound.feature
@@ -115,16 +116,18 @@ def _list_changes(subject: Subject, box: int, way_out: Leaf) -> list[str] | None
 
 
 def list_raising_boxes(level: Level, flag: str, *, at_once: bool = False) -> list[int]:
-    """List the boxes of body readings in one of which they are when an automaton raises a flag; or does so at once."""
-    found: dict[int, None] = {}
+    """List boxes of body readings such that readings are in one of them when an automaton raises a flag."""
+    raising: dict[int, None] = {}
     for state in [0] if at_once else sorted(level.reachable_states):
         for following, leaves in level.exits[state].items():
             if level.automaton.states[following].flag == flag:
                 boxes = [box for leaf in leaves for box in _list_leaf_boxes(level, state, leaf)]
-                found |= dict.fromkeys(boxes if leaves else [level.space.full])  # a classifier has no leaves
-    if len(found) > MOST_BOXES:
+                raising |= dict.fromkeys(
+                    boxes if leaves else [level.space.full]
+                )  # a classifier has no leaves
+    if len(raising) > MOST_BOXES:
         return [level.space.full]
-    return join_boxes(list(found), level.space.axes)
+    return join_boxes(list(raising), level.space.axes)
 
 
 def _list_leaf_boxes(level: Level, state: int, leaf: Leaf) -> Iterator[int]:
@@ -151,16 +154,16 @@ def _make_finding(
     state = subject.level.automaton.states[index].name
     cells = subject.make_cells(boxes, domain)
     there = join_conditions(cells)
-    shown = subject.find_examples_inside(*boxes)
+    examples = subject.find_examples_inside(*boxes)
     stoppers = _list_stoppers(subject)
     unless = f" unless {join_names(stoppers, word='or')} stops {subject.level.name}" if stoppers else ""
-    assumptions = [] if there == "always" or shown else [HELD]
+    assumptions = [] if there == "always" or examples else [HELD]
     if others:
         assumptions.append(f"nothing else changes {join_names(others, word='or')} while {child.name} idles")
     where = f", where {there}" if there != "always" else "" if others else ", whatever it reads"
-    seen = (
-        f" ({name_examples(shown, most=MOST_EXAMPLES)} {'has' if len(shown) == 1 else 'have'} such readings)"
-        if shown
+    evidence = (
+        f" ({name_examples(examples, most=MOST_EXAMPLES)} {'has' if len(examples) == 1 else 'have'} such readings)"
+        if examples
         else ""
     )
     return Finding(
@@ -172,14 +175,14 @@ def _make_finding(
         (state,),
         tuple(assumptions),
         cells,
-        shown,
-        f"Show where to go from {state} then{seen}, or show {child.name} not to raise {flag} there.",
+        examples,
+        f"Show where to go from {state} then{evidence}, or show {child.name} not to raise {flag} there.",
     )
 
 
 def _list_stoppers(subject: Subject) -> list[str]:
-    """List the automata of the library that may leave a state which runs this one, without a flag of it."""
-    found = []
+    """List the automata of the library that run this one in a state and may leave that state without its flag."""
+    stoppers = []
     for name in subject.library.find_users(subject.level.name):
         user = build_hierarchy(subject.library, name)
         for index, state in enumerate(user.automaton.states):
@@ -187,6 +190,6 @@ def _list_stoppers(subject: Subject) -> list[str]:
                 domain = _raise_flag(user, index, "")
                 leaving = [leaf for leaves in user.exits[index].values() for leaf in leaves]
                 if any(intersect(domain, leaf) for leaf in leaving) or not user.is_decided_by_trees:
-                    found.append(name)
+                    stoppers.append(name)
                     break
-    return found
+    return stoppers

@@ -36,8 +36,8 @@ class FindingKind(StrEnum):
 class Severity(StrEnum):
     """The weight of a finding.
 
-    "error": the automaton cannot do what it was taught for, whatever it reads. "warning": it does something useless
-    wherever it reads what the finding describes. "note": it depends on little, or has more than it needs.
+    "error": the automaton cannot do its task, for any readings. "warning": it does something useless for the readings
+    that the finding describes. "note": a decision depends on little evidence, or a part is not needed.
     """
 
     ERROR = "error"
@@ -74,7 +74,7 @@ class FindingCell:
 
 @dataclass(frozen=True, slots=True)
 class FindingTrial:
-    """How often what a finding describes happened where it was tried.
+    """The number of trials in which the mistake that a finding describes happened.
 
     Parameters
     ----------

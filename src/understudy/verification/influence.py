@@ -1,4 +1,4 @@
-"""Find features and parameters that decide nothing, and states that do not follow the parameter they decide by."""
+"""Find features and parameters on which no decision depends, and states that ignore the parameter they decide by."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from understudy.verification.levels import Level
 from understudy.verification.subject import Subject
 
 MOST_PAIRS = 200_000
-"""So many pairs of leaves are compared; a feature of larger trees that is tested counts as one that decides."""
+"""The largest number of pairs of leaves that are compared; in larger trees, each feature that is tested counts as one
+on which decisions depend."""
 
 
 def find_unused_features(subject: Subject) -> Iterator[Finding]:
@@ -47,7 +48,7 @@ def find_deciding_features(level: Level) -> set[int]:
 
     A decision depends on a feature if two leaves with different outcomes have boxes that no other feature separates.
     """
-    found: set[int] = set()
+    deciding: set[int] = set()
     left = MOST_PAIRS
     for index, leaves in enumerate(level.leaves):
         if leaves is None:
@@ -56,16 +57,16 @@ def find_deciding_features(level: Level) -> set[int]:
             at for at, axis in enumerate(level.axes) if any(axis.whole in leaf.tested for leaf in leaves)
         }
         if left <= 0:
-            found |= tested
+            deciding |= tested
         for first, second in combinations(leaves, 2):
-            if tested <= found:
+            if tested <= deciding:
                 break
             left -= 1
             if _next(first, index) != _next(second, index):
                 apart = _find_separating(first, second, level.axes)
                 if len(apart) == 1:
-                    found |= apart
-    return found
+                    deciding |= apart
+    return deciding
 
 
 def _next(leaf: Leaf, index: int) -> int:

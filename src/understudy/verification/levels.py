@@ -85,8 +85,8 @@ class Level:
     @property
     def trees(self) -> list[Tree]:
         """The decision trees of the states; a stateless automaton's is listed once."""
-        found = {id(each): each for each in self.automaton.transitions.values() if isinstance(each, Tree)}
-        return list(found.values())
+        trees = {id(each): each for each in self.automaton.transitions.values() if isinstance(each, Tree)}
+        return list(trees.values())
 
     @cached_property
     def own_bits(self) -> int:
@@ -118,7 +118,7 @@ class Level:
     @cached_property
     def exits(self) -> tuple[dict[int, list[Leaf]], ...]:
         """For each state the leaves that a possible feature vector reaches and that lead elsewhere, by next state."""
-        found: list[dict[int, list[Leaf]]] = []
+        exits: list[dict[int, list[Leaf]]] = []
         for state, leaves in enumerate(self.leaves):
             by_next: dict[int, list[Leaf]] = {}
             if leaves is None and self.automaton.states[state].name in self.automaton.transitions:
@@ -129,8 +129,8 @@ class Level:
                     both = intersect(domain, leaf)
                     if both and self.space.possibility.narrow(both):
                         by_next.setdefault(leaf.outcome, []).append(leaf)
-            found.append(by_next)
-        return tuple(found)
+            exits.append(by_next)
+        return tuple(exits)
 
     def list_outcomes(self, state: int) -> set[int]:
         """List the states other than itself that leaves of a state's tree lead to, whether or not they are reached."""
@@ -150,13 +150,13 @@ class Level:
     @cached_property
     def reachable_states(self) -> frozenset[int]:
         """The states that can be entered from the start state."""
-        found, waiting = {0}, [0]
+        reachable, waiting = {0}, [0]
         while waiting:
             for following in self.exits[waiting.pop()]:
-                if following not in found:
-                    found.add(following)
+                if following not in reachable:
+                    reachable.add(following)
                     waiting.append(following)
-        return frozenset(found)
+        return frozenset(reachable)
 
     @cached_property
     def possible_flags(self) -> frozenset[str]:
@@ -218,9 +218,9 @@ def build_hierarchy(
     Level
         The root.
     """
-    known: dict[tuple[str, Binding], Level] = {}
-    root = _expand(library, name, NOTHING_BOUND, known)
-    levels = list(known.values())
+    expanded: dict[tuple[str, Binding], Level] = {}
+    root = _expand(library, name, NOTHING_BOUND, expanded)
+    levels = list(expanded.values())
     cuts: dict[BoundFeature, list[float]] = {}
     own: dict[tuple[int, int], list[float]] = {}
     for level in levels:
@@ -244,8 +244,8 @@ def build_hierarchy(
     axes: list[Axis] = []
     shift = NONEMPTY.bit_length()
     shared: dict[BoundFeature, Axis] = {}
-    for bound, found in cuts.items():
-        shared[bound] = divide_axis(bound, domains[bound], found, shift)
+    for bound, feature_cuts in cuts.items():
+        shared[bound] = divide_axis(bound, domains[bound], feature_cuts, shift)
         axes.append(shared[bound])
         shift += len(shared[bound].parts)
     for level in levels:
@@ -275,10 +275,12 @@ def build_hierarchy(
     return root
 
 
-def _expand(library: Library, name: str, binding: Binding, known: dict[tuple[str, Binding], Level]) -> Level:
+def _expand(
+    library: Library, name: str, binding: Binding, expanded: dict[tuple[str, Binding], Level]
+) -> Level:
     """Make the level of an automaton, and those of all that it runs, each once for each binding."""
-    if (name, binding) in known:
-        return known[name, binding]
+    if (name, binding) in expanded:
+        return expanded[name, binding]
     taught = library.taught[name]
     automaton = taught.automaton
     children: list[Level | None] = []
@@ -287,7 +289,7 @@ def _expand(library: Library, name: str, binding: Binding, known: dict[tuple[str
         runs = state.behavior
         nested = runs in library.taught and runs is not None
         children.append(
-            _expand(library, runs, state.binding.substitute(binding), known) if nested and runs else None
+            _expand(library, runs, state.binding.substitute(binding), expanded) if nested and runs else None
         )
         basic = library.kit.behaviors.get(runs or "")
         changes.append(basic.changes if basic else ())
@@ -295,7 +297,7 @@ def _expand(library: Library, name: str, binding: Binding, known: dict[tuple[str
         BoundFeature(bound.feature, bound.binding.substitute(binding)) for bound in automaton.features
     )
     level = Level(taught, binding, features, tuple(children), tuple(changes))
-    known[name, binding] = level
+    expanded[name, binding] = level
     return level
 
 
@@ -318,11 +320,11 @@ def _without(domain: ValueSet, region: ValueSet) -> ValueSet:
 
 def list_levels(root: Level) -> Iterator[Level]:
     """Yield an automaton and all that it runs, each once."""
-    seen: dict[int, Level] = {}
+    levels: dict[int, Level] = {}
     waiting = [root]
     while waiting:
         level = waiting.pop()
-        if id(level) not in seen:
-            seen[id(level)] = level
+        if id(level) not in levels:
+            levels[id(level)] = level
             yield level
             waiting += [child for child in level.children if child is not None]

@@ -104,8 +104,8 @@ def _make_flag_finding(subject: Subject, index: int, axis: Axis, lost: list[Leaf
     level = subject.level
     state, name = level.automaton.states[index], str(axis.bound)
     waits = join_names(dict.fromkeys(level.automaton.states[leaf.outcome].name for leaf in lost))
-    found = [each for leaf in lost for each in subject.list_examples(state.name, leaf.node)]
-    numbers = tuple(sorted({each.number for each in found}))
+    examples = [each for leaf in lost for each in subject.list_examples(state.name, leaf.node)]
+    numbers = tuple(sorted({each.number for each in examples}))
     why, remedy = _explain_constant(subject, index, name, numbers)
     return Finding(
         FindingKind.FLAG_NEVER_RAISED,
@@ -134,10 +134,10 @@ def _explain_constant(subject: Subject, index: int, flag: str, numbers: tuple[in
     child, state = subject.level.children[index], subject.level.automaton.states[index]
     behind = f", or delete {name_examples(numbers, most=MOST_EXAMPLES)}" if numbers else ""
     if child is not None:
-        known = flag in child.automaton.flags
+        is_raised_elsewhere = flag in child.automaton.flags
         why = f"no series of switches in {child.name} leads to a state that raises it"
         return (
-            why if known else f"{child.name} has no state that raises it",
+            why if is_raised_elsewhere else f"{child.name} has no state that raises it",
             f"Show {child.name} when to raise {flag}.",
         )
     if subject.members is not None and state.behavior:

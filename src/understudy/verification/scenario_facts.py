@@ -107,10 +107,11 @@ def list_still_readings(scenario: Scenario) -> frozenset[str]:
     None, if there are other robots, or things that come, go or move by themselves, or if the robot slides on.
     """
     moves = any(each.walk or each.presence or each.capture for each in scenario.objects)
-    slides = any(kind.acceleration or kind.turning_acceleration_deg for kind in scenario.types.values())
+    types = scenario.types.values()
+    slides = any(each.acceleration or each.turning_acceleration_deg for each in types)
     if moves or slides or not _has_one_robot(scenario):
         return frozenset()
-    sensors = [sensor for kind in scenario.types.values() for sensor in kind.sensors]
+    sensors = [sensor for each in types for sensor in each.sensors]
     varying = {name for each in sensors if _varies(each) for name in _list_readings(each)}
     return frozenset(name for each in sensors for name in _list_readings(each)) - varying
 

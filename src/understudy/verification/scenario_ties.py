@@ -45,19 +45,19 @@ def list_bound_features(library: Library, targets: Iterable[str]) -> list[BoundF
     """List the features of a library's automata, bound to each target and each parameter."""
     names = dict.fromkeys(targets)
     names |= {name: None for taught in library.taught.values() for name in taught.automaton.parameters}
-    found: dict[BoundFeature, None] = {}
+    bound_features: dict[BoundFeature, None] = {}
     for taught in library.taught.values():
         for bound in taught.automaton.features:
             if not isinstance(bound.feature, Feature):
                 continue
-            found[bound] = None
+            bound_features[bound] = None
             if len(bound.binding) == 1:
                 (parameter,) = bound.binding
-                found |= {
+                bound_features |= {
                     BoundFeature(bound.feature, type(bound.binding)({parameter: name})): None
                     for name in names
                 }
-    return list(found)
+    return list(bound_features)
 
 
 def list_scenario_ties(scenario: Scenario, library: Library) -> list[Tie]:
@@ -75,14 +75,14 @@ def list_scenario_ties(scenario: Scenario, library: Library) -> list[Tie]:
     list[Tie]
         The ties that hold for all types of robots that have the readings.
     """
-    found: list[Tie] = []
+    ties: list[Tie] = []
     features = list_bound_features(library, scenario.targets)
     for bound in features:
-        found += _list_single(scenario, bound)
+        ties += _list_single(scenario, bound)
     by_key = {_key(bound): bound for bound in features}
     for bound in features:
-        found += _list_pairs(scenario, bound, by_key)
-    return found
+        ties += _list_pairs(scenario, bound, by_key)
+    return ties
 
 
 def _key(bound: BoundFeature) -> tuple[str, str]:
@@ -96,14 +96,14 @@ def _key(bound: BoundFeature) -> tuple[str, str]:
 def _list_sensors(scenario: Scenario, reading: str, target: str) -> list[tuple[RobotType, SensorBase]]:
     """List the sensors that give a reading of a target, or of any if it is a parameter, each with its robots' type."""
     return [
-        (kind, sensor)
-        for kind in scenario.types.values()
-        for sensor in kind.sensors
+        (robot_type, sensor)
+        for robot_type in scenario.types.values()
+        for sensor in robot_type.sensors
         if any(each.name == reading for each in find_sensor_row(sensor).readings(sensor))
         and not (
             isinstance(sensor, TargetLocator)
             and target in scenario.targets
-            and not _is_located(kind, sensor, target)
+            and not _is_located(robot_type, sensor, target)
         )
     ]
 
@@ -114,21 +114,23 @@ def _list_single(scenario: Scenario, bound: BoundFeature) -> Iterator[Tie]:
     sensors = _list_sensors(scenario, reading, target)
     if not sensors:
         return
-    ranges = [_find_range(scenario, kind, sensor, reading) for kind, sensor in sensors]
+    ranges = [_find_range(scenario, robot_type, sensor, reading) for robot_type, sensor in sensors]
     if all(ends is not None for ends in ranges):
         low = min(ends[0] for ends in ranges if ends is not None)
         high = max(ends[1] for ends in ranges if ends is not None)
         unit = f" {bound.feature.unit}" if bound.feature.unit else ""
-        said = f"{bound} is at least {low:g}{unit}" + (f" and at most {high:g}{unit}" if high < inf else "")
-        yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, said)
+        sentence = f"{bound} is at least {low:g}{unit}" + (
+            f" and at most {high:g}{unit}" if high < inf else ""
+        )
+        yield make_range_tie(bound, low, nextafter(high, inf) if high < inf else inf, sentence)
     if all(isinstance(sensor, CargoSensor) for _, sensor in sensors) and bound.feature.unit:
         yield Tie(f"{bound} is 0 or at least 1", {bound: BETWEEN})
-    if all(_is_always_there(scenario, kind, sensor, reading, target) for kind, sensor in sensors):
+    if all(_is_always_there(scenario, robot_type, sensor, reading, target) for robot_type, sensor in sensors):
         yield make_presence_tie(bound, f"{bound} is never absent")
 
 
 def _find_range(
-    scenario: Scenario, kind: RobotType, sensor: SensorBase, reading: str
+    scenario: Scenario, robot_type: RobotType, sensor: SensorBase, reading: str
 ) -> tuple[float, float] | None:
     """Return the least and the largest present value of a sensor's reading; None if nothing bounds it."""
     if isinstance(sensor, Sonar):
@@ -145,7 +147,7 @@ def _find_range(
         return 0.0, 1.0
     if isinstance(sensor, CargoSensor) and reading == "food_stored":
         stored = max([robots.stored for robots in scenario.robots], default=0)
-        return 0.0, float(max(kind.capacity, stored))
+        return 0.0, float(max(robot_type.capacity, stored))
     if isinstance(sensor, CargoSensor) and reading == "food_here":
         amounts = [
             each.amount if isinstance(each.amount, int) else each.amount[1] for each in scenario.objects
@@ -155,7 +157,7 @@ def _find_range(
 
 
 def _is_always_there(
-    scenario: Scenario, kind: RobotType, sensor: SensorBase, reading: str, target: str
+    scenario: Scenario, robot_type: RobotType, sensor: SensorBase, reading: str, target: str
 ) -> bool:
     """Return whether a sensor's reading is never absent."""
     if sensor.dropout > 0:
@@ -164,7 +166,7 @@ def _is_always_there(
         return True
     if isinstance(sensor, TargetLocator) and sensor.range is None:
         thing = _find_lasting_object(scenario, target)
-        return thing is not None and _is_located(kind, sensor, target)
+        return thing is not None and _is_located(robot_type, sensor, target)
     return False
 
 
@@ -179,9 +181,9 @@ def _find_lasting_object(scenario: Scenario, target: str) -> ObjectClass | None:
     return thing
 
 
-def _is_located(kind: RobotType, sensor: TargetLocator, target: str) -> bool:
+def _is_located(robot_type: RobotType, sensor: TargetLocator, target: str) -> bool:
     """Return whether a locator is the one that finds a target for its type of robots."""
-    locators = [each for each in kind.sensors if isinstance(each, TargetLocator)]
+    locators = [each for each in robot_type.sensors if isinstance(each, TargetLocator)]
     named = {name for each in locators for name in each.targets or ()}
     return target in sensor.targets if sensor.targets is not None else target not in named
 
@@ -194,9 +196,9 @@ def _list_pairs(
     for first, second in (("range", "bearing"), ("blob_x", "blob_size")):
         other = by_key.get((second, target)) if reading == first else None
         if other is not None:
-            said = f"{bound} and {other} are absent together"
-            yield Tie(said, {bound: ABSENT_ONLY, other: _present(other)})
-            yield Tie(said, {bound: PRESENT, other: ABSENT_ONLY})
+            sentence = f"{bound} and {other} are absent together"
+            yield Tie(sentence, {bound: ABSENT_ONLY, other: _present(other)})
+            yield Tie(sentence, {bound: PRESENT, other: ABSENT_ONLY})
     if reading == "holding" and (enough := by_key.get(("enough", ""))) is not None:
         yield Tie(f"{enough} is yes only while {bound} is yes", {bound: DOWN, enough: UP})
     if reading == "range" and measures_exactly(scenario):
@@ -204,7 +206,7 @@ def _list_pairs(
 
 
 def _present(bound: BoundFeature) -> ValueSet:
-    """Return the set of all present values."""
+    """Return the set of all values that a feature can have while it is present."""
     return ValueSet(make_full_value_set(bound.kind).parts, False)
 
 
@@ -212,8 +214,8 @@ def measures_exactly(scenario: Scenario) -> bool:
     """Return whether locators and cargo sensors of all types measure at every tick, everywhere, and without noise."""
     sensors = [
         sensor
-        for kind in scenario.types.values()
-        for sensor in kind.sensors
+        for robot_type in scenario.types.values()
+        for sensor in robot_type.sensors
         if isinstance(sensor, TargetLocator | CargoSensor)
     ]
     return all(
@@ -228,7 +230,7 @@ def _list_reach(
     scenario: Scenario, bound: BoundFeature, target: str, by_key: dict[tuple[str, str], BoundFeature]
 ) -> Iterator[Tie]:
     """Yield the ties of a distance with what robots reach there: the only home, and the only class of food."""
-    reaches = {kind.reach for kind in scenario.types.values()}
+    reaches = {robot_type.reach for robot_type in scenario.types.values()}
     meant = scenario.targets.get(target)
     if meant is None or len(reaches) != 1:
         return
@@ -240,23 +242,23 @@ def _list_reach(
     here = by_key.get(("station_here", ""))
     thing = _find_lasting_object(scenario, target)
     if here is not None and thing is not None and homes == [thing] and _is_single(thing):
-        said = f"{here} is yes exactly where {bound} is at most {reach:g} m"
-        yield Tie(said, {here: UP, bound: far})
-        yield Tie(said, {here: DOWN, bound: near})
+        sentence = f"{here} is yes exactly where {bound} is at most {reach:g} m"
+        yield Tie(sentence, {here: UP, bound: far})
+        yield Tie(sentence, {here: DOWN, bound: near})
         if least := _find_least_distance(thing, foods):
             yield from _list_distances(scenario, bound, here, least, reach, by_key)
     if meant.nearest is None or [each.name for each in foods] != [meant.nearest] or meant.unclaimed:
         return
     below, left = by_key.get(("food_here", "")), by_key.get(("food_left", ""))
     if below is not None:
-        said = f"{below} is at least 1 exactly where {bound} is at most {reach:g} m"
-        yield Tie(said, {below: SOME, bound: far})
-        yield Tie(said, {below: SOME, bound: ABSENT_ONLY})
-        yield Tie(said, {below: NONE, bound: near})
+        sentence = f"{below} is at least 1 exactly where {bound} is at most {reach:g} m"
+        yield Tie(sentence, {below: SOME, bound: far})
+        yield Tie(sentence, {below: SOME, bound: ABSENT_ONLY})
+        yield Tie(sentence, {below: NONE, bound: near})
     if left is not None:
-        said = f"{bound} is absent exactly while {left} is no"
-        yield Tie(said, {left: DOWN, bound: PRESENT})
-        yield Tie(said, {left: UP, bound: ABSENT_ONLY})
+        sentence = f"{bound} is absent exactly while {left} is no"
+        yield Tie(sentence, {left: DOWN, bound: PRESENT})
+        yield Tie(sentence, {left: UP, bound: ABSENT_ONLY})
     if below is not None and left is not None:
         yield Tie(f"{below} is 0 while {left} is no", {left: DOWN, below: SOME})
 
@@ -272,13 +274,13 @@ def _list_distances(
     """Yield what follows from the least distance between the home and food: no robot is near both."""
     below = by_key.get(("food_here", ""))
     if below is not None and least > 2 * reach + CLOSE:
-        said = f"{below} is at least 1 only while {here} is no, since the home is {least:g} m from food"
-        yield Tie(said, {below: SOME, here: UP})
+        sentence = f"{below} is at least 1 only while {here} is no, since the home is {least:g} m from food"
+        yield Tie(sentence, {below: SOME, here: UP})
     for name, meant in scenario.targets.items():
         food = by_key.get(("range", name))
         if food is not None and any(each.name == meant.nearest and each.amount for each in scenario.objects):
-            said = f"{home} and {food} are {least:g} m together at least"
-            yield Tie(said, {}, ((home, -1.0), (food, -1.0)), CLOSE - least)
+            sentence = f"{home} and {food} are {least:g} m together at least"
+            yield Tie(sentence, {}, ((home, -1.0), (food, -1.0)), CLOSE - least)
 
 
 def _find_least_distance(home: ObjectClass, foods: list[ObjectClass]) -> float:

@@ -39,13 +39,13 @@ def list_squad_ties(squad: Squad, library: Library, scenario: Scenario) -> list[
         for bound in list_bound_features(library, scenario.targets)
         if isinstance(bound.feature, Feature) and bound.feature.reading in statistics
     ]
-    found: list[Tie] = []
+    ties: list[Tie] = []
     for bound, statistic in features:
-        found += _list_single(bound, statistic)
+        ties += _list_single(bound, statistic)
     for (first, one), (second, other) in permutations(features, 2):
         if dict(first.binding) == dict(second.binding):
-            found += _list_pairs(first, one, second, other)
-    return found
+            ties += _list_pairs(first, one, second, other)
+    return ties
 
 
 def _list_single(bound: BoundFeature, statistic: Statistic) -> Iterator[Tie]:
@@ -58,16 +58,16 @@ def _list_single(bound: BoundFeature, statistic: Statistic) -> Iterator[Tie]:
 
 
 def _list_pairs(first: BoundFeature, one: Statistic, second: BoundFeature, other: Statistic) -> Iterator[Tie]:
-    """Yield what two statistics of the same members and the same condition say about each other."""
+    """Yield the ties between two statistics of the same members and the same condition."""
     if one.reading is None and one.flag is None:
         return
     if _is_told(one, other) and _get_condition(one) == _get_condition(other):
         if (one.how, other.how) == ("all", "any"):
             yield Tie(f"{first} is yes only while {second} is yes", {first: UP, second: DOWN})
         if (one.how, other.how) == ("any", "none"):
-            said = f"{first} is yes exactly while {second} is no"
-            yield Tie(said, {first: UP, second: UP})
-            yield Tie(said, {first: DOWN, second: DOWN})
+            sentence = f"{first} is yes exactly while {second} is no"
+            yield Tie(sentence, {first: UP, second: UP})
+            yield Tie(sentence, {first: DOWN, second: DOWN})
     is_recent = one.how == other.how == "any" and not one.is_timed and other.within_s is not None
     if is_recent and one.flag is None and _get_condition(one) == _get_condition(other):
         yield Tie(f"{first} is yes only while {second} is yes", {first: UP, second: DOWN})

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from understudy.verification.coordinators import SquadMembers
 
 MOST_CELLS = 3
-"""So many cells of one finding are described; the others are counted."""
+"""The number of cells of one finding that are described; the others are counted."""
 MOST_EXAMPLES = 5
-"""So many examples of one finding are named; the others are counted."""
+"""The number of examples of one finding that are named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Subject:
     @cached_property
     def examples_by_leaf(self) -> dict[tuple[str, int], list[Example]]:
         """The examples that reach each leaf, by state and index of the leaf's node."""
-        found: dict[tuple[str, int], list[Example]] = {}
+        by_leaf: dict[tuple[str, int], list[Example]] = {}
         lesson, automaton = self.level.taught.lesson, self.level.automaton
         for example in () if lesson is None else lesson.examples:
             states = [example.state]
@@ -68,8 +68,8 @@ class Subject:
             for state in states:
                 tree = automaton.transitions.get(state)
                 if not example.quarantined and isinstance(tree, Tree):
-                    found.setdefault((state, tree.path(example.values)[1]), []).append(example)
-        return found
+                    by_leaf.setdefault((state, tree.path(example.values)[1]), []).append(example)
+        return by_leaf
 
     def list_examples(self, state: str, node: int) -> list[Example]:
         """List the examples of a state that reach the leaf with a node's index."""
@@ -86,11 +86,11 @@ class Subject:
             for index, axis in enumerate(self.level.axes)
             if isinstance(axis.bound.feature, Feature)
         ]
-        known = {axis.shift for _, axis in body}
+        own_axes = {axis.shift for _, axis in body}
         others = [
             axis.whole
             for axis in self.level.space.axes
-            if isinstance(axis.bound.feature, Feature) and axis.shift not in known
+            if isinstance(axis.bound.feature, Feature) and axis.shift not in own_axes
         ]
         usable = [box for box in boxes if body and all(box & whole == whole for whole in others)]
         return tuple(
@@ -106,10 +106,10 @@ class Subject:
         for level in list_levels(self.level):
             lesson = level.taught.lesson
             for index, axis in enumerate(level.axes):
-                shown = values.setdefault(axis.shift, [])
+                axis_values = values.setdefault(axis.shift, [])
                 for each in () if lesson is None else lesson.examples:
                     if each.is_from_press:
-                        shown.append(each.values[index])
+                        axis_values.append(each.values[index])
         return values
 
     def _describe_region(self, axis: Axis, region: ValueSet) -> str:
@@ -120,12 +120,12 @@ class Subject:
 
     def describe_box(self, box: int, domain: int) -> str:
         """Describe a box in words: "distance_to(A) is below 0.5 m"; "always" if it is all of a domain."""
-        said = [
+        statements = [
             self._describe_region(axis, _open_ends(axis, axis.region(box)))
             for axis in self.level.space.axes
             if box & axis.whole not in (0, domain & axis.whole)
         ]
-        return " and ".join(said) or "always"
+        return " and ".join(statements) or "always"
 
     def make_cell(self, box: int, domain: int) -> FindingCell:
         """Make the cell of a finding from a box, described by where it is smaller than the domain."""
@@ -146,13 +146,13 @@ def _open_ends(axis: Axis, region: ValueSet) -> ValueSet:
     """Extend a region over values outside the feature's domain, which need not be excluded in words."""
     if isinstance(axis.bound.kind, Toroidal | Categorical) or not region.parts:
         return region
-    known = [part.parts[0] for part in axis.parts if part.parts]
-    following = {high: low for (_, high), (low, _) in pairwise(known)} | {known[-1][1]: inf}
-    found = NO_VALUES
+    intervals = [part.parts[0] for part in axis.parts if part.parts]
+    following = {high: low for (_, high), (low, _) in pairwise(intervals)} | {intervals[-1][1]: inf}
+    open_values = NO_VALUES
     for low, high in region.parts:
-        start = -inf if low == known[0][0] else low
-        found |= ValueSet(((start, following.get(high, high)),), False)
-    return ValueSet(found.parts, region.absent)
+        start = -inf if low == intervals[0][0] else low
+        open_values |= ValueSet(((start, following.get(high, high)),), False)
+    return ValueSet(open_values.parts, region.absent)
 
 
 def join_conditions(cells: Sequence[FindingCell]) -> str:

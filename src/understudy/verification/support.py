@@ -1,4 +1,4 @@
-"""Find what rests on few examples: cells that one decides, readings that none of a state had, and outliers."""
+"""Find decisions with little evidence: cells with a single example, readings without any in a state, and outliers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from understudy.verification.finding import Finding, FindingCell, FindingKind, S
 from understudy.verification.subject import MOST_EXAMPLES, Subject, join_conditions
 
 MOST_WEAK = 3
-"""So many cells of one example are described, the weakest; the others are counted."""
+"""The number of cells of one example that are described, the weakest first; the others are counted."""
 FEWEST_OTHERS = 10
 """Among fewer other values no example counts as far outside. Of ten values that vary by chance in the manner of a
 normal distribution, one lies as far outside in about one case of a hundred (Dixon 1950, Q above 0.5)."""
@@ -45,7 +45,7 @@ def _list_states(subject: Subject) -> Iterator[tuple[str, str, int, Sequence[Lea
 
 
 class _OneExample(NamedTuple):
-    """A leaf on which a single press agrees: what it does there, and the watched examples that say otherwise, or so."""
+    """A leaf that a single press supports, with the watched examples that contradict it and those that confirm it."""
 
     contradicting: int
     agreeing: int
@@ -61,23 +61,23 @@ def find_cells_of_one_example(subject: Subject) -> Iterator[Finding]:
     Watched examples do not count, since they decide nothing, and neither do defaults that a directive outvotes. The
     weakest come first: those that most watched examples contradict, then those that fewest confirm.
     """
-    found = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
-    if not found:
+    single = sorted(_list_single_examples(subject), key=lambda each: (-each.contradicting, each.agreeing))
+    if not single:
         return
-    if len(found) == 1:
-        sentence = f"{found[0].does}: only example {found[0].example} says so."
+    if len(single) == 1:
+        sentence = f"{single[0].does}: only example {single[0].example} says so."
     else:
-        said = "; ".join(f"{each.does} (example {each.example})" for each in found[:MOST_WEAK])
-        weakest = "the weakest: " if len(found) > MOST_WEAK else ""
-        sentence = f"{len(found)} decisions rest on one example each; {weakest}{said}."
+        decisions = "; ".join(f"{each.does} (example {each.example})" for each in single[:MOST_WEAK])
+        weakest = "the weakest: " if len(single) > MOST_WEAK else ""
+        sentence = f"{len(single)} decisions rest on one example each; {weakest}{decisions}."
     yield Finding(
         FindingKind.ONE_EXAMPLE,
         Severity.NOTE,
         subject.label,
         sentence[0].upper() + sentence[1:],
-        tuple(each.state for each in found),
-        cells=tuple(each.cell for each in found),
-        examples=tuple(each.example for each in found),
+        tuple(each.state for each in single),
+        cells=tuple(each.cell for each in single),
+        examples=tuple(each.example for each in single),
         remedy="Show once more what to do there.",
     )
 

@@ -11,7 +11,7 @@ from understudy.model.tree_regions import ValueSet
 from understudy.verification.cells import Axis
 
 MOST_STEPS = 20_000
-"""So many values are tried in turn to find a possible feature vector; then the box counts as possible."""
+"""The number of values that are tried in turn to find a possible feature vector; then the box counts as possible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,10 @@ class Tie:
 
 
 class _PreparedTie:
-    """A tie with the bits of its regions: it excludes a cell that has all of them and too large a sum."""
+    """A tie, prepared to test cells: one that is in all regions of the tie and has too large a sum is impossible.
+
+    Regions are bit masks over the parts of each feature's axis.
+    """
 
     __slots__ = ("axes", "bound", "places", "terms", "whole")
 
@@ -100,11 +103,11 @@ class Possibility:
     """
 
     def __init__(self, ties: Sequence[Tie], axes: Sequence[Axis]) -> None:
-        known = {axis.bound: axis for axis in axes}
+        axis_of = {axis.bound: axis for axis in axes}
         order = {axis.bound: at for at, axis in enumerate(axes)}
-        self.ties = tuple(tie for tie in ties if all(bound in known for bound in tie.features))
+        self.ties = tuple(tie for tie in ties if all(bound in axis_of for bound in tie.features))
         self._axes = tuple(axes)
-        self._prepared = [_PreparedTie(tie, known, order) for tie in self.ties]
+        self._prepared = [_PreparedTie(tie, axis_of, order) for tie in self.ties]
         self._involved = sum({axis.whole for each in self._prepared for axis in each.axes})
         self._answers: dict[int, int] = {}
 
@@ -116,8 +119,8 @@ class Possibility:
         key = box & self._involved
         if key not in self._answers:
             self._answers[key] = self._search(key)
-        found = self._answers[key]
-        return found | (box & ~self._involved) if found or not self._involved else 0
+        answer = self._answers[key]
+        return answer | (box & ~self._involved) if answer or not self._involved else 0
 
     def _search(self, box: int) -> int:
         """Return part of a box that no tie excludes, by trying the parts of each axis in turn."""
@@ -147,8 +150,8 @@ class Possibility:
                     if tie.excludes(chosen):
                         break
                 else:
-                    if found := extend(at + 1, chosen):
-                        return found
+                    if answer := extend(at + 1, chosen):
+                        return answer
             return 0
 
         return extend(0, box)

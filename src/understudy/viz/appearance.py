@@ -59,7 +59,7 @@ def list_object_marks(view: WorldView) -> list[ObjectMark]:
     one = measure_mark_unit(view) * min(1.0, (ROOMY / max(1, len(kinds))) ** 0.5)
     count = Counter(kinds)
     labeled = int((objects.at_first[objects.food] > 0).sum()) <= MOST_LABELS
-    made = []
+    marks = []
     for at, kind in enumerate(kinds):
         name = view.names.classes[kind].replace("_", " ")
         food, home = bool(objects.food[at]), bool(objects.home[at])
@@ -79,7 +79,7 @@ def list_object_marks(view: WorldView) -> list[ObjectMark]:
             label = ""
         color = view.color(int(objects.color[at]))
         plain = FOOD if food else HOME if home else INK if name == MOUSE else THING
-        made.append(
+        marks.append(
             ObjectMark(
                 slot=int(objects.slot[at]),
                 name=name,
@@ -95,7 +95,7 @@ def list_object_marks(view: WorldView) -> list[ObjectMark]:
                 served=(food or home) and bool(view.robots.capacity.any()),
             )
         )
-    return made
+    return marks
 
 
 def find_removed_objects(

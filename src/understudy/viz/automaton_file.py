@@ -40,7 +40,7 @@ def render_automata(automata: Sequence[TrainedAutomaton], ending: str) -> bytes:
     with mpl.rc_context(STYLE):
         figure = make_figure(width / PIXELS_PER_IN, height / PIXELS_PER_IN)
         plot_graphs(graphs, figure.add_axes((0.0, 0.0, 1.0, 1.0)))
-        made = BytesIO()
+        buffer = BytesIO()
         undated = {"CreationDate": None} if ending == ".pdf" else None
-        figure.savefig(made, format=ending[1:], dpi=DPI, facecolor="white", metadata=undated)
-    return made.getvalue()
+        figure.savefig(buffer, format=ending[1:], dpi=DPI, facecolor="white", metadata=undated)
+    return buffer.getvalue()

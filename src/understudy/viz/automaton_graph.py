@@ -31,7 +31,7 @@ ADDED, REMOVED = "#0072b2", "#b54a00"
 
 @dataclass(frozen=True)
 class GraphNode:
-    """A state as it is drawn: its name, and what it does in small type below."""
+    """A state as it is drawn: its name, and its behavior in small type below."""
 
     name: str
     below: str

@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_automaton(shown: Automaton | TrainedAutomaton, ax: Axes | None = None) -> Axes:
+def plot_automaton(automaton: Automaton | TrainedAutomaton, ax: Axes | None = None) -> Axes:
     """Plot an automaton; thresholds are rounded such that examples stay on their sides, if it has a lesson."""
-    taught = TrainedAutomaton(shown) if isinstance(shown, Automaton) else shown
+    taught = TrainedAutomaton(automaton) if isinstance(automaton, Automaton) else automaton
     return plot_graphs([lay_out_taught(taught, measure_text)], ax)
 
 
@@ -54,7 +54,7 @@ def plot_graphs(graphs: Sequence[AutomatonGraph], ax: Axes | None = None) -> Axe
 
 
 class _Pen:
-    """What draws one picture, `top` units below the upper edge of axes."""
+    """A drawer of one picture, `top` units below the upper edge of axes."""
 
     def __init__(self, axes: Axes, top: float) -> None:
         self.axes, self.top = axes, top

@@ -83,12 +83,12 @@ def write_scaled_text(
     align: str = "left",
     color: str = INK,
 ) -> None:
-    """Write a text on its base line, of a font size in picture units, whatever the size of the axes."""
-    made = _scaled_text_class()(
+    """Write a text on its base line, of a font size in picture units, which scales with the axes."""
+    artist = _scaled_text_class()(
         x, y, text, units=size, color=color, ha=align, va="baseline", fontweight="bold" if bold else "normal",
         fontfamily="DejaVu Sans", clip_on=False, zorder=6, parse_math=False,
     )  # fmt: skip
-    axes.add_artist(made)
+    axes.add_artist(artist)
 
 
 @lru_cache(1)
@@ -99,17 +99,17 @@ def _scaled_text_class() -> Any:
     class ScaledText(Text):
         """A text whose font size is in units of the axes."""
 
-        def __init__(self, *given: Any, units: float, **settings: Any) -> None:
+        def __init__(self, *args: Any, units: float, **settings: Any) -> None:
             self._units = units
-            super().__init__(*given, **settings)
+            super().__init__(*args, **settings)
 
         def draw(self, renderer: Any) -> None:
             self._rescale()
             super().draw(renderer)
 
-        def get_window_extent(self, *given: Any, **settings: Any) -> Any:
+        def get_window_extent(self, *args: Any, **settings: Any) -> Any:
             self._rescale()
-            return super().get_window_extent(*given, **settings)
+            return super().get_window_extent(*args, **settings)
 
         def _rescale(self) -> None:
             self.set_fontsize(max(self._units * measure_points_per_unit(self.axes), 0.1))

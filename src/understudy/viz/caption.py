@@ -79,9 +79,9 @@ class Caption:
         """Write the number of robots, by side in its color if there is space; return its width (fine pixels)."""
         words = [(f"{format_thousands(robots)} robots", INK)]
         if self._sides is not None:
-            told = list(zip(self._sides.counts, self._sides.colors, strict=True))
-            if sum(self._small.getlength(word) + 3 * DOT + GAP for word, _ in told) - GAP <= room:
-                words = told
+            sides = list(zip(self._sides.counts, self._sides.colors, strict=True))
+            if sum(self._small.getlength(word) + 3 * DOT + GAP for word, _ in sides) - GAP <= room:
+                words = sides
         x, y = float(self._left), self._top + FIRST + 2 * FINE
         for word, color in words:
             if color != INK:

@@ -62,8 +62,8 @@ def lay_out_diff(diff: AutomatonDiff, measure: MeasureText = estimate_text_width
 def _node(old: Automaton, new: Automaton, name: str) -> GraphNode:
     was, is_now = _find_state(old, name), _find_state(new, name)
     if was is None or is_now is None:
-        known = was or is_now or State(name)
-        return make_graph_node(known, "−" if is_now is None else "+")
+        state = was or is_now or State(name)
+        return make_graph_node(state, "−" if is_now is None else "+")
     node = make_graph_node(is_now, "·")
     if was == is_now:
         return node
@@ -81,8 +81,8 @@ def _edge(
     lines: list[GraphLine] = []
     marks: list[ChangeMark] = []
     for text in dict.fromkeys([*(before or ()), *(after or ())]):
-        kept = text in (before or ()) and text in (after or ())
-        mark: ChangeMark = "·" if kept else "+" if text in (after or ()) else "−"
+        unchanged = text in (before or ()) and text in (after or ())
+        mark: ChangeMark = "·" if unchanged else "+" if text in (after or ()) else "−"
         lines += wrap_conditions([text], mark)
         marks.append(mark)
     whole: ChangeMark = (
@@ -93,11 +93,11 @@ def _edge(
 
 def _summarize(diff: AutomatonDiff) -> str:
     """Return the numbers of lines added and removed by topic, such as "conditions +2 −1, examples +3"."""
-    said = []
+    topics = []
     for topic, lines in diff.items():
         counts = {
             mark: sum(line.startswith(sign) for line in lines) for mark, sign in (("+", "+"), ("−", "-"))
         }
         numbers = " ".join(f"{mark}{count}" for mark, count in counts.items() if count)
-        said.append(f"{topic} {numbers}")
-    return ", ".join(said) or "nothing changed"
+        topics.append(f"{topic} {numbers}")
+    return ", ".join(topics) or "nothing changed"

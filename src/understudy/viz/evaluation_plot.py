@@ -93,8 +93,8 @@ def _draw(
     limits = np.array([interval(int(count), worlds) for count in total])
     limits = np.vstack([limits, limits[-1:]])
     low, high = (100 * limit for limit in limits[-1])
-    said = f"{name}: {total[-1]} of {worlds} (95 % interval {low:.0f} to {high:.0f} %)"
+    label = f"{name}: {total[-1]} of {worlds} (95 % interval {low:.0f} to {high:.0f} %)"
     axes.fill_between(at, limits[:, 0], limits[:, 1], step="post", color=color, alpha=0.14, lw=0.0, zorder=2)
     for limit in limits.T:
         axes.step(at, limit, where="post", color=color, lw=0.6, ls=style, alpha=0.6, zorder=2)
-    axes.step(at, shares, where="post", color=color, lw=1.8, ls=style, label=escape_math(said), zorder=3)
+    axes.step(at, shares, where="post", color=color, lw=1.8, ls=style, label=escape_math(label), zorder=3)

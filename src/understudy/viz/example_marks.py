@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 """The marker of each next state, which tells states apart without colors."""
 SIZE, SMALL, RING, MOST_RINGS = 7.5, 3.5, 4.5, 3
-"""The size of a mark in points, that of watched examples, and what examples at one place are larger, up to how many."""
+"""Sizes of marks, in points: of an example from a press, of a watched one, and the growth for each further example at
+the same place, which ends after MOST_RINGS of them."""
 WORDS = {
     ExampleKind.DIRECTIVE: "pressed",
     ExampleKind.CONFIRMATION: "confirmed",
@@ -41,11 +42,11 @@ def draw_examples(
         before[place] += 1
         if example.quarantined:
             crossed.append(place)
-    for (kind, outcome, ring), found in groups.items():
+    for (kind, outcome, ring), group in groups.items():
         look = _look(kind, outcome)
         if ring:
             look |= {"ms": SIZE + RING * ring, "mfc": "none"}
-        axes.plot(*zip(*found, strict=True), ls="", zorder=4 - 0.1 * ring, clip_on=False, **look)
+        axes.plot(*zip(*group, strict=True), ls="", zorder=4 - 0.1 * ring, clip_on=False, **look)
     if crossed:
         axes.plot(*zip(*crossed, strict=True), ls="", zorder=5, clip_on=False, **_CROSS)
     return _list_entries({(kind, outcome) for kind, outcome, _ in groups}, states, crossed=bool(crossed))
@@ -63,13 +64,13 @@ def _look(kind: ExampleKind, outcome: int) -> dict[str, Any]:
 
 
 def _list_entries(
-    shown: set[tuple[ExampleKind, int]], states: Sequence[str], *, crossed: bool
+    kinds_and_outcomes: set[tuple[ExampleKind, int]], states: Sequence[str], *, crossed: bool
 ) -> list[Artist]:
     from matplotlib.lines import Line2D
 
     order = list(WORDS)
     entries: list[Artist] = [
         Line2D([], [], ls="", label=escape_math(f"{WORDS[kind]}: {states[outcome]}"), **_look(kind, outcome))
-        for kind, outcome in sorted(shown, key=lambda each: (order.index(each[0]), each[1]))
+        for kind, outcome in sorted(kinds_and_outcomes, key=lambda each: (order.index(each[0]), each[1]))
     ]
     return [*entries, *([Line2D([], [], ls="", label="in quarantine", **_CROSS)] if crossed else [])]

@@ -86,8 +86,8 @@ class FeatureAxis:
         else:
             from matplotlib.ticker import MaxNLocator
 
-            found = MaxNLocator(6).tick_values(self.low, self.high)
-            ticks = [float(tick) for tick in found if self.low <= tick <= self.high]
+            positions = MaxNLocator(6).tick_values(self.low, self.high)
+            ticks = [float(tick) for tick in positions if self.low <= tick <= self.high]
             names = [f"{tick:g}".replace("-", "−") for tick in ticks]
         if self._has_absent:
             ticks, names = [self.position(nan), *ticks], ["absent", *names]
@@ -126,13 +126,13 @@ class FeatureAxis:
 
     def divide(self, parts: int) -> list[AxisCell]:
         """Divide the cells of the line into about as many parts of one length, for functions without thresholds."""
-        found = []
+        pieces = []
         for cell in self.cells:
             if self.is_categorical or isnan(cell.sample):
-                found.append(cell)
+                pieces.append(cell)
                 continue
             count = max(1, round(parts * (cell.high - cell.low) / (self.high - self.low)))
             step = (cell.high - cell.low) / count
             ends = [cell.low + step * at for at in range(count)] + [cell.high]
-            found += [AxisCell(low, high, self._value((low + high) / 2)) for low, high in pairwise(ends)]
-        return found
+            pieces += [AxisCell(low, high, self._value((low + high) / 2)) for low, high in pairwise(ends)]
+        return pieces

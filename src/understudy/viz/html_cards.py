@@ -55,9 +55,9 @@ def format_html_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> st
     return f'<table style="{style}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{rest}'
 
 
-def draw_automaton(shown: Automaton | TrainedAutomaton) -> str:
+def draw_automaton(automaton: Automaton | TrainedAutomaton) -> str:
     """Draw an automaton as an SVG document with the conditions of its transitions."""
-    taught = TrainedAutomaton(shown) if isinstance(shown, Automaton) else shown
+    taught = TrainedAutomaton(automaton) if isinstance(automaton, Automaton) else automaton
     return draw_graphs_svg([lay_out_taught(taught)])
 
 
@@ -137,9 +137,9 @@ def write_session_html(session: Session) -> str:
         f"{view.examples} examples from presses",
         *(f"{parameter} = {target}" for parameter, target in view.targets.items()),
     ]
-    shown = f'<div style="margin-top:.4em">{escape(" | ".join(states))}</div>'
+    states_line = f'<div style="margin-top:.4em">{escape(" | ".join(states))}</div>'
     title = f"Session of {_call(session.automaton)}"
-    return write_card(title, facts, shown, format_html_table(("feature", "now"), values))
+    return write_card(title, facts, states_line, format_html_table(("feature", "now"), values))
 
 
 def write_evaluation_html(evaluation: Any, interval: Interval) -> str:

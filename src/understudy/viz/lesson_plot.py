@@ -66,9 +66,9 @@ def find_feature(automaton: Automaton, name: str) -> int:
     names = [str(bound) for bound in automaton.features]
     if name in names:
         return names.index(name)
-    found = [index for index, bound in enumerate(automaton.features) if bound.feature.name == name]
-    if len(found) == 1:
-        return found[0]
+    indices = [index for index, bound in enumerate(automaton.features) if bound.feature.name == name]
+    if len(indices) == 1:
+        return indices[0]
     raise UnknownName(what="feature", name=name, where=f"automaton {automaton.name!r}", known=names)
 
 
@@ -174,7 +174,7 @@ class _Plane:
     def _list_regions(self) -> list[_Region]:
         """List rectangles that cover the plane, joined along rows and then where rows are alike."""
         xs, ys, outcomes = self._grid()
-        found: list[_Region] = []
+        regions: list[_Region] = []
         before: dict[tuple[float, float, int], _Region] = {}
         for y, row in zip(ys, outcomes, strict=True):
             now: dict[tuple[float, float, int], _Region] = {}
@@ -182,13 +182,13 @@ class _Plane:
                 key = (left, right, outcome)
                 below = before.get(key)
                 if below is not None and below.high == y.low:
-                    found.remove(below)
+                    regions.remove(below)
                     now[key] = _Region(left, right, below.low, y.high, outcome)
                 else:
                     now[key] = _Region(left, right, y.low, y.high, outcome)
-                found.append(now[key])
+                regions.append(now[key])
             before = now
-        return found
+        return regions
 
     def _draw_region(self, axes: Axes, region: _Region) -> None:
         from matplotlib.patches import Rectangle
@@ -202,7 +202,7 @@ class _Plane:
         )  # fmt: skip
 
     def _draw_borders(self, axes: Axes) -> None:
-        """Draw a line wherever the decision changes."""
+        """Draw lines where the decision changes."""
         from matplotlib.collections import LineCollection
 
         xs, ys, outcomes = self._grid()
@@ -262,26 +262,26 @@ class _Plane:
 
 def _join_row(xs: Sequence[AxisCell], row: Sequence[int]) -> list[tuple[float, float, int]]:
     """Join neighboring cells of one outcome to (left, right, outcome)."""
-    found: list[tuple[float, float, int]] = []
+    joined: list[tuple[float, float, int]] = []
     for cell, outcome in zip(xs, row, strict=True):
-        if found and found[-1][2] == outcome and found[-1][1] == cell.low:
-            found[-1] = (found[-1][0], cell.high, outcome)
+        if joined and joined[-1][2] == outcome and joined[-1][1] == cell.low:
+            joined[-1] = (joined[-1][0], cell.high, outcome)
         else:
-            found.append((cell.low, cell.high, outcome))
-    return found
+            joined.append((cell.low, cell.high, outcome))
+    return joined
 
 
 def _middle(bound: BoundFeature, values: Sequence[float]) -> float:
     """Return the median of values, their mean direction or the most common label; NaN if most are absent."""
-    known = [value for value in values if value == value]
-    if 2 * len(known) < len(values) or not known:
+    present = [value for value in values if value == value]
+    if 2 * len(present) < len(values) or not present:
         return float("nan")
     if isinstance(bound.kind, Categorical):
-        return Counter(known).most_common(1)[0][0]
+        return Counter(present).most_common(1)[0][0]
     if isinstance(bound.kind, Toroidal):
         turn = TAU / bound.kind.period
-        return (phase(sum(rect(1.0, turn * value) for value in known)) / turn) % bound.kind.period
-    return float(median(known))
+        return (phase(sum(rect(1.0, turn * value) for value in present)) / turn) % bound.kind.period
+    return float(median(present))
 
 
 def _parse_value(bound: BoundFeature, value: float | str) -> float:

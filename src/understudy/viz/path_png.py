@@ -145,9 +145,9 @@ def _crowd(
 
     robots = frames[-1].view.robots
     every = max(1, -(-len(frames) * len(robots) // MOST_PIECES))
-    shown = [*frames[:-1][::every], frames[-1]]
-    at, _ = collect_robot_places(shown)
-    which, palette = index_activities(shown, colors), np.array(list(colors.values()))
+    sampled = [*frames[:-1][::every], frames[-1]]
+    at, _ = collect_robot_places(sampled)
+    which, palette = index_activities(sampled, colors), np.array(list(colors.values()))
     pieces = np.stack([at[:-1], at[1:]], axis=2).reshape(-1, 2, 2)
     length = float(np.hypot(*(pieces[:, 1] - pieces[:, 0]).T).sum())
     view = frames[-1].view
@@ -192,7 +192,7 @@ def draw_path_png(frames: Sequence[RunFrame], path: Path | str, *, title: str = 
 def list_path_entries(
     frames: Sequence[RunFrame], *, styles: Sequence[LineStyle] = SOLID_LINES
 ) -> list[Artist]:
-    """Return the entries of the legend of a run: activities or robots, teams, and what has no label."""
+    """Return the entries of the legend of a run: activities or robots, teams, and the objects without a label."""
     first, last = frames[0].view, frames[-1].view
     now = list_object_marks(last)
     before = find_removed_objects(list_object_marks(first), now, last)
@@ -250,22 +250,22 @@ def _marker(fill: str, edge: str, label: str, *, size: float = 8.0, sign: str = 
     return Line2D([], [], marker=sign, ls="", mfc=fill, mec=edge, mew=1.4, ms=size, label=label)
 
 
-def _markers(view: WorldView, shown: Sequence[ObjectMark], *, crowd: bool) -> list[Artist]:
+def _markers(view: WorldView, things: Sequence[ObjectMark], *, crowd: bool) -> list[Artist]:
     """Return the legend's marks: start and end, and the classes of objects that have no label in the picture."""
     from matplotlib.lines import Line2D
 
     size = 5.0 if crowd else 8.0
     end = _marker(INK, INK, "end of path", size=size)
-    made = [end] if crowd else [_marker(PAPER, INK, "start of path", size=size), end]
+    artists = [end] if crowd else [_marker(PAPER, INK, "start of path", size=size), end]
     named: dict[tuple[str, str], ObjectMark] = {}
-    for thing in shown:
+    for thing in things:
         if not thing.label:
             named.setdefault((thing.name, thing.color), thing)
     for (name, color), thing in named.items():
-        made.append(_marker(color, color, name, size=size, sign="s" if thing.square else "o"))
-    if any(thing.served for thing in shown):
-        made.append(Line2D([], [], color=FAINT, lw=0.9, ls=REACH_STYLE, label="within reach"))
-    return made
+        artists.append(_marker(color, color, name, size=size, sign="s" if thing.square else "o"))
+    if any(thing.served for thing in things):
+        artists.append(Line2D([], [], color=FAINT, lw=0.9, ls=REACH_STYLE, label="within reach"))
+    return artists
 
 
 def _fixed(axes: Axes, view: WorldView) -> None:
@@ -310,14 +310,14 @@ def _thing(axes: Axes, thing: ObjectMark, *, before: bool = False) -> None:
 
 
 def _label(
-    axes: Axes, view: WorldView, shown: Sequence[ObjectMark], drawn: Points, *, inch: float
+    axes: Axes, view: WorldView, things: Sequence[ObjectMark], drawn: Points, *, inch: float
 ) -> None:  # fmt: skip
     from matplotlib.patches import Circle
 
     near = measure_loading_reach(view)
     labels = Labels(axes, (view.width, view.height), drawn, inch=inch)
-    labels.keep_free(shown)
-    for thing in shown:
+    labels.keep_free(things)
+    for thing in things:
         served = near if thing.served else None
         if served is not None:
             axes.add_patch(

@@ -88,7 +88,7 @@ def _chosen(frames: Sequence[RunFrame], every_s: float) -> list[RunFrame]:
 
 
 class _FrameRenderer:
-    """A renderer of the pictures of a run; whatever does not move is drawn once."""
+    """A renderer of the pictures of a run; things that do not move are drawn once."""
 
     def __init__(self, frames: Sequence[RunFrame]) -> None:
         from PIL import Image
@@ -146,14 +146,14 @@ class _FrameRenderer:
         for at, picture in enumerate(pictures):
             together.paste(picture, (at * wide, 0))
         reduced = together.quantize(COLORS)
-        known = np.array(reduced.getpalette()).reshape(-1, 3)
+        colors = np.array(reduced.getpalette()).reshape(-1, 3)
         sides = () if self._sides is None else self._sides.colors
         exact = self._rgb([FOOD, HOME, SOLID, *self._palette, *sides, INK, GROUND, PAPER])
-        far = np.abs(known[:, None] - exact.astype(np.int64)).max(axis=2)
+        far = np.abs(colors[:, None] - exact.astype(np.int64)).max(axis=2)
         close = far.min(axis=1) < SAME
-        known[close] = exact[far.argmin(axis=1)[close]]
-        known[far.argmin(axis=0)] = exact  # those that nothing is close to
-        reduced.putpalette(known.reshape(-1).tolist())
+        colors[close] = exact[far.argmin(axis=1)[close]]
+        colors[far.argmin(axis=0)] = exact  # those that nothing is close to
+        reduced.putpalette(colors.reshape(-1).tolist())
         return reduced
 
     def _rgb(self, colors: Sequence[str]) -> NDArray[np.uint8]:

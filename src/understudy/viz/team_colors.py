@@ -44,42 +44,42 @@ class TeamColors:
     @property
     def shades(self) -> list[str]:
         """A shade of its side's color for each robot, to distinguish the paths of robots of one side."""
-        made = self.robots
+        shades = self.robots
         for side, color in enumerate(self.colors):
             own = np.flatnonzero(self.of == side).tolist()
             for robot, light in zip(own, np.linspace(-1.0, 1.0, len(own) + 2)[1:-1].tolist(), strict=True):
                 ground, most = (PAPER, LIGHTEST) if light > 0 else (INK, DARKEST)
-                made[robot] = blend_color(color, ground, 1.0 - abs(light) * (1.0 - most))
-        return made
+                shades[robot] = blend_color(color, ground, 1.0 - abs(light) * (1.0 - most))
+        return shades
 
 
 def assign_team_colors(view: WorldView) -> TeamColors | None:
     """Return the sides of a world, in order of their first robots; None if all robots are on one side."""
     robots = view.robots
     for column, names in ((robots.team, view.names.teams), (robots.type, view.names.types)):
-        found, first, of = np.unique(column, return_index=True, return_inverse=True)
-        if len(found) > 1:
+        sides, first, of = np.unique(column, return_index=True, return_inverse=True)
+        if len(sides) > 1:
             order = np.argsort(first)
             place = np.empty_like(order)
             place[order] = np.arange(len(order))
             own = choose_robot_colors(view)
             chosen = _apart([own[robot] for robot in first[order].tolist()])
             return TeamColors(
-                tuple(names[at].replace("_", " ") for at in found[order].tolist()), chosen, place[of]
+                tuple(names[at].replace("_", " ") for at in sides[order].tolist()), chosen, place[of]
             )
     return None
 
 
 def _apart(wished: list[str | None]) -> tuple[str, ...]:
     """Return the wished colors, replaced where they are alike or too pale, as long as there are other colors."""
-    made: list[str] = []
+    chosen: list[str] = []
     for at, wish in enumerate(wished):
-        if wish is None or min(bytes.fromhex(wish[1:])) >= PALE or _close(wish, made):
-            others = [*made, *filter(None, wished[at + 1 :])]
+        if wish is None or min(bytes.fromhex(wish[1:])) >= PALE or _close(wish, chosen):
+            others = [*chosen, *filter(None, wished[at + 1 :])]
             free = (color for color in COLORS if not _close(color, others))
             wish = next(free, COLORS[at % len(COLORS)])
-        made.append(wish)
-    return tuple(made)
+        chosen.append(wish)
+    return tuple(chosen)
 
 
 def _close(color: str, others: Iterable[str]) -> bool:

@@ -40,12 +40,12 @@ class _TreeBox:
 
     def list_boxes(self) -> list[_TreeBox]:
         """List this box and all that follow, parents before their children."""
-        found, waiting = list[_TreeBox](), [self]  # no recursion: noise grows trees deep
+        boxes, waiting = list[_TreeBox](), [self]  # no recursion: noise grows trees deep
         while waiting:
             box = waiting.pop()
-            found.append(box)
+            boxes.append(box)
             waiting.extend(following for _, following in reversed(box.below))
-        return found
+        return boxes
 
 
 def plot_tree(
@@ -82,7 +82,7 @@ def plot_tree(
 
 
 class _NodeText:
-    """What stands in the boxes of a tree and beside its branches."""
+    """The texts in the boxes of a tree and beside its branches."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class _NodeText:
         columns = list(zip(*vectors, strict=True)) or [()] * len(features)
         rows = zip(features, list_cuts(tree, used), self._absent, columns, strict=False)
         self._words = [
-            FeatureText(bound, cuts, known_absent=known, values=there) for bound, cuts, known, there in rows
+            FeatureText(bound, cuts, known_absent=absent, values=there) for bound, cuts, absent, there in rows
         ]
 
     def name(self, feature: int) -> str:

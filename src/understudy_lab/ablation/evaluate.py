@@ -72,9 +72,11 @@ def make_stochastic_automaton(taught: TrainedAutomaton, *, corrected: bool) -> A
     automaton, lesson = taught.automaton, taught.lesson or Lesson(taught.automaton)
     name = name_chance_reading(automaton.name)
     feature = BoundFeature(Feature(name, Continuous(), reading=name))
-    shown = group_examples_by_state(lesson)
+    examples_by_state = group_examples_by_state(lesson)
     transitions = {
-        state: StochasticLeaves(tree, _shares(tree, shown[state], automaton.state_names, corrected=corrected))
+        state: StochasticLeaves(
+            tree, _shares(tree, examples_by_state[state], automaton.state_names, corrected=corrected)
+        )
         for state, tree in automaton.transitions.items()
         if isinstance(tree, Tree)
     }
@@ -97,14 +99,14 @@ def _shares(
         leaf = tree.path(example.values)[1]
         if leaf in votes:
             votes[leaf][names.index(example.next)] += weights[not example.is_from_press]
-    found = {}
+    shares = {}
     for leaf, counts in votes.items():
         voted = [(state, count) for state, count in enumerate(counts) if count]
         upto = accumulate(count for _, count in voted)
-        found[leaf] = tuple(
+        shares[leaf] = tuple(
             (state, share / sum(counts)) for (state, _), share in zip(voted, upto, strict=True)
         )
-    return found
+    return shares
 
 
 def name_chance_reading(automaton: str) -> str:
@@ -134,12 +136,12 @@ def measure_variant(name: str, seed: int) -> dict[str, Any]:
     """Return all measurements of one teaching of a variant."""
     variant = VARIANTS[name]
     full = _teach(variant, seed, variant.topics)
-    shown = _teach(variant, seed, [replace(variant.topics[0], tries=0)])  # no trying, so no correcting
+    untried = _teach(variant, seed, [replace(variant.topics[0], tries=0)])  # no trying, so no correcting
     accounts = full.accounts.values()
     return {
         **evaluate_variant(full.library, variant, seed),
         "arrives": measure_arrivals(full.library, seed),
-        "arrives_as_shown": measure_arrivals(shown.library, seed),
+        "arrives_as_shown": measure_arrivals(untried.library, seed),
         "examples": full.examples,
         "presses": sum(account.presses for account in accounts),
         "teaching_seconds": round(full.seconds, 1),

@@ -62,35 +62,35 @@ def _group(rows: Rows) -> Mapping[str, Rows]:
     return group_by("variant", VARIANTS)(by_seed)
 
 
-def _list_differences(found: Mapping[str, Rows], name: str) -> list[str]:
+def _list_differences(groups: Mapping[str, Rows], name: str) -> list[str]:
     """Return the significant differences of a variant from its reference."""
-    rows, reference = found[name], found[VARIANTS[name].against]
+    rows, reference = groups[name], groups[VARIANTS[name].against]
     differs = []
-    for said, measure in MEASURES.items():
+    for name_of_measure, measure in MEASURES.items():
         pair = (each.values(_present(measure.key)) for each in (rows, reference))
         if name != BASE and compute_paired_p(*pair) < SURE:
             before, now = (f"{measure.compute(each):.{measure.digits}f}" for each in (reference, rows))
-            differs.append(f"{said} {before} → {now}")
+            differs.append(f"{name_of_measure} {before} → {now}")
     return differs
 
 
-def _summarize(found: Mapping[str, Rows], name: str) -> dict[str, Any]:
+def _summarize(groups: Mapping[str, Rows], name: str) -> dict[str, Any]:
     """Return the averages of a variant, and its differences from its reference."""
-    rows = found[name]
+    rows = groups[name]
     return {
         "teachings_reaching_95": SUCCEEDS.number(rows),
         "of": len(rows),
         **{each.key: round(each.compute(rows), 4) for each in (*MEASURES.values(), _Measure("examples"))},
-        "differs": _list_differences(found, name),
+        "differs": _list_differences(groups, name),
     }
 
 
 SUCCEEDS = Count(lambda row: _present("success")(row) >= 0.95)
 
 
-def _headline(found: Mapping[str, Rows]) -> str:
-    reach = {name: SUCCEEDS(rows) for name, rows in found.items()}
-    food = {name: rows.median(_present("relative_to_expert")) for name, rows in found.items()}
+def _headline(groups: Mapping[str, Rows]) -> str:
+    reach = {name: SUCCEEDS(rows) for name, rows in groups.items()}
+    food = {name: rows.median(_present("relative_to_expert")) for name, rows in groups.items()}
     bare, late, knows = (
         "no automatic defaults, not watched",
         "1 s late, reaction time unknown",
@@ -98,8 +98,8 @@ def _headline(found: Mapping[str, Rows]) -> str:
     )
     return (
         f"Corrections make up for most changes. Three parts of the method are necessary. Default examples: without any,"
-        f" {reach[bare]} teachings reach 95 % success, with {found[bare].median('presses'):.0f} presses instead of "
-        f"{found[SILENT].median('presses'):.0f}; with defaults pressed by hand, "
+        f" {reach[bare]} teachings reach 95 % success, with {groups[bare].median('presses'):.0f} presses instead of "
+        f"{groups[SILENT].median('presses'):.0f}; with defaults pressed by hand, "
         f"{reach['defaults by hand, not watched']} do. The choice of features: with all features, "
         f"{reach['all features, not watched']}. Leaves that decide as shown: with leaves that draw by corrected votes, "
         f"{reach['leaves draw by corrected votes']}. With a demonstrator who presses a second late, robots collect "
@@ -129,13 +129,13 @@ NOTES = (
 )
 
 
-def _draw(axes: Axes, found: Mapping[str, Rows], key: str, title: str, scale: float = 1.0) -> None:
+def _draw(axes: Axes, groups: Mapping[str, Rows], key: str, title: str, scale: float = 1.0) -> None:
     """Draw one measure of every teaching, a row for each variant."""
     abouts = list(dict.fromkeys(variant.about for variant in VARIANTS.values()))
-    axes.axvline(scale * found[BASE].median(_present(key)), color="0.8", linewidth=1, zorder=0)
+    axes.axvline(scale * groups[BASE].median(_present(key)), color="0.8", linewidth=1, zorder=0)
     for line, (name, variant) in enumerate(VARIANTS.items()):
         color = COLORS[abouts.index(variant.about) % len(COLORS)]
-        values = scale * np.array(found[name].values(_present(key)))
+        values = scale * np.array(groups[name].values(_present(key)))
         axes.plot(
             values, np.full(len(values), line), "o", color=color, markersize=4, alpha=0.35, markeredgewidth=0
         )

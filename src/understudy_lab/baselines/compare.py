@@ -140,21 +140,21 @@ def evaluate_understudy(exercise: BaselineTask, seed: int) -> Found:
 def evaluate_classical(exercise: BaselineTask, seed: int) -> Found:
     """Test what scikit-learn learns from whole demonstrations, also with only the chosen features."""
     ticks = record_demonstrations(exercise, seed, BUDGETS[-1])
-    given = {"": list(range(len(exercise.kinds))), CHOSEN: exercise.chosen}
-    if given[CHOSEN] == given[""]:
-        del given[CHOSEN]
+    features_by_choice = {"": list(range(len(exercise.kinds))), CHOSEN: exercise.chosen}
+    if features_by_choice[CHOSEN] == features_by_choice[""]:
+        del features_by_choice[CHOSEN]
     return _judged(
         exercise,
         seed,
         {
             name + by: (
                 ticks,
-                [Policy(each, fit(each, seed), manner, basics=len(exercise.basics)) for each in made],
+                [Policy(each, fit(each, seed), manner, basics=len(exercise.basics)) for each in labeled],
             )
-            for by, chosen in given.items()
+            for by, chosen in features_by_choice.items()
             for name, fit in CLASSICAL.items()
             for manner in [MANNERS[exercise.name][name]]
-            for made in [_lessons(exercise, ticks, manner, chosen)]
+            for labeled in [_lessons(exercise, ticks, manner, chosen)]
         },
     )
 
@@ -167,14 +167,14 @@ def evaluate_neural(exercise: BaselineTask, seed: int) -> Found:
         lesson = lesson_of(ticks, exercise.kinds, dagger, basics=len(exercise.basics))
         return _policies(exercise, [lesson], seed, dagger, steps=ROUND_STEPS)[0]
 
-    shown = record_demonstrations(exercise, seed, BUDGETS[-1])
+    demonstrations = record_demonstrations(exercise, seed, BUDGETS[-1])
     labeled = aggregate_rounds(exercise, seed, learn, rounds=BUDGETS)
     return _judged(
         exercise,
         seed,
         {
             name: (ticks, _policies(exercise, _lessons(exercise, ticks, manner), seed, manner))
-            for name, ticks, manner in ((CLONING, shown, cloning), (DAGGER, labeled, dagger))
+            for name, ticks, manner in ((CLONING, demonstrations, cloning), (DAGGER, labeled, dagger))
         },
     )
 
@@ -200,11 +200,11 @@ def _lessons(
 
 
 def _policies(
-    exercise: BaselineTask, made: Sequence[LabeledTicks], seed: int, manner: InputSpec, **how: int
+    exercise: BaselineTask, lessons: Sequence[LabeledTicks], seed: int, manner: InputSpec, **how: int
 ) -> list[Policy]:
     basics = len(exercise.basics)
-    nets = fit_nets(made, seed, **how)
-    return [Policy(lesson, net, manner, basics=basics) for lesson, net in zip(made, nets, strict=True)]
+    nets = fit_nets(lessons, seed, **how)
+    return [Policy(lesson, net, manner, basics=basics) for lesson, net in zip(lessons, nets, strict=True)]
 
 
 def _judged(
@@ -213,13 +213,13 @@ def _judged(
     """Test all policies of all learners together, and return the results with the data each was learned from."""
     policies = [policy for _, each in learned.values() for policy in each]
     success = success_of_policies(exercise, policies, worlds_of(seed))
-    found: Found = {}
+    judged: Found = {}
     for k, (name, (ticks, _)) in enumerate(learned.items()):
         parts = [ticks.upto(budget) for budget in BUDGETS]
-        found[name] = {
+        judged[name] = {
             "success": success[k * len(BUDGETS) : (k + 1) * len(BUDGETS)],
             "seconds": [round(float(part.seconds[-1]), 1) for part in parts],
             "ticks": [len(part) for part in parts],
             "decisions": int(ticks.decisions[-1]),
         }
-    return found
+    return judged

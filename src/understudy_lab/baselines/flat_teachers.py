@@ -28,15 +28,19 @@ ASIDE = 0.3
 
 def show_foraging(screen: SessionView) -> str | None:
     """Return the next behavior, or None: turn to food, drive, load; when full or no food is left, go to the station."""
-    seen, state = screen.features, screen.state
-    stored, left = seen["food_stored"], seen["food_left"] == YES
-    if state == "unload_food" and stored > 0 and seen["at_station"] == YES:
+    features, state = screen.features, screen.state
+    stored, left = features["food_stored"], features["food_left"] == YES
+    if state == "unload_food" and stored > 0 and features["at_station"] == YES:
         return None
     if stored >= CAPACITY or (stored > 0 and not left):
-        return "unload_food" if seen["at_station"] == YES else head_for(seen["angle_to(station)"], state)
+        return (
+            "unload_food" if features["at_station"] == YES else head_for(features["angle_to(station)"], state)
+        )
     if not left:
         return None
-    return "load_food" if seen["food_below_me"] > 0 else head_for(seen["angle_to(nearest_food)"], state)
+    return (
+        "load_food" if features["food_below_me"] > 0 else head_for(features["angle_to(nearest_food)"], state)
+    )
 
 
 def head_for(bearing: float, state: str) -> str | None:

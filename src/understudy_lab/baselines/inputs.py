@@ -42,10 +42,10 @@ class Inputs:
         self._kinds = [kinds[k] for k in self._chosen]
         raw = raw[:, self._chosen]
         self._absent = np.isnan(raw).any(axis=0)
-        known = np.where(np.isnan(raw), 0.0, raw)
+        filled = np.where(np.isnan(raw), 0.0, raw)
         count = np.maximum(1, (~np.isnan(raw)).sum(axis=0))
-        self._mean = known.sum(axis=0) / count
-        variance = np.where(np.isnan(raw), 0.0, (known - self._mean) ** 2).sum(axis=0) / count
+        self._mean = filled.sum(axis=0) / count
+        variance = np.where(np.isnan(raw), 0.0, (filled - self._mean) ** 2).sum(axis=0) / count
         self._deviation = np.maximum(np.sqrt(variance), 1e-3)
 
     def __call__(self, raw: Raw) -> Floats:
@@ -65,8 +65,8 @@ class Inputs:
                     columns.append(2.0 * column - 1.0)
                 case _:
                     columns.append((column - self._mean[k]) / self._deviation[k])
-        known = np.nan_to_num(np.stack(columns, axis=1), nan=0.0)
-        return np.hstack([known, missing[:, self._absent]])
+        filled = np.nan_to_num(np.stack(columns, axis=1), nan=0.0)
+        return np.hstack([filled, missing[:, self._absent]])
 
 
 class Classifier(Protocol):

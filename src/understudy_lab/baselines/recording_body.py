@@ -57,8 +57,8 @@ class RecordedTicks:
 
     def upto(self, decisions: int) -> Self:
         """Return the ticks recorded with at most `decisions` presses."""
-        kept = int(np.searchsorted(self.decisions, decisions, side="right"))
-        return self[:kept]
+        count = int(np.searchsorted(self.decisions, decisions, side="right"))
+        return self[:count]
 
     def __getitem__(self, part: slice) -> Self:
         return type(self)(*(getattr(self, name)[part] for name in self.__dataclass_fields__))

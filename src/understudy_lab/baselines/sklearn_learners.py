@@ -24,8 +24,8 @@ def fit_tree(lesson: LabeledTicks, seed: int, *, leaf: int = 5) -> Classifier:
     shares: Floats = counts / counts.sum(axis=1, keepdims=True)
 
     def classify(inputs: Floats) -> Floats:
-        found: Floats = shares[tree.tree_.apply(inputs.astype(np.float32))]
-        return found
+        chances: Floats = shares[tree.tree_.apply(inputs.astype(np.float32))]
+        return chances
 
     return classify
 
@@ -40,8 +40,8 @@ def fit_nearest(lesson: LabeledTicks, seed: int, *, neighbors: int = 5) -> Class
     def classify(inputs: Floats) -> Floats:
         near = tree.query(inputs, k=k, return_distance=False)
         votes = ((lesson.y[near][..., None] == places) * lesson.weight[near][..., None]).sum(axis=1)
-        found: Floats = votes / votes.sum(axis=1, keepdims=True)
-        return found
+        chances: Floats = votes / votes.sum(axis=1, keepdims=True)
+        return chances
 
     return classify
 

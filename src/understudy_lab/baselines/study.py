@@ -61,19 +61,17 @@ def work(task: Task) -> Row:
     return {"learners": compare_learners(task["task"], task["seed"], by=task["with"])}
 
 
-def get_success_at_decisions(found: Row, decisions: int) -> float:
+def get_success_at_decisions(row: Row, decisions: int) -> float:
     """Return the share of successful trials of a learner that was given this number of labeled decisions.
 
-    `found` is a learner's result, with the `success` for each number in `BUDGETS`.
+    `row` is a learner's result, with the `success` for each number in `BUDGETS`.
     """
-    return float(found["success"][BUDGETS.index(decisions)])
+    return float(row["success"][BUDGETS.index(decisions)])
 
 
-def get_success_at_seconds(found: Row, seconds: float) -> float:
+def get_success_at_seconds(row: Row, seconds: float) -> float:
     """Return the success at the last tested number of decisions that took at most `seconds`."""
-    spent = [
-        share for share, until in zip(found["success"], found["seconds"], strict=True) if until <= seconds
-    ]
+    spent = [share for share, until in zip(row["success"], row["seconds"], strict=True) if until <= seconds]
     return float(spent[-1]) if spent else 0.0
 
 
@@ -84,7 +82,7 @@ AT_SECONDS = {s: partial(get_success_at_seconds, seconds=s) for s in TIMES_S}
 def collect_results(rows: Rows) -> Results:
     """Return the results of each learner in each exercise, by seed."""
     exercises = {task: rows.where(task=task) for task in EXERCISES}
-    found = {
+    results = {
         task: {
             learner: Rows(
                 {**row["learners"][learner], "task": row["task"]} for row in of if learner in row["learners"]
@@ -93,7 +91,7 @@ def collect_results(rows: Rows) -> Results:
         }
         for task, of in exercises.items()
     }
-    return {task: {learner: of for learner, of in each.items() if of} for task, each in found.items()}
+    return {task: {learner: of for learner, of in each.items() if of} for task, each in results.items()}
 
 
 def _find_ahead(of: Callable[[Row], float], learners: Mapping[str, Rows]) -> str:
@@ -107,14 +105,14 @@ def _table_ahead(how: str, cells: Mapping[str, Cell]) -> LinePerGroup:
     title = (
         f"Cases in which another learner has a higher mean success, {how} (best other learner : Understudy)"
     )
-    return LinePerGroup(title, ["task"], lambda found: found, cells, lambda task: [NAMES[task]])
+    return LinePerGroup(title, ["task"], lambda results: results, cells, lambda task: [NAMES[task]])
 
 
-def _table_gains(found: Results) -> ResultTable | None:
+def _table_gains(results: Results) -> ResultTable | None:
     """Return a table of what flat learners gain with only the chosen features, by seed."""
     lines = [
         (NAMES[task], name, *(_format_gain(of[name + CHOSEN], rows, at) for at in AT_DECISIONS.values()))
-        for task, of in found.items()
+        for task, of in results.items()
         for name, rows in of.items()
         if name + CHOSEN in of
     ]
@@ -131,14 +129,14 @@ def _format_gain(chosen: Rows, every: Rows, of: Callable[[Row], float]) -> str:
     return f"{middle:+d} ({low:+d} to {high:+d})".replace("+0", "0")
 
 
-def measure_lead(found: Mapping[str, Rows], decisions: int) -> dict[str, Any] | None:
+def measure_lead(learners: Mapping[str, Rows], decisions: int) -> dict[str, Any] | None:
     """Return Understudy's lead over the best net in percentage points, with a 95 % interval."""
     of = AT_DECISIONS[decisions]
-    nets = {name: float(np.mean(found[name].values(of))) for name in NEURAL if name in found}
-    if not nets or UNDERSTUDY not in found:
+    nets = {name: float(np.mean(learners[name].values(of))) for name in NEURAL if name in learners}
+    if not nets or UNDERSTUDY not in learners:
         return None
     net = max(nets, key=lambda name: nets[name])
-    ours, theirs = (np.array(found[name].values(of)) for name in (UNDERSTUDY, net))
+    ours, theirs = (np.array(learners[name].values(of)) for name in (UNDERSTUDY, net))
     low, high = interval_of_median(100 * (ours - theirs))
     return {
         "net": net,
@@ -150,8 +148,8 @@ def measure_lead(found: Mapping[str, Rows], decisions: int) -> dict[str, Any] | 
     }
 
 
-def _headline(found: Results) -> str:
-    leads = {task: lead for task, each in found.items() if (lead := measure_lead(each, AT)) is not None}
+def _headline(results: Results) -> str:
+    leads = {task: lead for task, each in results.items() if (lead := measure_lead(each, AT)) is not None}
     if not leads:
         return "Without PyTorch and scikit-learn there is nothing to compare with."
     parts = (f"{NAMES[task]} {lead['ours']:.0%} against {lead['theirs']:.0%}" for task, lead in leads.items())
@@ -161,8 +159,8 @@ def _headline(found: Results) -> str:
     )
 
 
-def _goals(found: Results) -> list[StudyGoal]:
-    leads = {task: lead for task in WORST if (lead := measure_lead(found[task], AT)) is not None}
+def _goals(results: Results) -> list[StudyGoal]:
+    leads = {task: lead for task in WORST if (lead := measure_lead(results[task], AT)) is not None}
     return [
         StudyGoal(
             f"{NAMES[task]}: success at {AT} decisions above the best net's",
@@ -174,11 +172,11 @@ def _goals(found: Results) -> list[StudyGoal]:
     ]
 
 
-def _notes(found: Results) -> list[str]:
-    same = " and ".join(NAMES[task] for task, of in found.items() if TREE in of and TREE + CHOSEN not in of)
+def _notes(results: Results) -> list[str]:
+    same = " and ".join(NAMES[task] for task, of in results.items() if TREE in of and TREE + CHOSEN not in of)
     labeled = ", ".join(
         f"{NAMES[task]} {of[DAGGER].median(lambda one: one['ticks'][BUDGETS.index(AT)]):.0f}"
-        for task, of in found.items()
+        for task, of in results.items()
         if DAGGER in of
     )
     return [
@@ -222,10 +220,10 @@ def draw(rows: Sequence[Row]) -> Figure:
                 )
                 if kind == learner:
                     axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
-        for axis, said in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
+        for axis, label in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
             axis.set_xscale("log", nonpositive="mask")
             axis.set_ylim(-4, 104)
-            axis.set_xlabel(said)
+            axis.set_xlabel(label)
         for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (FIRST_S, 30, 100, 300, 1_000))):
             axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
             axis.minorticks_off()

@@ -152,10 +152,10 @@ def brings_all_home(world: Robots, decide: DecideCommands, keys: Sequence[Readin
 @lru_cache(4)
 def _limits(seeds: tuple[int, ...]) -> Column:
     """Return three times the time of the hand-written controller in each world, s."""
-    known = list(dict.fromkeys(seeds))
-    by_hand = evaluate_expert(ForageSettings(), known)
+    distinct = list(dict.fromkeys(seeds))
+    by_hand = evaluate_expert(ForageSettings(), distinct)
     seconds = 3.0 * np.where(by_hand.finished, by_hand.seconds, by_hand.limit_s)
-    return np.array([dict(zip(known, seconds.tolist(), strict=True))[seed] for seed in seeds])
+    return np.array([dict(zip(distinct, seconds.tolist(), strict=True))[seed] for seed in seeds])
 
 
 def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
@@ -181,9 +181,9 @@ def _pushes(body: Soccer) -> dict[int, soccer.Disturbance]:
 @lru_cache(4)
 def _servoed(seeds: tuple[int, ...]) -> Column:
     """Return the time of the hand-written robot in each world, s."""
-    known = list(dict.fromkeys(seeds))
-    body = Soccer(known)
-    seconds = dict(zip(known, approach_by_hand(body, pushes=_pushes(body)).tolist(), strict=True))
+    distinct = list(dict.fromkeys(seeds))
+    body = Soccer(distinct)
+    seconds = dict(zip(distinct, approach_by_hand(body, pushes=_pushes(body)).tolist(), strict=True))
     return np.array([seconds[seed] for seed in seeds])
 
 

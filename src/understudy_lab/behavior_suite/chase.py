@@ -82,7 +82,7 @@ def _wanted(screen: SessionView, *, astray: float, near: float, far: float) -> s
 
 
 def accept(screen: SessionView, state: str) -> bool:
-    """Return whether the robot may go to a state that it asks about: one that nobody would correct there."""
+    """Return whether the robot may go to a state that it asks about: one that a person would not correct there."""
     return complain(replace(screen, state=state)) in (None, state)
 
 

@@ -39,13 +39,13 @@ from understudy_lab.teachers.person import KEEP
 from understudy_lab.teachers.teacher import LessonPlan, Situation
 
 FIRST_TESTED, FOR_TESTS = 2**42, 100_000
-"""Worlds in which it is tested whether a behavior holds have seeds from here on, so many for each teaching."""
+"""The first seed of the worlds in which behaviors are tested, and the number of seeds for each teaching."""
 UNSEEN = 200
 """The number of worlds in which the behavior is judged in the end."""
 LASTS = 3
-"""For so many ticks a robot has to do something else than it should before the teacher looks closer."""
+"""The number of wrong ticks after which the teacher looks closer at the robot."""
 FIDGETS, FIDGETING_TICKS = 6, 20
-"""A robot that goes wrong so often in so many ticks is paused, and shown what it should do."""
+"""The number of mistakes within a number of ticks after which the robot is paused and corrected."""
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,8 @@ class RoomLayout:
 def rotate_corners(corners: Table, angle: float) -> Table:
     """Rotate corners [P, 2] around the origin by an angle in rad."""
     cosine, sine = np.cos(angle), np.sin(angle)
-    found: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
-    return found
+    rotated: Table = corners @ np.array([[cosine, sine], [-sine, cosine]])
+    return rotated
 
 
 def is_inside(corners: Table, x: float, y: float) -> bool:
@@ -145,17 +145,19 @@ def middles(count: int) -> Table:
     """Return the middles of the first plots [count, 2], m."""
     columns = ceil(sqrt(count))
     numbers = np.arange(float(count))
-    found: Table = (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
-    return found
+    centers: Table = (np.stack([numbers % columns, numbers // columns], axis=1) + 0.5) * WIDE_M
+    return centers
 
 
 def measure_line_distances(x: Table, y: Table, plots: Sequence[RoomLayout]) -> tuple[Table, Table]:
     """Return how far the robots' tracks [T, W] are from the lines of their plots, and where along these, m."""
-    found = [
+    distances = [
         distance_to_line(x[:, w] - mx, y[:, w] - my, plot.corners)
         for w, ((mx, my), plot) in enumerate(zip(middles(len(plots)), plots, strict=True))
     ]
-    return np.stack([far for far, _ in found], axis=1), np.stack([along for _, along in found], axis=1)
+    return np.stack([far for far, _ in distances], axis=1), np.stack(
+        [along for _, along in distances], axis=1
+    )
 
 
 def lengths(plots: Sequence[RoomLayout]) -> Column:

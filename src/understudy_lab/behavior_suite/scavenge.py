@@ -113,10 +113,10 @@ def complain_scavenge(screen: SessionView) -> str | None:
 
 
 def _scavenged(screen: SessionView, patience: float) -> str | None:
-    seen, passed = not isnan(screen.features["blob_x(can)"]), screen.features["time_in_state"]
+    is_visible, passed = not isnan(screen.features["blob_x(can)"]), screen.features["time_in_state"]
     if screen.state == "approach":
-        return None if seen else "search"
-    if seen:
+        return None if is_visible else "search"
+    if is_visible:
         return "approach"
     if screen.state == "start" or (screen.state == "wander" and passed > patience * WANDERED_S):
         return "search"
@@ -169,16 +169,16 @@ class ExpertScavenger:
     def decide(self, percept: Percept) -> Commands:
         """Return the commands of all robots for this tick."""
         off = percept["blob_x", "can"] - MIDDLE
-        seen = ~np.isnan(off)
+        is_visible = ~np.isnan(off)
         off = np.nan_to_num(off)
         keep_on = (np.sign(off) == self._turn) & (np.abs(off) > CENTERED)
         begin = (self._turn == 0) & (np.abs(off) > ASIDE)
         self._turn = np.where(begin, np.sign(off), np.where(keep_on, self._turn, 0.0))
-        self._looked = np.where(seen, 0.0, self._looked + TICK_S)
+        self._looked = np.where(is_visible, 0.0, self._looked + TICK_S)
         over = self._looked > np.where(self._wandering, WANDERED_S, LOOKED_S)
-        self._wandering = np.where(over, ~self._wandering, self._wandering) & ~seen
+        self._wandering = np.where(over, ~self._wandering, self._wandering) & ~is_visible
         self._looked = np.where(over, 0.0, self._looked)
-        turn = np.where(seen, -self._turn, np.where(self._wandering, 0.0, 1.0))
+        turn = np.where(is_visible, -self._turn, np.where(self._wandering, 0.0, 1.0))
         return {"drive": (turn == 0).astype(np.float64), "turn": turn}
 
 

@@ -50,9 +50,9 @@ FEWER = 0.6
 
 def tasks(plan: StudyPlan) -> list[Task]:
     """Return one task per behavior and seed, and one in live teaching for the first seeds."""
-    made: list[Task] = [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
+    teachings: list[Task] = [{"behavior": name, "seed": seed} for name in FEATS for seed in plan.seeds]
     first = plan.seeds[:LIVE_TEACHINGS]
-    return made + [{"behavior": name, "seed": seed, "method": LIVE} for name in FEATS for seed in first]
+    return teachings + [{"behavior": name, "seed": seed, "method": LIVE} for name in FEATS for seed in first]
 
 
 def work(task: Task) -> Row:
@@ -107,9 +107,9 @@ def summarize_values(values: Numbers) -> dict[str, float]:
 
 def _format_interval(of: Value, rows: Rows, *, digits: int = 0, percent: bool = False) -> str:
     """Format a value of rows, for example "98 % [97–99] (93–100)"."""
-    found, scale = summarize_values(rows.values(of)), 100 if percent else 1
+    summary, scale = summarize_values(rows.values(of)), 100 if percent else 1
     middle, low, high, least, most = (
-        f"{scale * found[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max")
+        f"{scale * summary[what]:.{digits}f}" for what in ("median", "low", "high", "min", "max")
     )
     return f"{middle}{' %' if percent else ''} [{low}–{high}] ({least}–{most})"
 
@@ -136,14 +136,18 @@ def goals_of(name: str, summary: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
     return tuple(goal(summary) for goal in goals_among(lambda found: found, GOALS, f"{_name(name)}: "))
 
 
-def _goals(found: Teachings) -> list[StudyGoal]:
-    goals = [goal for name, rows in found.paper.items() for goal in goals_of(name, summarize_teachings(rows))]
-    if not found.live:
+def _goals(teachings: Teachings) -> list[StudyGoal]:
+    goals = [
+        goal for name, rows in teachings.paper.items() for goal in goals_of(name, summarize_teachings(rows))
+    ]
+    if not teachings.live:
         return goals
-    share = float(np.median([_share_presses(rows, found.paper[name]) for name, rows in found.live.items()]))
+    share = float(
+        np.median([_share_presses(rows, teachings.paper[name]) for name, rows in teachings.live.items()])
+    )
     medians = {
-        name: (rows.median("success"), found.paper[name].median("success"))
-        for name, rows in found.live.items()
+        name: (rows.median("success"), teachings.paper[name].median("success"))
+        for name, rows in teachings.live.items()
     }
     lower = "; ".join(
         f"{_name(name)} {now:.1%} instead of {then:.1%}"
@@ -159,11 +163,12 @@ def _goals(found: Teachings) -> list[StudyGoal]:
     ]
 
 
-def _headline(found: Teachings) -> str:
+def _headline(teachings: Teachings) -> str:
     held = [
-        all(goal.held for goal in goals_of(name, summarize_teachings(of))) for name, of in found.paper.items()
+        all(goal.held for goal in goals_of(name, summarize_teachings(of)))
+        for name, of in teachings.paper.items()
     ]
-    rows = Rows(row for of in found.paper.values() for row in of)
+    rows = Rows(row for of in teachings.paper.values() for row in of)
     return (
         f"{sum(held)} of {len(held)} behaviors of the paper reach their goals in the median. {SUCCEEDS.number(rows)} "
         f"of {len(rows)} teachings succeed in at least 95 % of {WORLDS} unseen worlds each; "
@@ -172,14 +177,16 @@ def _headline(found: Teachings) -> str:
     )
 
 
-def _notes(found: Teachings) -> list[str]:
-    failed = {name: rows.filter(lambda row: row["success"] < SUCCESS) for name, rows in found.paper.items()}
+def _notes(teachings: Teachings) -> list[str]:
+    failed = {
+        name: rows.filter(lambda row: row["success"] < SUCCESS) for name, rows in teachings.paper.items()
+    }
     failures = "; ".join(
         f"{_name(name)} {len(rows)} (worst {min(rows.values('success')):.0%})"
         for name, rows in failed.items()
         if rows
     )
-    summaries = {name: summarize_teachings(rows) for name, rows in found.paper.items()}
+    summaries = {name: summarize_teachings(rows) for name, rows in teachings.paper.items()}
     uncertain = "; ".join(
         f"{_name(name)}, {what}"
         for name, of in summaries.items()
@@ -192,7 +199,7 @@ def _notes(found: Teachings) -> list[str]:
         "the taught automata.",
         f"Teachings below 95 % success: {failures}." if failures else "",
         f"The 95 % interval includes the goal: {uncertain}." if uncertain else "",
-        describe_discarded_lessons([row for rows in found.paper.values() for row in rows]),
+        describe_discarded_lessons([row for rows in teachings.paper.values() for row in rows]),
     ]
 
 
@@ -210,16 +217,17 @@ def describe_discarded_lessons(rows: Sequence[Row]) -> str:
     )
 
 
-def _group_with_former(found: Teachings) -> dict[str, Rows]:
+def _group_with_former(teachings: Teachings) -> dict[str, Rows]:
     return {
-        name: Rows({**row, "former": found.paper[name]} for row in rows) for name, rows in found.live.items()
+        name: Rows({**row, "former": teachings.paper[name]} for row in rows)
+        for name, rows in teachings.live.items()
     }
 
 
-def _group_lessons(found: Teachings) -> dict[tuple[str, str], Rows]:
+def _group_lessons(teachings: Teachings) -> dict[tuple[str, str], Rows]:
     return {
         (lesson["name"], name): Rows(row["lessons"][number] for row in rows)
-        for name, rows in found.paper.items()
+        for name, rows in teachings.paper.items()
         for number, lesson in enumerate(rows[0]["lessons"])
     }
 

@@ -81,8 +81,8 @@ def share_done(judged: TaskResult) -> float:
 
 def compare_speed(taught: TaskResult, hand: TaskResult) -> float | None:
     """Return the median speed relative to the expert, over worlds that the expert completed; a failure counts 0."""
-    known = ~np.isnan(hand.seconds)
-    return compute_median(np.nan_to_num(hand.seconds / taught.seconds)[known])
+    finished = ~np.isnan(hand.seconds)
+    return compute_median(np.nan_to_num(hand.seconds / taught.seconds)[finished])
 
 
 def measures(judged: TaskResult) -> Mapping[str, Any]:
@@ -92,5 +92,5 @@ def measures(judged: TaskResult) -> Mapping[str, Any]:
 
 def compute_median(column: Any) -> float | None:
     """Return the median of the values that are not NaN, or None if there are none."""
-    known = column[~np.isnan(column)]
-    return round(float(np.median(known)), 4) if len(known) else None
+    present = column[~np.isnan(column)]
+    return round(float(np.median(present)), 4) if len(present) else None

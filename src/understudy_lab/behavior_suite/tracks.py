@@ -60,9 +60,9 @@ def record(world: World, tick: Callable[[], None], seconds: float) -> GroundTrut
 def has_held_for(holds: Yes, ticks: int) -> Yes:
     """Return whether a condition holds now and held for the last `ticks` ticks [T, W]."""
     counts = np.cumsum(np.vstack([np.zeros_like(holds[:1], np.int64), holds]), axis=0)
-    found = np.zeros_like(holds)
-    found[ticks:] = counts[ticks + 1 :] - counts[: len(counts) - ticks - 1] == ticks + 1
-    return found
+    held = np.zeros_like(holds)
+    held[ticks:] = counts[ticks + 1 :] - counts[: len(counts) - ticks - 1] == ticks + 1
+    return held
 
 
 def count_turns(x: Table, y: Table, around_x: Column, around_y: Column) -> Table:
@@ -94,9 +94,9 @@ def count_reached_in_turn(reached: NDArray[np.bool_]) -> NDArray[np.int64]:
 def medians(values: Table) -> Column:
     """Return the median of each column of [T, W] without NaN; NaN for a column of only NaN."""
     present = ~np.isnan(values).all(axis=0)
-    found = np.full(values.shape[1], np.nan)
-    found[present] = np.nanmedian(values[:, present], axis=0)
-    return found
+    middles = np.full(values.shape[1], np.nan)
+    middles[present] = np.nanmedian(values[:, present], axis=0)
+    return middles
 
 
 def wrap_signed(angle: Column) -> Column:

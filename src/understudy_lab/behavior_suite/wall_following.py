@@ -43,7 +43,7 @@ BLOCKED_M, CLEAR_M = 0.45, 0.8  # ahead
 WIDE_M, WELL_M = 0.55, 0.45  # on the hand
 AHEAD = "sonar_ahead"
 EARLY_M = 0.15
-"""A switch made so much too early, m, is taken back in live teaching."""
+"""The distance by which a switch must come too early, m, to be taken back in live teaching."""
 
 
 def choose_wall_action(state: str, ahead: float, beside: float, hand: str, slack: float = 0.0) -> str | None:
@@ -148,15 +148,15 @@ def hull(corners: Table) -> Table:
     points = sorted((float(x), float(y)) for x, y in corners)
 
     def half(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-        found: list[tuple[float, float]] = []
+        chain: list[tuple[float, float]] = []
         for x, y in points:
-            while len(found) > 1:
-                (x0, y0), (x1, y1) = found[-2:]
+            while len(chain) > 1:
+                (x0, y0), (x1, y1) = chain[-2:]
                 if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0:
                     break
-                found.pop()
-            found.append((x, y))
-        return found[:-1]
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
 
     return np.array(half(points) + half(points[::-1]))
 

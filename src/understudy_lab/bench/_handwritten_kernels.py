@@ -1,7 +1,7 @@
 """A tick of the standard task, hand-written for this task only, as a reference for a general engine.
 
 There are no collisions, no names, no noise, and every size is known beforehand. Robots are looked up in a grid of 2 m
-cells, which is filled anew every tick; reading, deciding and moving are one pass over the robots.
+cells, which is filled again every tick; reading, deciding and moving are one pass over the robots.
 """
 
 from math import atan2, ceil, cos, inf, nan, pi, sin, sqrt

@@ -68,7 +68,7 @@ def main(path: str) -> None:
         run = Run.from_program(robot, program())
         sys.stdout.write("ready\n")
         sys.stdout.flush()
-        while waking.came.wait(1.0):  # nothing for so long: it is over
+        while waking.came.wait(1.0):  # no message for this time: it is over
             waking.came.clear()
             run.tick()
 

@@ -123,7 +123,7 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
     """Let the robot try for `left_s` seconds; answer its questions while the world is paused, and correct errors."""
     session, until = course.session, novice.seconds + left_s
     session.test()
-    asking, asked, repeats = UncertaintyQueries(session, QueryPolicy.PAUSE), 0, ""
+    asking, questions, repeats = UncertaintyQueries(session, QueryPolicy.PAUSE), 0, ""
     while novice.seconds < until:
         question, screen = asking.find_question(), session.view()
         repeats = repeats if screen.state == repeats else ""
@@ -132,8 +132,8 @@ def _try_out(novice: Novice, course: CoachedTeaching, left_s: float) -> None:
             if novice.wish(screen) in (None, screen.state):  # they watch a round, and press later
                 novice.seconds += ANSWER_S
                 continue
-        if question is not None and asked < MOST_QUESTIONS:
-            asked += 1
+        if question is not None and questions < MOST_QUESTIONS:
+            questions += 1
             course.followed[ASKED] += 1
             wished = novice.wish(screen) or screen.state
             novice.say(session, None if wished == screen.state else wished)

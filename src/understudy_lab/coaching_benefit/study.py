@@ -67,8 +67,8 @@ def _group(rows: Rows) -> dict[tuple[str, str], Rows]:
 
 
 def _headline(rows: Rows) -> str:
-    found = _group(rows)
-    return " ".join(_describe(name, *(found[name, way] for way in WAYS)) for name in EXERCISES)
+    groups = _group(rows)
+    return " ".join(_describe(name, *(groups[name, way] for way in WAYS)) for name in EXERCISES)
 
 
 def _describe(name: str, alone: Rows, coached: Rows, live: Rows) -> str:
@@ -122,17 +122,17 @@ def _goals_of(name: str) -> tuple[Callable[[Rows], StudyGoal], ...]:
 
 
 def _notes(rows: Rows) -> list[str]:
-    found = _group(rows)
+    groups = _group(rows)
     counts = Counter[str]()
     for row in rows.where(way=COACHED):
         counts.update(row["followed"])
-    said = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items(), key=lambda each: -each[1]))
+    listed = ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items(), key=lambda each: -each[1]))
     return [
-        *(_sooner(name, found[name, ALONE], found[name, COACHED]) for name in EXERCISES),
+        *(_sooner(name, groups[name, ALONE], groups[name, COACHED]) for name in EXERCISES),
         "How often coached novices followed advice, by kind (asked: answered a question; corrected: corrected the "
-        f"robot on their own): {said}.",
+        f"robot on their own): {listed}.",
         *(
-            f"At {name}, novices who teach live press {Median('presses')(found[name, LIVE])} times."
+            f"At {name}, novices who teach live press {Median('presses')(groups[name, LIVE])} times."
             for name in EXERCISES
         ),
         "Examples are those made by presses (two per press), including those deleted later.",

@@ -13,13 +13,13 @@ Result: TypeAlias = dict[str, Any]
 
 def print_learning(result: Result) -> None:
     """Print the times to learn a tree."""
-    made = make_table(
+    table = make_table(
         "#examples", "#ours ms", "#from a lesson ms", "#scikit-learn ms", "no slower", title="Learning"
     )
     for row in result["sizes"]:
         times = [f"{row[key]:.3g}" for key in ("ours_ms", "from_lesson_ms", "sklearn_ms")]
-        made.add_row(str(row["examples"]), *times, _mark(row["as_fast"]))
-    make_console().print(made)
+        table.add_row(str(row["examples"]), *times, _mark(row["as_fast"]))
+    make_console().print(table)
     goals = make_table("5 % noise, ms", "#goal", "#ours", "#from a lesson", "reached")
     for row in result["goals"]:
         times = [f"{row[key]:.3g}" for key in ("goal_ms", "ours_ms", "from_lesson_ms")]
@@ -30,59 +30,59 @@ def print_learning(result: Result) -> None:
 def print_looks(result: Result) -> None:
     """Print the times of analyses of a lesson."""
     title = f"Looking at {result['examples']} examples"
-    made = make_table("", "#ms", "#at most", "reached", title=title)
+    table = make_table("", "#ms", "#at most", "reached", title=title)
     for row in result["looks"]:
-        made.add_row(row["what"], f"{row['ms']:.3g}", f"{row['goal_ms']:g}", _mark(row["passed"]))
-    make_console().print(made)
+        table.add_row(row["what"], f"{row['ms']:.3g}", f"{row['goal_ms']:g}", _mark(row["passed"]))
+    make_console().print(table)
 
 
 def print_segmentation(result: Result) -> None:
     """Print the time to segment a recording."""
-    made = make_table("", "#behaviors", "#s", "#at most", "reached", title="Segmenting a recording")
+    table = make_table("", "#behaviors", "#s", "#at most", "reached", title="Segmenting a recording")
     what = f"{result['hours']:g} h, {result['ticks']} ticks"
     times = f"{result['s']:.3g}", f"{result['goal_s']:g}"
-    made.add_row(what, str(result["behaviors"]), *times, _mark(result["passed"]))
-    make_console().print(made)
+    table.add_row(what, str(result["behaviors"]), *times, _mark(result["passed"]))
+    make_console().print(table)
 
 
 def print_interpreter(result: Result) -> None:
     """Print the times of one decision."""
-    made = make_table("", "#µs", "goal", "reached", title="Deciding")
+    table = make_table("", "#µs", "goal", "reached", title="Deciding")
     ours, ratio = result["pulse_us"], result["ratio"]
     levels = " > ".join(result["path"])
-    made.add_row(
+    table.add_row(
         f"a pulse ({levels})",
         f"{ours:.2f}",
         f"at most {result['goal_us']:g}",
         _mark(ours <= result["goal_us"]),
     )
-    made.add_row(
+    table.add_row(
         f"a tick of py_trees, {result['py_trees_nodes']} nodes", f"{result['py_trees_us']:.2f}", "", ""
     )
     wanted = f"at least {result['goal_ratio']:g}"
-    made.add_row("times faster", f"{ratio:.1f}", wanted, _mark(ratio >= result["goal_ratio"]))
-    make_console().print(made)
+    table.add_row("times faster", f"{ratio:.1f}", wanted, _mark(ratio >= result["goal_ratio"]))
+    make_console().print(table)
 
 
 def print_robots(result: Result) -> None:
     """Print the times from a reading to its command."""
     title = "From a reading to its command, ms"
-    made = make_table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
+    table = make_table("~", "#messages", "#median", "#99 of 100", "#longest", "#lost", title=title)
     for row in result["results"]:
         times = [f"{row[key]:.2f}" for key in ("p50_ms", "p99_ms", "max_ms")]
-        made.add_row(row["what"], str(row["messages"]), *times, str(row["lost"]))
-    make_console().print(made)
+        table.add_row(row["what"], str(row["messages"]), *times, str(row["lost"]))
+    make_console().print(table)
     _print_goals(result)
 
 
 def print_start(result: Result) -> None:
     """Print the times from a command to its end."""
-    made = make_table("~from a command to its end, s", "cache", "#median", "#range", title="Starting")
+    table = make_table("~from a command to its end, s", "cache", "#median", "#range", title="Starting")
     for row in result["results"]:
-        made.add_row(
+        table.add_row(
             row["case"], row["cache"], f"{row['s']:.2f}", f"{row['least_s']:.2f}–{row['most_s']:.2f}"
         )
-    make_console().print(made)
+    make_console().print(table)
     _print_goals(result)
 
 
@@ -103,7 +103,7 @@ def _mark(reached: bool | None) -> str:
 def print_speeds(result: Result) -> None:
     """Print robot-ticks per second."""
     title = "Running: robot-ticks per second"
-    made = make_table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
+    table = make_table("~task", "#robots", "#threads", "#speed", "#spread", "#of by hand", title=title)
     shares = {
         (row["task"], row["robots"], row["threads"]): row["of_by_hand"] for row in result.get("fractions", ())
     }
@@ -111,10 +111,10 @@ def print_speeds(result: Result) -> None:
         key = task, robots, threads = row["task"], row["robots"], row["threads"]
         spread = f"{row['spread']:.0%}" if "spread" in row else ""
         share = f"{shares[key]:.0%}" if key in shares else ""
-        made.add_row(
+        table.add_row(
             task, format_thousands(robots), str(threads), short(row["robot_ticks_per_s"]), spread, share
         )
-    make_console().print(made)
+    make_console().print(table)
     goals = make_table("~goal", "#wanted", "#measured", "reached")
     for row in result["goals"]:
         wanted = f"at least {short(row['least'])}" if "least" in row else f"at most {short(row['most'])}"

@@ -116,13 +116,13 @@ def show_progress_table(talk: Console) -> Iterator[Progress]:
     lessons: dict[str, tuple[str, TeachingCost]] = {}
 
     def drawn() -> Table:
-        made = make_table("lesson", "#examples", "#presses", "#time", "")
+        table = make_table("lesson", "#examples", "#presses", "#time", "")
         for name, (what, account) in lessons.items():
             minutes, seconds = divmod(round(account.seconds), 60)
             mark = "[green]✓[/] learned" if what == "learned" else f"[yellow]{what}[/]"
             numbers = str(account.examples), str(account.presses), f"{minutes}:{seconds:02d}"
-            made.add_row(name, *numbers, mark)
-        return made
+            table.add_row(name, *numbers, mark)
+        return table
 
     talk.print()
     with Live(drawn(), console=talk, auto_refresh=False) as live:

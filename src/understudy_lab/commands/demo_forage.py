@@ -80,18 +80,18 @@ INDENT = " " * 19
 
 def _tell(holds: Mapping[str, Mapping[str, Any]], library: Library) -> dict[str, str]:
     """Return in words whether each behavior holds, after how many presses, and what success is where none was shown."""
-    told = {}
+    results = {}
     for name, each in holds.items():
-        said = {
+        beginning = {
             "holds": "in at least 95 % of worlds",
             "fails": "does not hold: in less than 95 % of worlds",
         }.get(each["verdict"], "does not hold yet")
         more = f"{each['presses']} more press{'es' * (each['presses'] != 1)}"
         flag = find_success_flag(library, name)
         word = "" if find_shown_goal(library, name, flag) else describe_raised(flag, None)
-        told[name] = f"{said} ({each['works']} of {each['worlds']}), after {more}"
-        told[name] += f"\n{INDENT}".join(["", *word.split(": ")]) if word else ""
-    return told
+        results[name] = f"{beginning} ({each['works']} of {each['worlds']}), after {more}"
+        results[name] += f"\n{INDENT}".join(["", *word.split(": ")]) if word else ""
+    return results
 
 
 def _path(library: Library, folder: Path, seed: int) -> Path:

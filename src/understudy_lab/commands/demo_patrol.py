@@ -112,17 +112,17 @@ def _print_patrol(result: dict[str, Any], talk: Console, out: Path) -> None:
     }
     print_numbers("How well they patrol", numbers, talk)
     alone, together, deferring = result["alone"], result["coordinated"], result["deferring"]
-    made = make_table("", "#alone", "#coordinated")
-    for what, key, told in (
+    table = make_table("", "#alone", "#coordinated")
+    for what, key, pattern in (
         ("robots at the capture of an intruder", "attackers", "{:.1f} of 4"),
         ("robot-seconds an hour on who is gone", "residual_s", "{:.0f}"),
         ("captures an hour", "captures_per_hour", "{:.0f}"),
     ):
         share = result["worlds"] / 6 if key == "residual_s" else 1
-        made.add_row(what, *(f"[bold]{told.format(each[key] / share)}[/]" for each in (alone, together)))
-    made.add_row("home and dispersed again in 2 min", "", f"[bold]{together['complete']:.1%}[/]")
-    made.add_row("all face the boss in time", "", f"[bold]{deferring['deferred']:.1%}[/]")
-    talk.print(made)
+        table.add_row(what, *(f"[bold]{pattern.format(each[key] / share)}[/]" for each in (alone, together)))
+    table.add_row("home and dispersed again in 2 min", "", f"[bold]{together['complete']:.1%}[/]")
+    table.add_row("all face the boss in time", "", f"[bold]{deferring['deferred']:.1%}[/]")
+    talk.print(table)
     library = out / "library"
     commands = {
         f"understudy run patrol --library {library} --seed 3": "watch them patrol, here in the terminal",

@@ -49,11 +49,11 @@ def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     pictures = save_with_graphs(taught.robots.library, out / "library", out / "pictures")
     for name, library in coordinators.items():
         pictures += save_with_graphs(library, out / "library" / name, out / "pictures")
-    found, films = _evaluate_swarm(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
+    results, films = _evaluate_swarm(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
     result = {
         **summarize_teaching({name: each for of in taught.teachings for name, each in of.accounts.items()}),
         "worlds": SWARM_WORLDS,
-        **found,
+        **results,
         "seed": seed,
         "library": str(out / "library"),
         "pictures": [str(picture) for picture in (*pictures, *films)],
@@ -77,17 +77,17 @@ def _evaluate_swarm(
         ANSWERING: make_swarm_team(libraries, worlds, way=WAYS[ANSWERING]),
         ALONE: make_swarm_team(libraries, worlds, way=WAYS[ALONE]),
     }
-    made: dict[str, Any] = {}
-    with show_progress("Pulling boxes in unseen worlds", quiet=quiet) as said:
+    gathered: dict[str, Any] = {}
+    with show_progress("Pulling boxes in unseen worlds", quiet=quiet) as report:
         for done, (name, team) in enumerate(teams.items()):
-            said(done, len(teams) + 2)
-            made[name] = measure_gathered(team, TICKS)
-        said(len(teams), len(teams) + 2)
+            report(done, len(teams) + 2)
+            gathered[name] = measure_gathered(team, TICKS)
+        report(len(teams), len(teams) + 2)
         film = _film_swarm(make_swarm_team(libraries, worlds[:1], way=WAYS[THREE]), folder)
-        said(len(teams) + 1, len(teams) + 2)
+        report(len(teams) + 1, len(teams) + 2)
         speed, picture = _large(libraries, worlds[0], folder)
-        said(len(teams) + 2, len(teams) + 2)
-    return {"gathered": made, "times_real_time": speed}, [film, picture]
+        report(len(teams) + 2, len(teams) + 2)
+    return {"gathered": gathered, "times_real_time": speed}, [film, picture]
 
 
 def _film_swarm(team: Team, folder: Path) -> Path:
@@ -132,18 +132,18 @@ def _print_swarm(result: dict[str, Any], talk: Console, out: Path) -> None:
         ),
     }
     print_numbers("How well they pull together", numbers, talk)
-    made = make_table("an hour", "#crates", "#containers", "#loads", "#of by hand")
+    table = make_table("an hour", "#crates", "#containers", "#loads", "#of by hand")
     by_hand = result["gathered"]["by hand"]["loads"]
-    said = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
+    labels = {"by hand": "coordinated, by hand", "taught": "coordinated, taught"}
     for name, each in result["gathered"].items():
-        made.add_row(
-            said.get(name, name),
+        table.add_row(
+            labels.get(name, name),
             f"{each['crates']:.0f}",
             f"{each['containers']:.0f}",
             f"[bold]{each['loads']:.0f}[/]",
             f"[bold]{each['loads'] / max(1.0, by_hand):.2f}[/]",
         )
-    talk.print(made)
+    talk.print(table)
     talk.print(f"  [dim]a crate is a load, a container {LOADS['container']}[/]")
     library = out / "library"
     commands = {

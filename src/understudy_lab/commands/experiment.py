@@ -105,36 +105,36 @@ def experiment(
     _refuse_several(part=part, gather=gathers or None, cluster=cluster)
     parameters = _read_parameters(cluster_option or [])
     processes = jobs or os.cpu_count() or 1
-    told: dict[str, dict[str, Any]] = {}
+    results: dict[str, dict[str, Any]] = {}
     for each in QUESTIONS if name == "all" else [name]:
-        found = find_experiment(each)
+        study = find_experiment(each)
         try:
-            found.check_machine()
+            study.check_machine()
         except UnderstudyError as error:
             if name != "all":
                 raise
-            told[each] = {"skipped": str(error)}
+            results[each] = {"skipped": str(error)}
             make_console(err=True).print(f"[yellow]Skipped:[/] {escape(str(error))}")
             continue
         folder = (
             (out or RESULTS) / (f"{each}-quick" if quick else each) if name == "all" or out is None else out
         )
-        plan = StudyPlan(chosen or (found.seeds[: found.quick] if quick else found.seeds), quick, data)
+        plan = StudyPlan(chosen or (study.seeds[: study.quick] if quick else study.seeds), quick, data)
         if mine is not None:
-            told[each] = _run_part(found, plan, folder, mine, jobs=processes, quiet=as_json)
+            results[each] = _run_part(study, plan, folder, mine, jobs=processes, quiet=as_json)
             continue
         if cluster is not None:
-            _run_on_cluster(found, plan, folder, cluster, parameters, parts=processes, quiet=as_json)
+            _run_on_cluster(study, plan, folder, cluster, parameters, parts=processes, quiet=as_json)
         if gathers or cluster is not None:
-            gather(found, plan, folder)
-        result = _run(found, plan, folder, jobs=processes, quiet=as_json)
-        wrong, unknown = _compared(result, found)
-        told[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
+            gather(study, plan, folder)
+        result = _run(study, plan, folder, jobs=processes, quiet=as_json)
+        wrong, unknown = _compared(result, study)
+        results[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
         if not as_json:
             _tell(result, wrong, unknown, folder, make_console())
-    passed = all(each.get("passed", True) for each in told.values())
+    passed = all(each.get("passed", True) for each in results.values())
     if as_json:
-        print_json(told | {"passed": passed} if name == "all" else told[name])
+        print_json(results | {"passed": passed} if name == "all" else results[name])
     raise typer.Exit(0 if passed else 1)
 
 
@@ -145,15 +145,15 @@ def _list(*, as_json: bool) -> None:
         rows = [{"name": name, "question": question} for name, question in list_questions().items()]
         print_json({"experiments": rows})
         return
-    made = make_table("experiment", "~question")
+    table = make_table("experiment", "~question")
     for row in list_questions().items():
-        made.add_row(*row)
-    make_console().print(made)
+        table.add_row(*row)
+    make_console().print(table)
 
 
-def _refuse_several(**given: object) -> None:
+def _refuse_several(**options: object) -> None:
     """Refuse several ways to run an experiment at once."""
-    chosen = [f"--{name}" for name, value in given.items() if value is not None]
+    chosen = [f"--{name}" for name, value in options.items() if value is not None]
     if len(chosen) > 1:
         raise SettingError(
             where="understudy experiment",
@@ -165,7 +165,7 @@ def _refuse_several(**given: object) -> None:
 
 def _read_parameters(options: Sequence[str]) -> dict[str, str | int]:
     """Read parameters of the form KEY=VALUE."""
-    found: dict[str, str | int] = {}
+    parameters: dict[str, str | int] = {}
     for option in options:
         key, equals, value = option.partition("=")
         if not (key and equals):
@@ -175,11 +175,11 @@ def _read_parameters(options: Sequence[str]) -> dict[str, str | int]:
                 problem=f"is {option!r:.60}",
                 remedy="give KEY=VALUE, such as timeout_min=240",
             )
-        found[key] = int(value) if value.isdigit() else value
-    return found
+        parameters[key] = int(value) if value.isdigit() else value
+    return parameters
 
 
-def _prepare(found: Study, *, quiet: bool) -> None:
+def _prepare(study: Study, *, quiet: bool) -> None:
     """Name optional modules that are missing, and compile kernels."""
     from rich.markup import escape
 
@@ -188,73 +188,73 @@ def _prepare(found: Study, *, quiet: bool) -> None:
     from understudy.ui.cli.output import compile_once, make_console
     from understudy_lab.runner import find_missing_modules
 
-    for module, install in find_missing_modules(found).items():
+    for module, install in find_missing_modules(study).items():
         skipped = f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}"
         make_console(err=True).print(skipped)
     compile_on_first_call()
     compile_once(learner=True, quiet=quiet)
-    for world in found.worlds:
+    for world in study.worlds:
         compile_once(world=open_scenario(world), quiet=quiet)
 
 
 @contextmanager
-def _open_rows(found: Study, folder: Path, *file_name: str) -> Iterator[RowCache]:
+def _open_rows(study: Study, folder: Path, *file_name: str) -> Iterator[RowCache]:
     """Open the rows of an experiment, and say where they stay if the run is interrupted."""
     from understudy.ui.cli.output import make_console
     from understudy_lab.row_cache import RowCache
 
     notes = make_console(err=True)
-    kept = RowCache(found.name, folder, *file_name)
-    if kept.put_aside:
+    cache = RowCache(study.name, folder, *file_name)
+    if cache.put_aside:
         notes.print(f"[dim]What {folder} held is of another version of the program, and was put aside.[/]")
-    elif len(kept):
-        notes.print(f"[dim]Going on: {len(kept)} pieces are in {folder} already.[/]")
+    elif len(cache):
+        notes.print(f"[dim]Going on: {len(cache)} pieces are in {folder} already.[/]")
     try:
-        yield kept
+        yield cache
     except KeyboardInterrupt:
-        notes.print(f"{len(kept)} pieces are kept in {folder}: the same command goes on from there.")
+        notes.print(f"{len(cache)} pieces are kept in {folder}: the same command goes on from there.")
         raise
 
 
-def _run(found: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
+def _run(study: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
     """Run an experiment and write its result and its figure into the folder."""
     from understudy.ui.cli.output import show_progress
     from understudy_lab import figures, results
     from understudy_lab.runner import run
 
-    with _open_rows(found, folder) as kept:
-        _prepare(found, quiet=quiet)
-        with show_progress(found.name, quiet=quiet) as report:
-            rows = run(found, plan, kept, jobs=jobs, progress=report)
-    seeds, findings = list(plan.seeds), found.conclude(rows)
+    with _open_rows(study, folder) as cache:
+        _prepare(study, quiet=quiet)
+        with show_progress(study.name, quiet=quiet) as report:
+            rows = run(study, plan, cache, jobs=jobs, progress=report)
+    seeds, findings = list(plan.seeds), study.conclude(rows)
     result = results.StudyResult(
-        found.name, found.question or QUESTIONS[found.name], seeds, plan.quick, findings, rows
+        study.name, study.question or QUESTIONS[study.name], seeds, plan.quick, findings, rows
     )
     results.save(result, folder / "result.json")
-    figures.save(found.draw(rows), folder / "figure.svg")
+    figures.save(study.draw(rows), folder / "figure.svg")
     return result
 
 
 def _run_part(
-    found: Study, plan: StudyPlan, folder: Path, part: Part, *, jobs: int, quiet: bool
+    study: Study, plan: StudyPlan, folder: Path, part: Part, *, jobs: int, quiet: bool
 ) -> dict[str, Any]:
     """Run one part of an experiment, and say where its rows are."""
     from understudy.ui.cli.output import make_console, show_progress
     from understudy_lab.parts import run_part
 
-    with _open_rows(found, folder, part.file_name) as kept:
-        _prepare(found, quiet=quiet)
-        with show_progress(f"{found.name} {part}", quiet=quiet) as report:
-            rows = run_part(found, plan, part, kept, jobs=jobs, progress=report)
+    with _open_rows(study, folder, part.file_name) as cache:
+        _prepare(study, quiet=quiet)
+        with show_progress(f"{study.name} {part}", quiet=quiet) as report:
+            rows = run_part(study, plan, part, cache, jobs=jobs, progress=report)
     file = folder / part.file_name
     if not quiet:
-        after = f"When all {part.of} parts have ended: understudy experiment {found.name} --gather"
+        after = f"When all {part.of} parts have ended: understudy experiment {study.name} --gather"
         make_console().print(f"{len(rows)} pieces are in {file}. {after}", markup=False)
-    return {"experiment": found.name, "part": str(part), "pieces": len(rows), "file": str(file)}
+    return {"experiment": study.name, "part": str(part), "pieces": len(rows), "file": str(file)}
 
 
 def _run_on_cluster(
-    found: Study,
+    study: Study,
     plan: StudyPlan,
     folder: Path,
     cluster: str,
@@ -266,10 +266,10 @@ def _run_on_cluster(
     from understudy.ui.cli.output import show_progress
     from understudy_lab.cluster import run_on_cluster
 
-    _prepare(found, quiet=quiet)
-    with show_progress(f"{found.name} on {cluster}", quiet=quiet) as report:
+    _prepare(study, quiet=quiet)
+    with show_progress(f"{study.name} on {cluster}", quiet=quiet) as report:
         run_on_cluster(
-            found.name, plan, folder, cluster=cluster, parts=parts, parameters=parameters, progress=report
+            study.name, plan, folder, cluster=cluster, parts=parts, parameters=parameters, progress=report
         )
 
 
@@ -280,17 +280,17 @@ def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[s
     """
     from understudy_lab.results import differences, list_uncompared, load_published
 
-    known = load_published(result.experiment)
-    short = [] if known is None else [goal.what for goal in known.findings.misses]
+    published = load_published(result.experiment)
+    short = [] if published is None else [goal.what for goal in published.findings.misses]
     missed = [
         f"{goal.what}: {goal.measured}, not {goal.wanted}"
         for goal in (() if result.quick else result.findings.misses)
         if goal.what not in short
     ]
-    if known is None:
+    if published is None:
         return missed, []
-    wrong = [*missed, *differences(result.rows, known, experiment)]
-    return wrong, list_uncompared(result.rows, known, experiment)
+    wrong = [*missed, *differences(result.rows, published, experiment)]
+    return wrong, list_uncompared(result.rows, published, experiment)
 
 
 def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
@@ -304,15 +304,15 @@ def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Pat
         out.print("[dim]The quick version: too few teachings to judge by.[/]")
     out.print(findings.headline + "\n")
     for each in findings.tables:
-        made = make_table(*each.columns, title=each.title)
+        table = make_table(*each.columns, title=each.title)
         for row in each.rows:
-            made.add_row(*row)
-        out.print(made)
+            table.add_row(*row)
+        out.print(table)
     if not result.quick and findings.goals:
-        made = make_table("~goal", "#wanted", "#measured", "", title="What it was to reach")
+        table = make_table("~goal", "#wanted", "#measured", "", title="What it was to reach")
         for goal in findings.goals:
-            made.add_row(goal.what, goal.wanted, goal.measured, "" if goal.held else "[red]short[/]")
-        out.print(made)
+            table.add_row(goal.what, goal.wanted, goal.measured, "" if goal.held else "[red]short[/]")
+        out.print(table)
     for note in findings.notes:
         out.print(note)
     for problem in wrong[:SHOWN]:

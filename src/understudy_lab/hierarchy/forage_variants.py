@@ -21,7 +21,7 @@ from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 NEARLY_FACING = 0.35
 """rad: who knows that they react late presses that much before the robot faces where it has to go."""
 TRIES = 6
-"""So many tries of the whole task in a row have to go well before the person is content."""
+"""The number of successful tries of the whole task in a row after which the person is content."""
 
 
 def should_go_home(screen: SessionView) -> bool:

@@ -17,7 +17,7 @@ Success: TypeAlias = Callable[[Library, int], float]
 """The share of unseen worlds in which a library succeeds; the number of earlier measurements selects the worlds."""
 
 APART = 6
-"""So many new examples are waited for between two looks; but what a good try ends with is looked at, too."""
+"""The number of new examples between two measurements; the lesson after a successful try is measured, too."""
 HELD, WELL = 4, 0.9
 
 
@@ -102,7 +102,7 @@ class ObservedPerson(SimulatedPerson):
         self._looked = 0
 
     def _consider(self, session: Session, wished: str | None, now: float) -> None:
-        if self.presses != self._looked:  # the last press has acted, or was settled and counting began anew
+        if self.presses != self._looked:  # the last press has acted, or was settled and counting began again
             self._looked = self.presses
             self._curve.pressed(session, self.seconds)
         super()._consider(session, wished, now)

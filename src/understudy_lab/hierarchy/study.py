@@ -79,8 +79,8 @@ def ratio(rows: Sequence[Row], less: str, more: str, what: int) -> dict[str, flo
 REACHED = Count(has_reached_goal)
 
 
-def _format(found: Mapping[str, float]) -> str:
-    return f"×{found['ratio']:.2f} ({found['low']:.2f}–{found['high']:.2f}), p = {found['p']:.2g}"
+def _format(comparison: Mapping[str, float]) -> str:
+    return f"×{comparison['ratio']:.2f} ({comparison['low']:.2f}–{comparison['high']:.2f}), p = {comparison['p']:.2g}"
 
 
 def _headline(rows: Rows) -> str:
@@ -135,8 +135,8 @@ def _curves(axes: Axes, rows: Rows, task: str, what: int) -> None:
         0, max(point[what] for of in groups.values() for row in of for point in row["points"]), 200
     )
     for (way, of), color in zip(groups.items(), COLORS, strict=False):
-        found = np.array([[100 * success_at(row["points"], upto, what) for upto in grid] for row in of])
-        low, middle, high = np.percentile(found, [25, 50, 75], axis=0)
+        curves = np.array([[100 * success_at(row["points"], upto, what) for upto in grid] for row in of])
+        low, middle, high = np.percentile(curves, [25, 50, 75], axis=0)
         axes.fill_between(grid, low, high, color=color, alpha=0.18, linewidth=0)
         axes.plot(grid, middle, color=color, linewidth=1.6, label=way)
     axes.axhline(90, color="0.7", linewidth=0.8, linestyle=":")

@@ -127,20 +127,20 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
 def lessons(rows: Sequence[Row], source: str) -> Lessons:
     """Return all lessons of a source (an experiment); a lesson that two of its variants share counts once."""
     of = [row for row in rows if row["task"]["source"] == source]
-    found = {
+    distinct = {
         msgspec.json.encode((row["task"]["seed"], lesson)): lesson for row in of for lesson in row["lessons"]
     }
-    return list(found.values())
+    return list(distinct.values())
 
 
 def kinds(rows: Sequence[Row]) -> dict[tuple[str, str, str], Lessons]:
     """Group the lessons by source, way and automaton."""
-    found: dict[tuple[str, str, str], Lessons] = {}
+    lessons_by_kind: dict[tuple[str, str, str], Lessons] = {}
     for row in rows:
         source = row["task"]["source"]
         for lesson in row["lessons"] if source != ROBOCUP else ():
-            found.setdefault((source, row["task"]["way"], lesson["name"]), []).append(lesson)
-    return found
+            lessons_by_kind.setdefault((source, row["task"]["way"], lesson["name"]), []).append(lesson)
+    return lessons_by_kind
 
 
 COUNTED: Mapping[str, Callable[[Lessons], list[float]]] = {
@@ -158,11 +158,11 @@ def counts(of: Lessons) -> dict[str, float]:
     return {"lessons": len(of), **{what: float(np.median(count(of))) for what, count in COUNTED.items()}}
 
 
-def _largest(found: Mapping[tuple[str, str, str], Lessons]) -> str:
+def _largest(lessons_by_kind: Mapping[tuple[str, str, str], Lessons]) -> str:
     """Return a sentence on the kind of lesson that takes most examples, compared with all others."""
-    middle = {kind: float(np.median(COUNTED["examples"](of))) for kind, of in found.items()}
+    middle = {kind: float(np.median(COUNTED["examples"](of))) for kind, of in lessons_by_kind.items()}
     largest = max(middle, key=lambda kind: middle[kind])
-    others = [n for kind, of in found.items() if kind != largest for n in COUNTED["examples"](of)]
+    others = [n for kind, of in lessons_by_kind.items() if kind != largest for n in COUNTED["examples"](of)]
     return (
         f"Not every lesson is small: the lesson *{largest[2]}* of the experiment *{largest[0]}*, in its variant "
         f"*{largest[1]}*, takes {middle[largest]:.0f} examples in the median. None of the others takes more than "
@@ -188,7 +188,7 @@ def _original(team: Row) -> str:
 
 
 def _headline(every: Lessons, team: Row | None) -> str:
-    found = counts(every)
+    medians = counts(every)
     beside = (
         ""
         if team is None
@@ -197,8 +197,9 @@ def _headline(every: Lessons, team: Row | None) -> str:
         f"and {team['spread']['nodes']['median']:.0f} nodes of a tree."
     )
     return (
-        f"The medians over {len(every)} lessons are {found['features']:.0f} features, {found['examples']:.0f} examples,"
-        f" trees of {found['nodes']:.0f} nodes, and {found['teaching, s']:.0f} seconds of teaching. Nine in ten "
+        f"The medians over {len(every)} lessons are {medians['features']:.0f} features, "
+        f"{medians['examples']:.0f} examples, trees of {medians['nodes']:.0f} nodes, and "
+        f"{medians['teaching, s']:.0f} seconds of teaching. Nine in ten "
         f"lessons have at most {np.percentile(COUNTED['examples'](every), 90):.0f} examples.{beside}"
     )
 

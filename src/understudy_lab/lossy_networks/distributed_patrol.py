@@ -37,7 +37,7 @@ BEHAVIOR, ALONE = "collective_patrol", "patrol"
 PORT = 7447
 PATIENCE_S = 60.0
 FRESH_S = 0.5
-"""What an agent did last counts for so long, s."""
+"""The time for which an agent's last activity counts, s."""
 LABORATORY = (sys.executable, "-m")
 
 
@@ -183,11 +183,11 @@ def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float)
         time.sleep(seconds)
     finally:
         agents.close()
-    found = {}
+    activities = {}
     for name in ROBOTS:
         lines = [line for line in read_lines(agents.log(name)) if line["ended_s"] >= began_s]
-        found[name] = [(line["ended_s"], find_activity(line.get("duty"))) for line in lines]
-    return found
+        activities[name] = [(line["ended_s"], find_activity(line.get("duty"))) for line in lines]
+    return activities
 
 
 def _is_armed(log: Path) -> bool:
@@ -214,8 +214,8 @@ def read_lines(path: Path) -> list[Any]:
 
 def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dict[str, list[Any]]:
     """Run the patrol in this program for a while, as `understudy run --team` does; return as `run_apart`."""
-    known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
-    found: dict[str, list[Any]] = {name: [] for name in ROBOTS}
+    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    activities: dict[str, list[Any]] = {name: [] for name in ROBOTS}
     with connect_team(folder / TEAM) as fleet, take_precedence():
         until = time.monotonic() + PATIENCE_S
         while any(robot.senses.find_missing(robot.now_s) is not None for robot in fleet):
@@ -224,16 +224,16 @@ def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dic
             time.sleep(0.1)
         twin = DigitalTwin(fleet)
         members = assign_team_members(twin.scenario)
-        team = Team(twin, members, known, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
-        told = OrderedActivity(team, 1, ["home"])
+        team = Team(twin, members, libraries, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
+        ordered = OrderedActivity(team, 1, ["home"])
         time.sleep(1.0)  # for the watchdogs
         fleet.arm(PERSON)
         began = due = looks_s = time.monotonic()
         while time.monotonic() - began < seconds:
             team.tick()
             now = time.monotonic()
-            for name, activity in zip(ROBOTS, told.now()[0], strict=True):
-                found[name].append((now, int(activity)))
+            for name, activity in zip(ROBOTS, ordered.now()[0], strict=True):
+                activities[name].append((now, int(activity)))
             if now >= looks_s:
                 looks_s = now + LOOKS_S
                 for robot in fleet:
@@ -242,20 +242,20 @@ def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dic
                             robot.arm(PERSON)
             due = max(due + twin.tick_s, now)
             time.sleep(max(0.0, due - time.monotonic()))
-    return found
+    return activities
 
 
 def measure_cycles(folder: Path, activities: dict[str, list[Any]]) -> dict[str, Any]:
     """Return the cycles and captures in a recorded world."""
     tracks = _make_tracks(read_lines(folder / WORLD), activities)
-    found = list(cycles(tracks))
+    ended = list(cycles(tracks))
     return {
         "minutes": round(tracks.ticks * tracks.tick_s / 60.0, 2),
         "tick_s": round(tracks.tick_s, 4),
-        "cycles": len(found),
-        "complete": sum(each.complete for each in found),
+        "cycles": len(ended),
+        "complete": sum(each.complete for each in ended),
         "captures": len(captures(tracks)),
-        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in found],
+        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in ended],
     }
 
 
@@ -272,7 +272,7 @@ def _make_tracks(lines: list[Any], activities: dict[str, list[Any]]) -> PatrolTr
         fresh = at_s - times[last] < FRESH_S
         doing[:, 0, row] = np.where(fresh, np.array([each[1] for each in done])[last], OTHER)
     x, y = np.array([line["robots"] for line in lines], np.float32).transpose(2, 0, 1)[:, :, None]
-    seen = np.zeros(x.shape, np.bool_)
+    never = np.zeros(x.shape, np.bool_)
     things = {name: np.array([line["objects"][name] for line in lines]) for name in ("intruder", "boss")}
     intruder, boss = (
         ObjectTrack(
@@ -283,6 +283,6 @@ def _make_tracks(lines: list[Any], activities: dict[str, list[Any]]) -> PatrolTr
     home = np.tile(np.array(lines[-1]["objects"]["home"][:2], np.float64), (len(ROBOTS), 1))
     tick_s = float(at_s[-1] - at_s[0]) / (len(lines) - 1)
     return PatrolTracks(
-        tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
+        tick_s, doing, x, y, np.zeros_like(x), never, never, intruder, boss, home,
         np.array([0], np.intp), np.zeros((1, 0, 3)),
     )  # fmt: skip

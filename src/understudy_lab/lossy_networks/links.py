@@ -54,9 +54,9 @@ def find_obstacle() -> str:
     if shutil.which("ip") is None or not Path(TUN).exists():
         return f"needs the command ip, and {TUN}"
     probe = f"us-probe-{os.getpid()}"
-    made = subprocess.run(["ip", "netns", "add", probe], capture_output=True, text=True, check=False)
+    process = subprocess.run(["ip", "netns", "add", probe], capture_output=True, text=True, check=False)
     subprocess.run(["ip", "netns", "delete", probe], capture_output=True, check=False)
-    return f"network namespaces cannot be made: {made.stderr.strip()}" if made.returncode else ""
+    return f"network namespaces cannot be made: {process.stderr.strip()}" if process.returncode else ""
 
 
 class PacketQueue:
@@ -109,8 +109,8 @@ class PacketQueue:
         if packet[16] in MULTICAST:
             return [index for index in range(self._members) if index != sender]
         receiver = packet[19] - 1
-        known = packet[16:19] == NETWORK and 0 <= receiver < self._members
-        return [receiver] if known else []
+        is_member = packet[16:19] == NETWORK and 0 <= receiver < self._members
+        return [receiver] if is_member else []
 
 
 class LossyLinks:

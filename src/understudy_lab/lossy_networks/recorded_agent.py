@@ -69,19 +69,19 @@ class RecordedAgent(AgentProcess):
 
 def main() -> None:
     """Run until the program is told to end."""
-    given = ArgumentParser(description=__doc__)
-    given.add_argument("team", type=Path)
-    given.add_argument("--name", required=True)
-    given.add_argument("--write", type=Path, required=True)
-    asked = given.parse_args()
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("team", type=Path)
+    parser.add_argument("--name", required=True)
+    parser.add_argument("--write", type=Path, required=True)
+    arguments = parser.parse_args()
     with suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
     ends = Event()
     signal.signal(signal.SIGTERM, lambda number, frame: ends.set())
-    team = load_team_plan(asked.team, agent=asked.name)
-    network = ZenohNetwork(team.name, team.make_network_options(asked.name))
-    with asked.write.open("a") as file:
-        agent = RecordedAgent(asked.name, team, network, file)
+    team = load_team_plan(arguments.team, agent=arguments.name)
+    network = ZenohNetwork(team.name, team.make_network_options(arguments.name))
+    with arguments.write.open("a") as file:
+        agent = RecordedAgent(arguments.name, team, network, file)
         Thread(target=agent.arm_whenever_disarmed, args=(ends,), daemon=True).start()
         agent.run(until=ends.is_set)
         agent.close()

@@ -89,21 +89,21 @@ def _find_ordered(robot: Agent) -> int:
 
 def count_cycles(seed: int, loses: bool, worlds: int = WORLDS, ticks: int = TICKS) -> CycleCount:
     """Teach a patrol, let its agents patrol in unseen worlds, and count their cycles."""
-    taught, found = teach(seed), []
+    taught, counts = teach(seed), []
     for number in worlds_of(seed)[:worlds]:
         world = World(practice.scenario(), [number])
         team = make_agents(taught, world, make_lossy_fate(number) if loses else deliver_at_once)
         tracks = watch_agents(team, world, ticks)
         ended = list(cycles(tracks))
         complete, open_ = sum(each.complete for each in ended), sum(np.isnan(each.seconds) for each in ended)
-        found.append(CycleCount(len(ended), complete, int(open_), len(captures(tracks))))
-    return add_counts(found)
+        counts.append(CycleCount(len(ended), complete, int(open_), len(captures(tracks))))
+    return add_counts(counts)
 
 
-def main(given: Sequence[str] | None = None) -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Print how many cycles agents complete, for each teaching and network."""
-    asked = ArgumentParser(description=__doc__.partition("\n")[0])
-    asked.add_argument(
+    parser = ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument(
         "--worlds",
         type=int,
         default=WORLDS,
@@ -111,7 +111,7 @@ def main(given: Sequence[str] | None = None) -> None:
         metavar="N",
         help="for each teaching",
     )
-    worlds = asked.parse_args(given).worlds
+    worlds = parser.parse_args(arguments).worlds
     networks = {"no loss": False, f"{LOSS:.0%} loss": True}
     with ProcessPoolExecutor() as pool:
         runs = {
@@ -119,9 +119,9 @@ def main(given: Sequence[str] | None = None) -> None:
             for name, loses in networks.items()
         }
         for name, each in runs.items():
-            found = [run.result() for run in each]
-            of_each = ", ".join(f"{one.complete} of {one.cycles}" for one in found)
-            sys.stdout.write(f"{name}: {of_each}\n    {add_counts(found)}\n")
+            counts = [run.result() for run in each]
+            of_each = ", ".join(f"{one.complete} of {one.cycles}" for one in counts)
+            sys.stdout.write(f"{name}: {of_each}\n    {add_counts(counts)}\n")
 
 
 if __name__ == "__main__":

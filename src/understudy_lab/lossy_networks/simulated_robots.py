@@ -94,21 +94,21 @@ class RecordedWorld:
 
 
 DEADLINE_S = 0.35
-"""A robot stops so long after the last command, s: its computer may be late, because it shares this one."""
+"""The time after the last command at which a robot stops, s; agents may be late, since all share this computer."""
 
 
 def main() -> None:
     """Simulate until the program is told to end."""
-    given = ArgumentParser(description=__doc__)
-    given.add_argument("folder", type=Path)
-    given.add_argument("--seed", type=int, default=0, help="of the world")
-    asked = given.parse_args()
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=0, help="of the world")
+    arguments = parser.parse_args()
     ends = Event()
     signal.signal(signal.SIGTERM, lambda number, frame: ends.set())
-    router = open_router(asked.folder)
-    with (asked.folder / WORLD).open("w") as file:
-        world = RecordedWorld(asked.folder, asked.seed, file)
-        write_files(asked.folder)
+    router = open_router(arguments.folder)
+    with (arguments.folder / WORLD).open("w") as file:
+        world = RecordedWorld(arguments.folder, arguments.seed, file)
+        write_files(arguments.folder)
         tick_in_real_time(world.tick, 1.0 / RATE_HZ, seconds=float("inf"), stopped=ends.is_set)
         world.transport.close()
     time.sleep(0.2)

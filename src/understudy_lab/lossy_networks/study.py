@@ -32,7 +32,7 @@ from understudy_lab.study import ResultTable, Row, Study, StudyPlan, Task
 SEEDS = range(67_000, 67_004)
 """The teaching seeds of the published result; none was used during development."""
 RUNS = (1, 2)
-"""Each teaching runs so often over each network, because runs in real time differ."""
+"""The number of runs of each teaching over each network; they differ, because they run in real time."""
 SECONDS = 240.0
 """The length of a run, s, in real time."""
 LOSSY = Loss(0.2, 0.1, 0.03)
@@ -91,47 +91,47 @@ COUNTED = {
 
 
 def _sum(rows: Rows) -> dict[str, float]:
-    found = {key: round(sum(rows.values(key)), 2) for key in ("minutes", "captures", "cycles", "complete")}
-    return {**found, "per_hour": round(_per_hour(found), 2)}
+    sums = {key: round(sum(rows.values(key)), 2) for key in ("minutes", "captures", "cycles", "complete")}
+    return {**sums, "per_hour": round(_per_hour(sums), 2)}
 
 
-def _per_hour(found: Mapping[str, Any]) -> float:
-    return _divide(found["complete"] * 60.0, found["minutes"])
+def _per_hour(sums: Mapping[str, Any]) -> float:
+    return _divide(sums["complete"] * 60.0, sums["minutes"])
 
 
 def _divide(value: float, by: float) -> float:
     return value / by if by else 0.0
 
 
-def _share(found: Mapping[str, Rows], network: str) -> float:
+def _share(groups: Mapping[str, Rows], network: str) -> float:
     """Return a network's complete cycles per hour, relative to those in one program."""
-    return _divide(*(_sum(found[each])["per_hour"] for each in (network, ONE)))
+    return _divide(*(_sum(groups[each])["per_hour"] for each in (network, ONE)))
 
 
-def _headline(found: Mapping[str, Rows]) -> str:
+def _headline(groups: Mapping[str, Rows]) -> str:
     return (
-        f"Agents in network namespaces of their own complete {_share(found, WELL):.0%} of the cycles that one program "
-        f"completes, and {_share(found, LOSES):.0%} if 20 % of packets are lost and the others come 0.1 s later."
+        f"Agents in network namespaces of their own complete {_share(groups, WELL):.0%} of the cycles that one program "
+        f"completes, and {_share(groups, LOSES):.0%} if 20 % of packets are lost and the others come 0.1 s later."
     )
 
 
-def _table(found: Mapping[str, Rows]) -> ResultTable:
-    sums, runs = {network: _sum(rows) for network, rows in found.items()}, found[ONE]
+def _table(groups: Mapping[str, Rows]) -> ResultTable:
+    sums, runs = {network: _sum(rows) for network, rows in groups.items()}, groups[ONE]
     return ResultTable(
         f"{len(runs.seeds)} teachings, each in one unseen world, {len(runs)} runs over each network, "
         f"{sum(each['minutes'] for each in sums.values()):.0f} minutes in real time altogether",
         ("network", *(f"#{head}" for head in COUNTED.values()), "#/ one program"),
         [
-            (network, *(f"{each[key]:g}" for key in COUNTED), f"{_share(found, network):.2f}")
+            (network, *(f"{each[key]:g}" for key in COUNTED), f"{_share(groups, network):.2f}")
             for network, each in sums.items()
         ],
     )
 
 
-def _dots(said: str, of: Callable[[Rows], list[float]], top: Callable[[list[float]], float | None]) -> Any:
-    def draw(axes: Any, found: Mapping[str, Rows]) -> None:
-        groups = {name.replace(", ", ",\n"): of(rows) for name, rows in found.items()}
-        dots(axes, groups, said)
+def _dots(label: str, of: Callable[[Rows], list[float]], top: Callable[[list[float]], float | None]) -> Any:
+    def draw(axes: Any, rows_by_network: Mapping[str, Rows]) -> None:
+        groups = {name.replace(", ", ",\n"): of(rows) for name, rows in rows_by_network.items()}
+        dots(axes, groups, label)
         axes.set_ylim(0, top([value for each in groups.values() for value in each]))
 
     return draw

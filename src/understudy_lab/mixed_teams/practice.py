@@ -60,14 +60,14 @@ def _made(
 
 def _thing(thing: ObjectClass, **changes: Any) -> ObjectClass:
     """Return a class of objects with changes; one that is given positions drops its number, and the reverse."""
-    kept = {name: getattr(thing, name) for name in thing.__struct_fields__ if name not in changes}
+    fields = {name: getattr(thing, name) for name in thing.__struct_fields__ if name not in changes}
     if "at" in changes:
-        kept.pop("count", None)
-        kept.pop("apart", None)
+        fields.pop("count", None)
+        fields.pop("apart", None)
         changes.pop("apart", None)
     if "count" in changes:
-        kept.pop("at", None)
-    return ObjectClass(**kept, **changes)
+        fields.pop("at", None)
+    return ObjectClass(**fields, **changes)
 
 
 def _one(kind: str, *at: tuple[float, float, float], **more: Any) -> RobotGroup:
@@ -80,7 +80,7 @@ def practices() -> Mapping[str, Scenario]:
     gone, soon = CaptureRule(range=5.0, after_s=1.5), CaptureRule(range=1.6, after_s=12.0)
     there, beside = ((9.0, 7.0),), (9.4, 7.3, 0.0)
     carrier, taken = _one(CARRIER), CaptureRule(range=1.6, after_s=1.5)
-    found = {
+    practices_by_name = {
         "a scout in a yard": _made(_one(SCOUT), size=(5.6, 5.6), harbor=((5.0, 5.0),), at=((2.8, 2.8),)),
         "a scout, a wreck somewhere": _made(_one(SCOUT), count=1),
         "a scout, wrecks that others empty": _made(_one(SCOUT), count=4, capture=gone),
@@ -106,13 +106,13 @@ def practices() -> Mapping[str, Scenario]:
         "a carrier with a load": _made(_one(CARRIER, stored=CAPACITY), count=1),
     }
     for kind in (SCOUT, CARRIER):
-        found |= {
+        practices_by_name |= {
             f"a {kind} alone": _made(_one(kind), at=ELSEWHERE),
             f"a {kind} between walls": _made(
                 _one(kind), size=(8.0, 8.0), harbor=((3.0, 3.0),), at=((5.0, 5.0),)
             ),
         }
-    return found
+    return practices_by_name
 
 
 @cache
@@ -139,10 +139,10 @@ def squads_library(robots: Libraries) -> Library:
 
 def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
     """Return a function that makes the robots on which the coordinator is taught."""
-    known = collect_libraries(scenario(), robots)
+    libraries = collect_libraries(scenario(), robots)
 
     def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(squad_practices()[practice], SQUAD, known, seed=seed)
+        return make_coordinator_body(squad_practices()[practice], SQUAD, libraries, seed=seed)
 
     return make
 
@@ -157,8 +157,8 @@ def make_single_type_scenario(kind: str) -> Scenario:
 
 def make_uncoordinated_team(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
     """Make the mixed team without its coordinator; `doing` gives the behavior of each type."""
-    known = collect_libraries(scenario(), robots)
-    return make_team(scenario(), seeds, known, {kind: (name, {}) for kind, name in doing.items()})
+    libraries = collect_libraries(scenario(), robots)
+    return make_team(scenario(), seeds, libraries, {kind: (name, {}) for kind, name in doing.items()})
 
 
 def make_single_type_team(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
@@ -203,6 +203,8 @@ def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -
         ).teach(*topics)
         for kind, topics in TOPICS.items()
     }
-    known = {kind: teaching.library for kind, teaching in robots.items()}
-    teacher = ScriptedTeacher(squads_library(known), troops(known), seed, options={}, progress=progress)
+    libraries = {kind: teaching.library for kind, teaching in robots.items()}
+    teacher = ScriptedTeacher(
+        squads_library(libraries), troops(libraries), seed, options={}, progress=progress
+    )
     return MixedTeaching(robots, teacher.teach(*salvage_carrier_teacher.TOPICS))

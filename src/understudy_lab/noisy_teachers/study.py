@@ -90,14 +90,14 @@ def _group(rows: Rows) -> Found:
     return {(name, way, chance): rows.where(task=name, way=way, chance=chance) for name, way, chance in KINDS}
 
 
-def _count(found: Found, kind: Kind) -> int | None:
-    return count_corrections_needed(found[kind], found[kind[0], CLEAN, 0.0])
+def _count(groups: Found, kind: Kind) -> int | None:
+    return count_corrections_needed(groups[kind], groups[kind[0], CLEAN, 0.0])
 
 
-def _group_with_clean(found: Found) -> Found:
+def _group_with_clean(groups: Found) -> Found:
     return {
-        kind: Rows({**row, "clean": found[kind[0], CLEAN, 0.0]} for row in rows)
-        for kind, rows in found.items()
+        kind: Rows({**row, "clean": groups[kind[0], CLEAN, 0.0]} for row in rows)
+        for kind, rows in groups.items()
     }
 
 
@@ -111,11 +111,11 @@ def _said(count: int | None) -> str:
     return f"after {count} correction{'s' * (count != 1)}"
 
 
-def _headline(found: Found) -> str:
+def _headline(groups: Found) -> str:
     return " ".join(
         f"Teachers of goto who press late, and press a wrong button in {chance:.0%} of presses, come within "
-        f"{100 * SHORT:.0f} points of a teacher without faults {_said(_count(found, ('goto', ASKED, chance)))} if they "
-        f"are asked about odd presses, and {_said(_count(found, ('goto', PLAIN, chance)))} if not."
+        f"{100 * SHORT:.0f} points of a teacher without faults {_said(_count(groups, ('goto', ASKED, chance)))} if "
+        f"they are asked about odd presses, and {_said(_count(groups, ('goto', PLAIN, chance)))} if not."
         for chance in CHANCES[:2]
     )
 
@@ -140,8 +140,8 @@ def _goal(chance: float, way: str) -> Goal:
     )
 
 
-def _notes(found: Found) -> tuple[str, ...]:
-    ends = [means(found["servoing", way, chance])[0] for way in (PLAIN, ASKED) for chance in CHANCES]
+def _notes(groups: Found) -> tuple[str, ...]:
+    ends = [means(groups["servoing", way, chance])[0] for way in (PLAIN, ASKED) for chance in CHANCES]
     return (
         "Servoing needs hardly any corrections: before the first correction, robots succeed in "
         f"{100 * min(ends):.0f} to {100 * max(ends):.0f} % of trials, with any of these faults.",
@@ -150,10 +150,10 @@ def _notes(found: Found) -> tuple[str, ...]:
     )
 
 
-def _draw(axes: Axes, found: Found, chance: float) -> None:
+def _draw(axes: Axes, groups: Found, chance: float) -> None:
     """Draw the success of GoTo over the number of corrections."""
     for way, color in zip((CLEAN, *WAYS), ("#6b7280", *COLORS), strict=False):
-        mean = means(found["goto", way, 0.0 if way == CLEAN else chance])
+        mean = means(groups["goto", way, 0.0 if way == CLEAN else chance])
         axes.plot(range(MOST + 1), mean, "-", color=color, linewidth=1.4, label=way)
     axes.set_ylim(0.0, 1.03)
     axes.set_xlabel("corrections")

@@ -121,14 +121,14 @@ def _ask(session: Session, person: SlippingPerson, topic: LessonPlan) -> None:
     """Ask about each suspected slip, the most doubtful first, and correct the example or record that it is right."""
     while odd := find_mislabels(session.lesson, meant=person.meant, most=1):
         example = odd[0].example
-        said = person.answer(odd[0], session.automaton, topic.show)
-        if said != example.next:
-            session.correct_slip(example.number, said)
+        answer = person.answer(odd[0], session.automaton, topic.show)
+        if answer != example.next:
+            session.correct_slip(example.number, answer)
 
 
 def _press_earlier(session: Session) -> None:
     """Set the lesson's reaction time to the one estimated from its own examples."""
-    found = estimate_reaction_time(session.lesson, steady=list_steady_readings(session.body))
+    estimate = estimate_reaction_time(session.lesson, steady=list_steady_readings(session.body))
     options = session.lesson.options
-    if found is not None and found.least_s > options.reaction_s:
-        session.change_design(options=replace(options, reaction_s=found.reaction_s))
+    if estimate is not None and estimate.least_s > options.reaction_s:
+        session.change_design(options=replace(options, reaction_s=estimate.reaction_s))

@@ -116,26 +116,26 @@ def _share(rows: Sequence[Row], what: str, well: Callable[[Row], bool]) -> Compa
 
 def _compared(novices: Sequence[Row]) -> dict[tuple[str, str], tuple[str, str, float, bool]]:
     """Return each comparison: value of those who succeed, of those who fail, p, and whether it is significant."""
-    found = {
+    comparisons = {
         (what, reading): (_number if what in NUMBERS else _share)(novices, what, well)
         for what in (*NUMBERS, *SHARES)
         for reading, well in READINGS.items()
     }
-    remain = apply_holm_correction([p for _, _, p in found.values()])
-    return {key: (*cells, stays) for (key, cells), stays in zip(found.items(), remain, strict=True)}
+    remain = apply_holm_correction([p for _, _, p in comparisons.values()])
+    return {key: (*cells, stays) for (key, cells), stays in zip(comparisons.items(), remain, strict=True)}
 
 
 def table(novices: Sequence[Row]) -> ResultTable:
     """Return the table of all comparisons by both criteria of success; a star marks those significant after Holm."""
-    found = _compared(novices)
+    comparisons = _compared(novices)
 
     def cells(what: str) -> list[str]:
-        of = [found[what, reading] for reading in READINGS]
+        of = [comparisons[what, reading] for reading in READINGS]
         return [cell for good, bad, p, stays in of for cell in (good, bad, f"{p:.2g}{' *' if stays else ''}")]
 
     return ResultTable(
         "Differences between novices who succeed and who fail (half: in half of all trials; each: in half of the trials"
-        f" from each position; *: significant at 5 % after Holm's correction for all {len(found)} comparisons)",
+        f" from each position; *: significant at 5 % after Holm's correction for all {len(comparisons)} comparisons)",
         ("", *(f"#{what}" for reading in ("half", "each") for what in (f"{reading}: succeed", "fail", "p"))),
         [(what, *cells(what)) for what in (*NUMBERS, *SHARES)],
     )
@@ -143,9 +143,11 @@ def table(novices: Sequence[Row]) -> ResultTable:
 
 def note(novices: Sequence[Row]) -> str:
     """Return a note on the significant differences by both criteria of success."""
-    found = _compared(novices)
+    comparisons = _compared(novices)
     remain = {
-        reading: ", ".join(f"`{what}`" for what, by in found if by == reading and found[what, by][3])
+        reading: ", ".join(
+            f"`{what}`" for what, by in comparisons if by == reading and comparisons[what, by][3]
+        )
         for reading in READINGS
     }
     failing = [row for row in novices if not has_succeeded(row)]

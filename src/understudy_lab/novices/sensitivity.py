@@ -66,22 +66,22 @@ def numbers(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
 def chances(rows: Sequence[Row]) -> dict[tuple[str, float, str], float]:
     """Return the p-value of each change: each novice is compared with itself without the change."""
     before = {row["task"]["seed"]: row for row in select_unchanged(rows)}
-    found = {}
+    p_values = {}
     for name in PARAMETERS:
         for factor in FACTORS:
             now = select_changed(rows, name, factor)
             for reading, well in READINGS.items():
                 was = [well(before[row["task"]["seed"]]) for row in now]
-                found[name, factor, reading] = pairs_differ(was, [well(row) for row in now])
-    return found
+                p_values[name, factor, reading] = pairs_differ(was, [well(row) for row in now])
+    return p_values
 
 
 def list_significant_changes(rows: Sequence[Row]) -> set[tuple[str, float, str]]:
     """Return the changes that have a significant effect after Holm's correction."""
-    found = chances(rows)
+    p_values = chances(rows)
     return {
         key
-        for key, remains in zip(found, apply_holm_correction(list(found.values())), strict=True)
+        for key, remains in zip(p_values, apply_holm_correction(list(p_values.values())), strict=True)
         if remains
     }
 
@@ -161,8 +161,10 @@ def draw(axes: Axes, rows: Sequence[Row]) -> None:
         axes.axvline(100 * now["succeed"] / now["of"], color="#6b7280", linewidth=1, linestyle=":")
     for factor, color, up in zip(FACTORS, COLORS, (0.17, -0.17), strict=False):
         for what, fill in (("half", color), ("everywhere", "white")):
-            found = [summarize_both_readings(select_changed(rows, name, factor))[what] for name in PARAMETERS]
-            at = [(k + up, each) for k, each in enumerate(found) if each["of"]]
+            summaries = [
+                summarize_both_readings(select_changed(rows, name, factor))[what] for name in PARAMETERS
+            ]
+            at = [(k + up, each) for k, each in enumerate(summaries) if each["of"]]
             low, high = ([100 * each[end] for _, each in at] for end in ("low", "high"))
             middle = [100 * each["succeed"] / each["of"] for _, each in at]
             heights = [height for height, _ in at]

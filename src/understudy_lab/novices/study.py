@@ -66,16 +66,16 @@ SEEDS = range(53_000, 53_100)
 
 def tasks(plan: StudyPlan) -> list[Task]:
     """Return two tasks per novice, one of them live, and unless quick, others with each parameter changed."""
-    made: list[Task] = [{"seed": seed} for seed in plan.seeds]
-    made += [{"seed": seed, "method": LIVE} for seed in plan.seeds]
+    teachings: list[Task] = [{"seed": seed} for seed in plan.seeds]
+    teachings += [{"seed": seed, "method": LIVE} for seed in plan.seeds]
     if not plan.quick:
         changes = [(name, factor) for name in PARAMETERS for factor in FACTORS]
-        made += [
+        teachings += [
             {"seed": seed, "trait": name, "factor": factor}
             for name, factor in changes
             for seed in plan.seeds[:SENSITIVITY]
         ]
-    return made
+    return teachings
 
 
 def work(task: Task) -> Row:
@@ -134,8 +134,8 @@ SHOWED_LOST = Count(lambda row: "ball lost" in row["traits"]["situations"])
 
 def _times(row: Row, *positions: str) -> float | None:
     """Return the median time in s of a robot over its successful trials; None without any."""
-    found = [each for position in positions for each in times(row, position)]
-    return float(np.median(found)) if found else None
+    seconds = [each for position in positions for each in times(row, position)]
+    return float(np.median(seconds)) if seconds else None
 
 
 def _methods(rows: Rows) -> dict[str, Rows]:
@@ -274,8 +274,8 @@ def _draw_times(axes: Axes, rows: Rows) -> None:
     """Draw the times from the three positions."""
     good, bins = select_unchanged(rows).filter(has_succeeded), np.arange(5.0, 61.0, 2.5).tolist()
     for position, color in zip(POSITIONS, COLORS, strict=False):
-        found = np.clip([each for row in good for each in times(row, position)], 5.0, 59.9)
-        axes.hist(found, bins, histtype="step", linewidth=1.6, color=color, label=position)
+        seconds = np.clip([each for row in good for each in times(row, position)], 5.0, 59.9)
+        axes.hist(seconds, bins, histtype="step", linewidth=1.6, color=color, label=position)
     axes.set_xlabel("time to within 15 cm, s (60: or more)")
     axes.set_ylabel("trials")
     axes.set_title("time to the ball")

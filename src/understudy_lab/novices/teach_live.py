@@ -79,14 +79,14 @@ class _LiveTeaching:
         self._placement.allow_anywhere(self._session)
         first = draw_seed(self._novice)
         seeds = range(first, first + FRESH_WORLDS)
-        found = find_next_situation(self._session, seeds=seeds, queries=self._queries)
-        if found is None:
+        situation = find_next_situation(self._session, seeds=seeds, queries=self._queries)
+        if situation is None:
             self._session.reset(first)
         else:
-            go_to_situation(self._session, found)
-            if found.question.doubt.because is DoubtReason.REPEATING:
-                self._queries.note_asked(found.question)
-                self._answer(found.question)
+            go_to_situation(self._session, situation)
+            if situation.question.doubt.because is DoubtReason.REPEATING:
+                self._queries.note_asked(situation.question)
+                self._answer(situation.question)
 
     def _watch_robot(self, limit_s: float) -> None:
         """Watch the robot until it has succeeded or the time is up, answer its questions, and correct it."""

@@ -147,23 +147,23 @@ def draw_traits(seed: int, *, scaled: Mapping[str, float] = MappingProxyType({})
         return (bounds[0] + (bounds[1] - bounds[0]) * share) * scaled.get(name, 1.0)
 
     draws = np.random.default_rng([seed, 2])
-    found = {
+    traits = {
         name: within(name, (least, most), float(draws.random())) for name, (least, most, _) in RANGES.items()
     }
     omitted = draws.random(len(SITUATIONS))
-    kept = [
-        each for each, share in zip(SITUATIONS, omitted.tolist(), strict=True) if share >= found["left_out"]
+    situations_left = [
+        each for each, share in zip(SITUATIONS, omitted.tolist(), strict=True) if share >= traits["left_out"]
     ]
-    situations = kept or [SITUATIONS[int(np.argmax(omitted))]]
+    situations = situations_left or [SITUATIONS[int(np.argmax(omitted))]]
     mistaken, which, left, at_edge, edge, carry, patience = draws.random(7).tolist()
     return Traits(
-        reaction_s=found["reaction_s"],
-        slips=min(1.0, found["slips"]),
-        lapses=min(0.9, found["lapses"]),
-        misjudged=found["misjudged"],
-        off_middle_px=found["off_middle_px"],
+        reaction_s=traits["reaction_s"],
+        slips=min(1.0, traits["slips"]),
+        lapses=min(0.9, traits["lapses"]),
+        misjudged=traits["misjudged"],
+        off_middle_px=traits["off_middle_px"],
         situations=tuple(situations),
-        mistake=MISTAKES[int(3 * which)] if mistaken < found["misunderstood"] else UNDERSTOOD,
+        mistake=MISTAKES[int(3 * which)] if mistaken < traits["misunderstood"] else UNDERSTOOD,
         search="left" if left < 0.5 else "right",
         edge_px=within("edge_px", EDGE_PX, edge) if at_edge < AT_EDGE * scaled.get("at_edge", 1.0) else 0.0,
         carry_s=within("carry_s", CARRY_S, carry),

@@ -87,14 +87,14 @@ def measure_patrol(taught: PatrolTeaching, worlds: Sequence[int], ticks: int = T
 
 def rounds(tracks: PatrolTracks) -> dict[str, Any]:
     """Return how a team patrols: cycles, captures, joint attacks, and attacks on intruders that are gone."""
-    found, number = list(cycles(tracks)), len(captures(tracks))
+    ended, number = list(cycles(tracks)), len(captures(tracks))
     seconds = sighting_to_capture(tracks)
     sighted, joined = count_joint_attacks(tracks)
     seldom = false_homes(tracks)
     return {
-        "cycles": len(found),
-        "complete": _share(sum(cycle.complete for cycle in found), len(found)),
-        "false_captures": _share(seldom, len(found) + seldom),
+        "cycles": len(ended),
+        "complete": _share(sum(cycle.complete for cycle in ended), len(ended)),
+        "false_captures": _share(seldom, len(ended) + seldom),
         "captures_per_hour": round(number / tracks.hours, 2),
         "sighting_to_capture_s": [round(float(each), 1) for each in np.quantile(seconds, (0.5, 0.9))]
         if len(seconds)
@@ -108,9 +108,9 @@ def rounds(tracks: PatrolTracks) -> dict[str, Any]:
 
 def deferrals(tracks: PatrolTracks) -> dict[str, Any]:
     """Return how a team treats the boss: encounters, the share in which all faced him, the share resumed on time."""
-    found = list(encounters(tracks))
-    met = [each for each in found if each.in_sight]
-    resumed = [each.resumed_s for each in found if not np.isnan(each.resumed_s)]
+    meetings = list(encounters(tracks))
+    met = [each for each in meetings if each.in_sight]
+    resumed = [each.resumed_s for each in meetings if not np.isnan(each.resumed_s)]
     on_time = sum(abs(each - RESUMES_S) <= ON_TIME_S + 1e-6 for each in resumed)
     return {
         "encounters": len(met),
@@ -126,12 +126,12 @@ def _share(count: int, of: int) -> float | None:
 def _failing(worlds: Sequence[int]) -> Mapping[int, Sequence[int]]:
     """Return the failing robots by tick: one random robot of each world."""
     draws = np.random.default_rng(list(worlds))
-    found: dict[int, list[int]] = {}
+    robots_by_tick: dict[int, list[int]] = {}
     for world in range(len(worlds)):
-        found.setdefault(int(draws.integers(*FAILS_TICK)), []).append(
+        robots_by_tick.setdefault(int(draws.integers(*FAILS_TICK)), []).append(
             world * ROBOTS + int(draws.integers(ROBOTS))
         )
-    return found
+    return robots_by_tick
 
 
 def _captured_late(tracks: PatrolTracks) -> int:

@@ -71,10 +71,10 @@ def _wished(screen: SessionView, wander: Wish, servo: Wish, close_px: float) -> 
 def _within(screen: SessionView, task: str, move: str, wish: Wish) -> str | None:
     """Return the state that a wish for one part of the automaton asks for, with the part's name as prefix."""
     target = TARGET.get(task)
-    seen = dict(screen.features)
+    features = dict(screen.features)
     if target is not None:
-        seen["blob_x(A)"] = seen[f"blob_x({target})"]
-    wished = wish(replace(screen, state=move, features=seen))
+        features["blob_x(A)"] = features[f"blob_x({target})"]
+    wished = wish(replace(screen, state=move, features=features))
     return wished if wished is None or wished == KEEP else f"{task}_{wished}"
 
 

@@ -50,9 +50,9 @@ def scenario() -> Scenario:
 @cache
 def make_quiet_scenario() -> Scenario:
     """Return the same scenario without a boss, for practice."""
-    made = scenario()
-    objects = (replace(each, presence=NEVER) if each.name == "boss" else each for each in made.objects)
-    return replace(made, objects=tuple(objects))
+    whole = scenario()
+    objects = (replace(each, presence=NEVER) if each.name == "boss" else each for each in whole.objects)
+    return replace(whole, objects=tuple(objects))
 
 
 def collect_regions_libraries(robots: Library, patrols: Library, top: Library | None = None) -> Libraries:

@@ -95,29 +95,29 @@ def residual_s(tracks: PatrolTracks) -> float:
 def count_joint_attacks(tracks: PatrolTracks) -> tuple[int, int]:
     """Count the sightings while dispersing, and those after which all were ordered to attack in the same tick."""
     before, now = tracks.doing[:-1], tracks.doing[1:]
-    seen = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
-    return int(seen.sum()), int((seen & (now == ATTACK).all(axis=2)).sum())
+    sightings = tracks.sees[1:].any(axis=2) & (before == DISPERSE).all(axis=2)
+    return int(sightings.sum()), int((sightings & (now == ATTACK).all(axis=2)).sum())
 
 
 def attackers(tracks: PatrolTracks) -> NDArray[np.int64]:
     """Return for each captured intruder how many robots were attacking when the first came close enough."""
     since = round(CAPTURE_S / tracks.tick_s) + 1
-    found = [
+    counts = [
         int((tracks.doing[max(0, tick - since), world] == ATTACK).sum()) for world, tick in captures(tracks)
     ]
-    return np.array([count for count in found if count], np.int64)
+    return np.array([count for count in counts if count], np.int64)
 
 
 def sighting_to_capture(tracks: PatrolTracks) -> NDArray[np.float64]:
     """Return for each captured intruder the time in s from its first sighting to its removal."""
-    found = []
+    times = []
     for world, tick in captures(tracks):
         gone_before = np.flatnonzero(~tracks.intruder.there[:tick, world])
         first = int(gone_before[-1]) + 1 if len(gone_before) else 0
-        seen = np.flatnonzero(tracks.sees[first:tick, world].any(axis=1))
-        if len(seen):
-            found.append((tick - first - int(seen[0])) * tracks.tick_s)
-    return np.array(found)
+        sightings = np.flatnonzero(tracks.sees[first:tick, world].any(axis=1))
+        if len(sightings):
+            times.append((tick - first - int(sightings[0])) * tracks.tick_s)
+    return np.array(times)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +164,8 @@ def encounters(tracks: PatrolTracks, *, within_s: float = TURNS_S + LEEWAY_S) ->
 def _resumed(tracks: PatrolTracks, world: int, tick: int) -> float:
     over = np.flatnonzero((tracks.doing[tick:, world] != RUN_AWAY).any(axis=1))
     end = tick + int(over[0]) if len(over) else 0
-    seen = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))
-    return float((end - seen[-1]) * tracks.tick_s) if end and len(seen) else float("nan")
+    sightings = np.flatnonzero(tracks.sees_boss[: end + 1, world].any(axis=1))
+    return float((end - sightings[-1]) * tracks.tick_s) if end and len(sightings) else float("nan")
 
 
 def find_boss_in_view(tracks: PatrolTracks, world: int, rows: slice) -> NDArray[np.bool_]:
@@ -173,8 +173,8 @@ def find_boss_in_view(tracks: PatrolTracks, world: int, rows: slice) -> NDArray[
     x, y = tracks.x[rows, world], tracks.y[rows, world]
     toward = np.arctan2(tracks.boss.y[rows, world, None] - y, tracks.boss.x[rows, world, None] - x)
     off = np.mod(toward - tracks.heading[rows, world] + pi, tau) - pi
-    found: NDArray[np.bool_] = np.abs(off) <= VIEW / 2
-    return found
+    in_view: NDArray[np.bool_] = np.abs(off) <= VIEW / 2
+    return in_view
 
 
 def find_boss_sightings(

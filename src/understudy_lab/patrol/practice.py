@@ -37,11 +37,11 @@ def scenario() -> Scenario:
 def _with(
     objects: Mapping[str, Callable[[ObjectClass], ObjectClass]], robots: RobotGroup | None = None
 ) -> Scenario:
-    made = scenario()
+    whole = scenario()
     return replace(
-        made,
-        objects=tuple(objects.get(each.name, _same)(each) for each in made.objects),
-        robots=made.robots if robots is None else (robots,),
+        whole,
+        objects=tuple(objects.get(each.name, _same)(each) for each in whole.objects),
+        robots=whole.robots if robots is None else (robots,),
     )
 
 
@@ -131,10 +131,10 @@ def squads_library(robots: Library) -> Library:
 
 def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
     """Return a function that makes the robots on which the coordinator is taught."""
-    known = collect_libraries(scenario(), robots)
+    libraries = collect_libraries(scenario(), robots)
 
     def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(squad_practices()[practice], SQUAD, known, seed=seed)
+        return make_coordinator_body(squad_practices()[practice], SQUAD, libraries, seed=seed)
 
     return make
 
@@ -148,5 +148,5 @@ def make_coordinated_team(
     robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
     """Make the team whose coordinator runs a behavior, with one world per seed."""
-    known = {ROBOT: robots, SQUAD: coordinators}
-    return make_team(replace(scenario(), radio=radio), seeds, known, {SQUAD: (behavior, {})})
+    libraries = {ROBOT: robots, SQUAD: coordinators}
+    return make_team(replace(scenario(), radio=radio), seeds, libraries, {SQUAD: (behavior, {})})

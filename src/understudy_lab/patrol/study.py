@@ -37,8 +37,10 @@ def tasks(plan: StudyPlan) -> list[Task]:
     if plan.quick:
         return [{"features": OWN, "seed": seed} for seed in plan.seeds]
     ways = (OWN, PAPERS, UNDIVIDED, TOGETHER)
-    made: list[Task] = [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
-    return made + [{"features": OWN, "method": LIVE, "seed": seed} for seed in plan.seeds[:LIVE_TEACHINGS]]
+    teachings: list[Task] = [{"features": way, "seed": seed} for way in ways for seed in plan.seeds]
+    return teachings + [
+        {"features": OWN, "method": LIVE, "seed": seed} for seed in plan.seeds[:LIVE_TEACHINGS]
+    ]
 
 
 def work(task: Task) -> Row:
@@ -82,12 +84,16 @@ LAYERS = {"one automaton": ("whole", "lessons"), "layers": ("layers", "lessons_i
 """The results and the lessons of one robot, taught as one automaton and in layers."""
 
 
-def _by_arm(found: Mapping[str, Rows]) -> dict[str, Rows]:
-    return {arm: Rows(row[key] | row for row in found[way]) for arm, (way, key) in ARMS.items() if found[way]}
+def _by_arm(rows_by_way: Mapping[str, Rows]) -> dict[str, Rows]:
+    return {
+        arm: Rows(row[key] | row for row in rows_by_way[way])
+        for arm, (way, key) in ARMS.items()
+        if rows_by_way[way]
+    }
 
 
-def _by_features(found: Mapping[str, Rows]) -> dict[str, Rows]:
-    return {way: rows for way in (OWN, PAPERS) if (rows := found[way])}
+def _by_features(rows_by_way: Mapping[str, Rows]) -> dict[str, Rows]:
+    return {way: rows for way in (OWN, PAPERS) if (rows := rows_by_way[way])}
 
 
 def _count_rounds(row: Row) -> float:
@@ -111,8 +117,8 @@ UNDIVIDED_TABLE = ColumnPerGroup(
 )
 
 
-def _headline(found: Mapping[str, Rows]) -> str:
-    own = found[OWN]
+def _headline(rows_by_way: Mapping[str, Rows]) -> str:
+    own = rows_by_way[OWN]
     longer = own.median(lambda row: row["alone"]["residual_s"] / max(1.0, row["coordinated"]["residual_s"]))
     return (
         f"{COMPLETES.number(own)} of {len(own)} taught teams complete at least {GOOD:.0%} of their cycles (capture an "
@@ -123,8 +129,8 @@ def _headline(found: Mapping[str, Rows]) -> str:
     )
 
 
-def _notes(found: Mapping[str, Rows]) -> tuple[str, ...]:
-    first, worst = found[OWN][0], min(found[OWN], key=lambda row: row["coordinated"]["complete"])
+def _notes(rows_by_way: Mapping[str, Rows]) -> tuple[str, ...]:
+    first, worst = rows_by_way[OWN][0], min(rows_by_way[OWN], key=lambda row: row["coordinated"]["complete"])
     return (
         f"As one automaton, CollectivePatrolAndDefer would have {first['states_of_one']} states for one robot, and "
         f"{first['states_of_all']:,} for four robots that act side by side.",

@@ -61,15 +61,15 @@ class OrderedActivity:
     def now(self) -> NDArray[np.int8]:
         """Return the present activity of all robots [W, N]."""
         if self._reaches:
-            found = np.full(self._team.ground.agents, OTHER, np.int8)
+            activities = np.full(self._team.ground.agents, OTHER, np.int8)
         else:
-            found = self._of_states[_engine(self._team).stacks.state[:, 0]]
+            activities = self._of_states[_engine(self._team).stacks.state[:, 0]]
         for squads, member, robot in self._reaches:
             ordering = squads.ordering
             meanings = [[_meaning(duty, home) for home in self._homes] for duty in ordering.duties]
             meant = np.array(meanings, np.int8)[ordering.heard[member], self._squad[robot]]
-            found[robot] = np.where(meant == OTHER, found[robot], meant)
-        return found.reshape(self._worlds, -1)
+            activities[robot] = np.where(meant == OTHER, activities[robot], meant)
+        return activities.reshape(self._worlds, -1)
 
 
 def _engine(team: Team) -> Engine:
@@ -165,13 +165,13 @@ def watch(
     `homes` are the homes of the squads, in order.
     """
     world = world_of(team)
-    told = OrderedActivity(team, world.worlds, homes)
+    ordered = OrderedActivity(team, world.worlds, homes)
 
     def tick() -> tuple[NDArray[np.int8], Percept]:
         team.tick()
-        return told.now(), team.layers[0].percept
+        return ordered.now(), team.layers[0].percept
 
-    return record_tracks(world, ticks, tick, squad=told.squad, homes=homes, failing=failing)
+    return record_tracks(world, ticks, tick, squad=ordered.squad, homes=homes, failing=failing)
 
 
 def record_tracks(

@@ -100,11 +100,11 @@ def learn_from_labels(segmentation: Segmentation, features: Sequence[Feature]) -
     """
     names = [each.name for each in segmentation.candidates]
     library = Library(Kit.from_parts(*features, *map(Behavior, names)))
-    made = to_lesson(
+    drive_lesson = to_lesson(
         segmentation, name=NAME, library=library, features=[each.name for each in features], reaction_s=0.0
     )
-    lesson = choose_stateless(segmentation, made).lesson
-    return made.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
+    lesson = choose_stateless(segmentation, drive_lesson).lesson
+    return drive_lesson.library.with_automaton(TrainedAutomaton(learn_automaton(lesson), lesson))
 
 
 def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[str]) -> NDArray[np.int64]:
@@ -113,11 +113,11 @@ def run_over_readings(library: Library, drive: RecordedDrive, names: Sequence[st
     columns = [read_feature_column(each, drive.percept, agents=drive.ticks) for each in program.features]
     rows = np.array(columns).T.tolist()
     states = {name_state(name): index for index, name in enumerate(names)}
-    found = np.empty(drive.ticks, np.int64)
+    indices = np.empty(drive.ticks, np.int64)
     interpreter = Interpreter(program)
     for episode in drive.episodes:
         interpreter.start(float(drive.times[episode.first]))
         for tick in range(episode.first, episode.end):
             interpreter.pulse(rows[tick], float(drive.times[tick]))
-            found[tick] = states.get(interpreter.path[0], -1)
-    return found
+            indices[tick] = states.get(interpreter.path[0], -1)
+    return indices

@@ -108,13 +108,13 @@ def record_drives(
         percept = body.sense(keys)
         rows.append([percept[key].copy() for key in keys])
         step = program.decide(percept)
-        given = stick.move(aims[step.aimed])
+        stick_commands = stick.move(aims[step.aimed])
         meant.append(step.meant.copy())
-        commands.append(given)
+        commands.append(stick_commands)
         ends = np.where(step.over & (ends == ticks), tick + 1, ends)
         if (ends < ticks).all():
             break
-        obeyed = given if pushes is None else given + pushes[tick]
+        obeyed = stick_commands if pushes is None else stick_commands + pushes[tick]
         body.act({name: obeyed[:, index].copy() for index, name in enumerate(channels)})
     table, stops = np.array(rows), ends.tolist()
     firsts = np.cumsum([0, *stops]).tolist()

@@ -115,22 +115,26 @@ def learn_from_drive(
         if features is None
         else [parse_feature(library, each) for each in features]
     )
-    found = segment(recording, make_candidates(library, recording, behaviors), features=used)
-    made = to_lesson(found, name=name, library=library, features=used, targets=targets, learner=learner)
-    learned = made.library.with_automaton(TrainedAutomaton(learn_automaton(made.lesson), made.lesson))
-    return DrivenLesson(judge_labels(found, drive.meant, hand), learned)
+    segmentation = segment(recording, make_candidates(library, recording, behaviors), features=used)
+    drive_lesson = to_lesson(
+        segmentation, name=name, library=library, features=used, targets=targets, learner=learner
+    )
+    learned = drive_lesson.library.with_automaton(
+        TrainedAutomaton(learn_automaton(drive_lesson.lesson), drive_lesson.lesson)
+    )
+    return DrivenLesson(judge_labels(segmentation, drive.meant, hand), learned)
 
 
-def judge_labels(found: Segmentation, meant: NDArray[np.int64], hand: StickSettings) -> LabelHits:
+def judge_labels(segmentation: Segmentation, meant: NDArray[np.int64], hand: StickSettings) -> LabelHits:
     """Compare the labels of a drive with what its driver meant."""
-    recording = found.drive
+    recording = segmentation.drive
     late = np.arange(recording.ticks)
     for episode in recording.episodes:
         late[episode.ticks] = np.maximum(late[episode.ticks] - hand.dead_ticks, episode.first)
     return LabelHits(
-        found.labels == meant,
-        found.labels == meant[late],
-        find_switches(found.labels, meant, recording),
+        segmentation.labels == meant,
+        segmentation.labels == meant[late],
+        find_switches(segmentation.labels, meant, recording),
     )
 
 
@@ -139,8 +143,8 @@ def find_switches(labels: NDArray[np.int64], meant: NDArray[np.int64], recording
     hits = []
     for episode in recording.episodes:
         truth, ours = meant[episode.ticks], labels[episode.ticks]
-        found = np.flatnonzero(np.diff(ours)) + 1
+        switches = np.flatnonzero(np.diff(ours)) + 1
         for tick in (np.flatnonzero(np.diff(truth)) + 1).tolist():
-            near = found[np.abs(found - tick) * recording.tick_s <= NEAR_S + 1e-9]
+            near = switches[np.abs(switches - tick) * recording.tick_s <= NEAR_S + 1e-9]
             hits.append(bool((ours[near] == truth[tick]).any()))
     return np.array(hits, np.bool_)

@@ -51,10 +51,12 @@ def label_demonstrations(
     return segment([each.drive for each in demonstrations], models, features=bound)
 
 
-def score_labels(found: Segmentation, demonstrations: Sequence[Demonstration]) -> list[float]:
+def score_labels(segmentation: Segmentation, demonstrations: Sequence[Demonstration]) -> list[float]:
     """Return the share of ticks (%) of each demonstration whose label is the true action."""
-    episodes = zip(demonstrations, found.drive.episodes, strict=True)
-    return [100 * float((found.labels[episode.ticks] == each.truth).mean()) for each, episode in episodes]
+    episodes = zip(demonstrations, segmentation.drive.episodes, strict=True)
+    return [
+        100 * float((segmentation.labels[episode.ticks] == each.truth).mean()) for each, episode in episodes
+    ]
 
 
 def score_automaton(
@@ -74,15 +76,21 @@ def score_automaton(
 def measure_folder(root: Path, folder: str, *, odd: bool) -> list[Shares]:
     """Measure the demonstrations of one folder."""
     even, features = read_demonstrations(root / folder, parity=EVEN), MORE_FEATURES[folder]
-    seen = read_demonstrations(root / folder, parity=ODD) if odd else even
+    demonstrations = read_demonstrations(root / folder, parity=ODD) if odd else even
     rows = []
     for what, models in (
         (LABELS, MODELS[folder]),
         (UNKNOWN, [with_unknown(each) for each in MODELS[folder]]),
     ):
-        rows.append(Shares(folder, what, score_labels(label_demonstrations(seen, models, features), seen)))
+        rows.append(
+            Shares(
+                folder,
+                what,
+                score_labels(label_demonstrations(demonstrations, models, features), demonstrations),
+            )
+        )
     if odd:
-        agreement = score_automaton(even, seen, folder)
+        agreement = score_automaton(even, demonstrations, folder)
     else:
         agreement = [
             share
@@ -102,12 +110,14 @@ def main() -> None:
     parser = ArgumentParser(description="Measure labels and automata on the demonstrations of PLUNDER.")
     parser.add_argument("folder", type=Path, help="folder with stop-sign, merge and pick-place")
     parser.add_argument("--odd", action="store_true", help="measure on demonstrations with odd numbers")
-    given = parser.parse_args()
-    found = [name for name in MODELS if (given.folder / name).is_dir()]
-    if not found:
-        parser.error(f"{given.folder} has none of the folders {', '.join(MODELS)}; name one that has them")
-    for name in found:
-        for row in measure_folder(given.folder, name, odd=given.odd):
+    arguments = parser.parse_args()
+    folders = [name for name in MODELS if (arguments.folder / name).is_dir()]
+    if not folders:
+        parser.error(
+            f"{arguments.folder} has none of the folders {', '.join(MODELS)}; name one that has them"
+        )
+    for name in folders:
+        for row in measure_folder(arguments.folder, name, odd=arguments.odd):
             sys.stdout.write(f"{row}\n")
             sys.stdout.flush()
 

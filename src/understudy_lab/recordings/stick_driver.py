@@ -85,10 +85,10 @@ class Stick:
         beyond = np.where(self._since < OVERSHOOT_TICKS, self._hand.overshoot * self._jump, 0.0)
         self._place = self._place + self._hand.gain * (aim + beyond - self._place)
         noise = self._hand.noise * self._random.standard_normal(aim.shape)
-        found: Floats = np.clip(self._place + noise, -1.0, 1.0)
+        commands: Floats = np.clip(self._place + noise, -1.0, 1.0)
         if self._buttons:
             pressed = (aim[:, self._buttons] > 0.0).astype(np.float64)
             free = pressed.any(axis=1)
-            self._place[free] = found[free] = 0.0
-            found[:, self._buttons] = pressed
-        return found
+            self._place[free] = commands[free] = 0.0
+            commands[:, self._buttons] = pressed
+        return commands

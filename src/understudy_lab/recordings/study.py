@@ -130,11 +130,11 @@ GOALS = (
 """The goals of each behavior."""
 
 
-def _headline(found: Mapping[str, Rows]) -> str:
+def _headline(groups: Mapping[str, Rows]) -> str:
     each = "; ".join(
         f"for {BEHAVIORS[name].title} {rows.median('ticks'):.1%} of the ticks and {rows.median('switches'):.1%} of the "
         f"switches, and {NEAR(rows)} hands"
-        for name, rows in found.items()
+        for name, rows in groups.items()
     )
     return (
         "From drives with a stick, without a press, behaviors are recognized and learned. Recognized in the "
@@ -146,7 +146,7 @@ def _headline(found: Mapping[str, Rows]) -> str:
 def _table(name: str) -> ColumnPerGroup:
     return ColumnPerGroup(
         f"{BEHAVIORS[name].title} from drives, % of ticks, switches and {WORLDS} unseen worlds (seeds {{seeds}})",
-        lambda found: {"median [smallest, largest]": found[name]},
+        lambda groups: {"median [smallest, largest]": groups[name]},
         {what: Median(lambda row, key=key: 100 * row[key], 1) for what, key in MEASURES.items()},
     )
 
@@ -158,17 +158,17 @@ def _draw_labels(name: str) -> Dots:
         "switches": "switches\nwithin 0.3 s",
     }
     shares = by_value(labels, 100)
-    return Dots(f"Labels, {BEHAVIORS[name].title}", "% right", lambda found: shares(found[name]))
+    return Dots(f"Labels, {BEHAVIORS[name].title}", "% right", lambda groups: shares(groups[name]))
 
 
 def _draw_success(name: str) -> Callable[[Any, Any], None]:
     shares = by_value({"driven": "from\nrecordings", "pressed": "by presses"}, 100)
 
-    def draw(axes: Any, found: Mapping[str, Rows]) -> None:
-        values = shares(found[name])
+    def draw(axes: Any, groups: Mapping[str, Rows]) -> None:
+        values = shares(groups[name])
         least = min(90.0, *map(min, values.values())) - 4.0
         Dots(f"Success, {BEHAVIORS[name].title}", "% of worlds", lambda _: values, (least, 102.0))(
-            axes, found
+            axes, groups
         )
 
     return draw

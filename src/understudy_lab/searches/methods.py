@@ -58,16 +58,16 @@ def search_by_cross_entropy(
     The method is that of Rubinstein (1999), with the smoothing of de Boer, Kroese, Mannor and Rubinstein (A Tutorial on
     the Cross-Entropy Method, 2005).
     """
-    rng, found = np.random.default_rng(seed), DirectedSearch()
+    rng, search = np.random.default_rng(seed), DirectedSearch()
     while True:
         mean, spread = np.full(len(space), 0.5), np.full(len(space), FIRST_SPREAD)
-        begun = found.runs
-        while found.runs < begun + RUNS_PER_START:
+        begun = search.runs
+        while search.runs < begun + RUNS_PER_START:
             drawn = rng.normal(mean, spread, (POPULATION, len(space)))
-            vectors = np.clip(drawn, 0.0, np.nextafter(1.0, 0.0))[: most_runs - found.runs]
-            robustness = run_vectors(measure, space, list(vectors), rng, found)
-            if found.failures or found.runs >= most_runs:
-                return found
+            vectors = np.clip(drawn, 0.0, np.nextafter(1.0, 0.0))[: most_runs - search.runs]
+            robustness = run_vectors(measure, space, list(vectors), rng, search)
+            if search.failures or search.runs >= most_runs:
+                return search
             elite = vectors[np.argsort(robustness, kind="stable")[:ELITE]]
             mean += SMOOTHING * (elite.mean(axis=0) - mean)
             spread += SMOOTHING * (elite.std(axis=0) - spread)
@@ -92,16 +92,16 @@ def count_random_runs(measure: Measure, space: SearchSpace, *, seed: int, most_r
 
 def count_cma_es_runs(measure: Measure, space: SearchSpace, *, seed: int, most_runs: int) -> int | None:
     """Count the runs of the directed search, with no worlds to start from, in whole generations."""
-    found = search_directed(measure, space, seed=seed, most_runs=most_runs)
-    return found.runs if found.failures else None
+    search = search_directed(measure, space, seed=seed, most_runs=most_runs)
+    return search.runs if search.failures else None
 
 
 def count_cross_entropy_runs(
     measure: Measure, space: SearchSpace, *, seed: int, most_runs: int
 ) -> int | None:
     """Count the runs of the cross-entropy method, in whole generations."""
-    found = search_by_cross_entropy(measure, space, seed=seed, most_runs=most_runs)
-    return found.runs if found.failures else None
+    search = search_by_cross_entropy(measure, space, seed=seed, most_runs=most_runs)
+    return search.runs if search.failures else None
 
 
 METHODS: Mapping[str, CountedSearch] = MappingProxyType(

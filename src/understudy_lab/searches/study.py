@@ -89,11 +89,11 @@ def seed_of_search(task: Task, number: int) -> int:
 
 def find_quartiles(runs: Sequence[int | None]) -> tuple[float, float, float]:
     """Find the first quartile, median and third quartile of runs; infinity where a search that found nothing counts."""
-    found = np.array([np.inf if each is None else each for each in runs])
+    counts = np.array([np.inf if each is None else each for each in runs])
     low, middle, high = (
         np.inf
-        if np.isinf(np.quantile(found, share, method="higher"))
-        else np.quantile(np.minimum(found, MOST_RUNS), share)
+        if np.isinf(np.quantile(counts, share, method="higher"))
+        else np.quantile(np.minimum(counts, MOST_RUNS), share)
         for share in (0.25, 0.5, 0.75)
     )
     return float(low), float(middle), float(high)
@@ -209,10 +209,23 @@ def _draw(panel: Axes, every: Rows, rule: str) -> None:
         for at, row in enumerate(rows):
             capped = np.array(_cap(row["runs"][name]))
             x = at + 0.27 * (k - 1) + np.linspace(-0.09, 0.09, len(capped))
-            found = capped <= MOST_RUNS
-            panel.plot(x[found], capped[found], "o", color=color, markersize=3, alpha=0.6, markeredgewidth=0)
+            has_failed = capped <= MOST_RUNS
             panel.plot(
-                x[~found], np.full((~found).sum(), 1_700), "^", color=color, markersize=3, fillstyle="none"
+                x[has_failed],
+                capped[has_failed],
+                "o",
+                color=color,
+                markersize=3,
+                alpha=0.6,
+                markeredgewidth=0,
+            )
+            panel.plot(
+                x[~has_failed],
+                np.full((~has_failed).sum(), 1_700),
+                "^",
+                color=color,
+                markersize=3,
+                fillstyle="none",
             )
             median = _cap_number(find_quartiles(row["runs"][name])[1])
             label = NAMES[name] if at == 0 else ""

@@ -105,13 +105,13 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         {what: compare_methods(rows, what, with_=each) for what in SUMMED} for each in (LOST, EDGES)
     )
     hand = {what: compare_methods(rows, what, with_=HAND) for what in SUMMED}
-    found = {
+    medians_by_way = {
         method: {what: round(float(np.median(medians(rows, method, what))), 2) for what in SUMMED}
         for method in METHODS
     }
     seeds = [row["task"]["seed"] for row in rows if row["task"]["method"] == FOUR]
     return StudyFindings(
-        headline=_headline(found, lost, edges, rows),
+        headline=_headline(medians_by_way, lost, edges, rows),
         tables=(
             ResultTable(
                 f"Seconds to within 15 cm of the ball, {len(seeds)} automata taught per method (seeds {seeds[0]} to "
@@ -138,7 +138,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
         goals=goals(rows),
         notes=_notes(rows, lost, edges),
         numbers={
-            "median_s": found,
+            "median_s": medians_by_way,
             "stateless_relative_to_four_states": lost,
             "edges_relative_to_four_states": edges,
             "hand_relative_to_four_states": hand,
@@ -166,21 +166,22 @@ def _failures(rows: Sequence[Row], method: str) -> str:
     return f"{count} of {of}, by {failing.replace(' (', ' automata (')}"
 
 
-def _compared(found: dict[str, float]) -> str:
-    return f"×{found['ratio']:.2f} ({found['low']:.2f}–{found['high']:.2f}), {_p(found['p'])}"
+def _compared(comparison: dict[str, float]) -> str:
+    return f"×{comparison['ratio']:.2f} ({comparison['low']:.2f}–{comparison['high']:.2f}), {_p(comparison['p'])}"
 
 
 def _p(p: float) -> str:
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
-def _headline(found: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
+def _headline(medians_by_way: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
     count, of = count_failures(rows, FOUR)
     return (
         "A robot with four states remembers on which side it lost the ball. A stateless policy takes "
-        f"×{lost[FACED]['ratio']:.2f} as long to reach the ball ({found[LOST][FACED]:.0f} s instead of "
-        f"{found[FOUR][FACED]:.0f} s) if the ball leaves the frame on the side to which the policy does not turn, and "
-        f"×{lost[AWAY]['ratio']:.2f} as long after a push that way. Memory makes no difference if the robot starts "
+        f"×{lost[FACED]['ratio']:.2f} as long to reach the ball ({medians_by_way[LOST][FACED]:.0f} s instead of "
+        f"{medians_by_way[FOUR][FACED]:.0f} s) if the ball leaves the frame on the side to which the "
+        f"policy does not turn, and ×{lost[AWAY]['ratio']:.2f} as long after a push that way. "
+        "Memory makes no difference if the robot starts "
         f"without seeing the ball (×{lost['ball not visible']['ratio']:.2f}), or compared with a policy that turns "
         f"before the ball is lost (×{edges[FACED]['ratio']:.2f}), unless that robot is pushed "
         f"(×{edges[AWAY]['ratio']:.2f}). {count} of {of} trials with four states fail."
@@ -208,24 +209,24 @@ def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
 
 def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
     """Return each goal of the experiment with the measured value."""
-    made = []
+    judged = []
     for what in (FACED, AWAY, EITHER):
-        found = compare_methods(rows, what)
-        made.append(
+        comparison = compare_methods(rows, what)
+        judged.append(
             StudyGoal(
                 f"time of the stateless policy (turns when lost) / four states, {what}",
                 f"×{FASTER}, p < {SURE}",
-                f"×{found['ratio']:.2f}, {_p(found['p'])}",
-                found["ratio"] >= FASTER and found["p"] < SURE,
+                f"×{comparison['ratio']:.2f}, {_p(comparison['p'])}",
+                comparison["ratio"] >= FASTER and comparison["p"] < SURE,
             )
         )
     for position in POSITIONS:
         ratio = compare_methods(rows, position, with_=FOUR, to=HAND)["ratio"]
-        made.append(
+        judged.append(
             StudyGoal(f"time / by hand, {position}", f"at most ×{NEAR}", f"×{ratio:.2f}", ratio <= NEAR)
         )
     count, of = count_failures(rows, FOUR, list(POSITIONS))
-    made.append(
+    judged.append(
         StudyGoal(
             "failures of the four states, three positions",
             f"at most {FAILING:.0%}",
@@ -233,7 +234,7 @@ def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
             count / of <= FAILING,
         )
     )
-    return tuple(made)
+    return tuple(judged)
 
 
 def draw(rows: Sequence[Row]) -> Figure:

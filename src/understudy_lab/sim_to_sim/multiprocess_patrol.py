@@ -49,7 +49,7 @@ def patrol(
     `together` runs all robots in one process; `tick_s` is the time between two decisions.
     """
     taught = teach_patrol(seed)
-    known = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     with TemporaryDirectory() as folder:
         options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
         options += [] if together else ["--apart"]
@@ -57,7 +57,9 @@ def patrol(
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as simulated:
             try:
                 with _joined(Path(folder) / "team.toml", tick_s) as fleet:
-                    return _watched(fleet, known, seconds=seconds, domain=domain, simulation=simulated.pid)
+                    return _watched(
+                        fleet, libraries, seconds=seconds, domain=domain, simulation=simulated.pid
+                    )
             finally:
                 simulated.terminate()
                 simulated.wait(20.0)
@@ -80,17 +82,17 @@ def _joined(path: Path, tick_s: float) -> Fleet:
     raise TimeoutError("the simulated robots never came")
 
 
-def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
+def _watched(fleet: Fleet, libraries: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
     twin = DigitalTwin(fleet)
     team = Team(
         twin,
         assign_team_members(twin.scenario),
-        known,
+        libraries,
         {practice.SQUAD: ("collective_patrol", {})},
         makes=Engine,
         seeds=(0,),
     )
-    told, objects = OrderedActivity(team, 1, ["home"]), ObjectPoses(domain)
+    ordered, objects = OrderedActivity(team, 1, ["home"]), ObjectPoses(domain)
     rows: list[tuple[Any, ...]] = []
     fleet.arm("an experiment")
     began, cpu_s = time.monotonic(), _spent_s(simulation)
@@ -100,7 +102,7 @@ def _watched(fleet: Fleet, known: Any, *, seconds: float, domain: int, simulatio
         if not all(robot.armed for robot in fleet):  # as a person would, who looks after it
             armed += _armed_again(fleet)
         robots = twin.view().robots
-        rows.append((told.now()[0].copy(), robots.x, robots.y, objects.now()))
+        rows.append((ordered.now()[0].copy(), robots.x, robots.y, objects.now()))
         due += twin.tick_s
         if (left := due - time.monotonic()) > 0:
             time.sleep(left)
@@ -138,12 +140,12 @@ def _told(rows: list[tuple[Any, ...]]) -> bool:
 
 
 def _judged(tracks: PatrolTracks) -> dict[str, Any]:
-    found = list(cycles(tracks))
+    ended = list(cycles(tracks))
     return {
-        "cycles": len(found),
-        "complete": sum(each.complete for each in found),
+        "cycles": len(ended),
+        "complete": sum(each.complete for each in ended),
         "captures": len(captures(tracks)),
-        "cycle_s": [round(each.seconds, 1) for each in found],
+        "cycle_s": [round(each.seconds, 1) for each in ended],
     }
 
 
@@ -185,11 +187,11 @@ def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
     spare = scenario.spare_objects + 1
     doing = np.array([row[0] for row in rows], np.int8)[:, None, :]
     x, y = (np.array([row[k] for row in rows], np.float32)[:, None, :] for k in (1, 2))
-    seen = np.zeros(x.shape, np.bool_)
+    never = np.zeros(x.shape, np.bool_)
     intruder, boss = (_thing([row[3][index * spare] for row in rows]) for index in (INTRUDER, BOSS))
     home = np.tile(np.array([rows[-1][3][HOME][:2]], np.float64), (x.shape[2], 1))
     return PatrolTracks(
-        tick_s, doing, x, y, np.zeros_like(x), seen, seen, intruder, boss, home,
+        tick_s, doing, x, y, np.zeros_like(x), never, never, intruder, boss, home,
         np.array([0], np.intp), np.zeros((1, 0, 3)),
     )  # fmt: skip
 
@@ -200,22 +202,22 @@ def _thing(places: list[tuple[float, float, bool]]) -> ObjectTrack:
     return ObjectTrack(there > 0, x.astype(np.float32), y.astype(np.float32))
 
 
-def _settings(given: argparse.Namespace) -> dict[str, Any]:
-    settings = vars(given)
+def _settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    settings = vars(arguments)
     return {"tick_s": settings.pop("tick"), **settings}
 
 
 def main() -> None:
     """Run from the command line and print one line of JSON."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--seed", type=int, default=1000, help="of the teaching")
-    asked.add_argument("--world", type=int, default=1, help="seed of the simulated world")
-    asked.add_argument("--seconds", type=float, default=600.0)
-    asked.add_argument("--domain", type=int, default=92)
-    asked.add_argument("--together", action="store_true", help="all robots in one process")
-    asked.add_argument("--tick", type=float, default=0.1, help="seconds from one decision to the next")
-    found = patrol(**_settings(asked.parse_args()))
-    sys.stdout.write(json.dumps(found) + "\n")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1000, help="of the teaching")
+    parser.add_argument("--world", type=int, default=1, help="seed of the simulated world")
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--domain", type=int, default=92)
+    parser.add_argument("--together", action="store_true", help="all robots in one process")
+    parser.add_argument("--tick", type=float, default=0.1, help="seconds from one decision to the next")
+    result = patrol(**_settings(parser.parse_args()))
+    sys.stdout.write(json.dumps(result) + "\n")
 
 
 if __name__ == "__main__":

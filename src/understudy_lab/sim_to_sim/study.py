@@ -58,9 +58,9 @@ def _format_median(rows: Rows, world: str) -> str:
     return "none" if median is None else f"{median:g}"
 
 
-def _headline(found: Mapping[str, Rows]) -> str:
+def _headline(groups: Mapping[str, Rows]) -> str:
     parts = [
-        f"{name} {_share(of):.0%} ({_share(of, FLAT):.0%} in the 2-D world)" for name, of in found.items()
+        f"{name} {_share(of):.0%} ({_share(of, FLAT):.0%} in the 2-D world)" for name, of in groups.items()
     ]
     return (
         "Share of successful trials in simulated physics with rendered cameras, after teaching in the 2-D world and "
@@ -81,15 +81,15 @@ def _judge(name: str) -> Callable[[Mapping[str, Rows]], StudyGoal | None]:
         goal = Goal("cycles of CollectivePatrol completed in physics", _share, least=CYCLES)
     else:
         goal = Goal(f"{name}: success in physics / in the 2-D world", _keep, ".2f", KEPT, wanted=f"{KEPT}")
-    return lambda found: goal(found[name]) if name in found else None
+    return lambda groups: goal(groups[name]) if name in groups else None
 
 
 def _list_numbers(rows: Rows) -> dict[str, Any]:
-    made: dict[str, Any] = {"examples": rows.values("examples")}
+    numbers: dict[str, Any] = {"examples": rows.values("examples")}
     for world in WORLDS:
         good, of = _count(rows, world)
-        made[world] = {"good": good, "of": of, "median": _median(rows, world)}
-    return made
+        numbers[world] = {"good": good, "of": of, "median": _median(rows, world)}
+    return numbers
 
 
 def _panel(name: str) -> Dots:

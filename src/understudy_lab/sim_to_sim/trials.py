@@ -33,7 +33,7 @@ WORLDS = 20
 """The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
 PATROLS, PATROL_TICKS = 2, 3000
 
-# GoTo(A): to the station, from wherever the seed puts the robot.
+# GoTo(A): to the station, from the place that the seed gives the robot.
 
 GOTO_S, THERE_M = 60.0, 0.55
 
@@ -49,11 +49,11 @@ def goto(library: Library, ground: World | MujocoBody) -> list[float]:
     """Return the seconds until each robot raises `done` at the station; NaN if it never does or does so elsewhere."""
     engine = Engine.from_program(ground, link(library, "goto", {"A": "station"}))
     seconds = np.full(ground.agents, nan)
-    said = np.zeros(ground.agents, np.bool_)
-    while ground.time_s < GOTO_S and not said.all():
+    is_done = np.zeros(ground.agents, np.bool_)
+    while ground.time_s < GOTO_S and not is_done.all():
         engine.tick()
-        new = engine.find_raised("done") & ~said
-        said |= new
+        new = engine.find_raised("done") & ~is_done
+        is_done |= new
         for agent in np.flatnonzero(new).tolist():
             if _to_station(ground, agent) <= THERE_M:
                 seconds[agent] = ground.time_s
@@ -163,25 +163,28 @@ def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> d
     A cycle lasts from the capture of an intruder until the robots are ordered to disperse again. It is complete if all
     robots were at home by then, and in time. `success` is the share of complete cycles.
     """
-    known: Libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    libraries: Libraries = {
+        practice.ROBOT: taught.robots.library,
+        practice.SQUAD: taught.coordinators.library,
+    }
     team = Team(
-        ground, assign_team_members(practice.scenario()), known, {practice.SQUAD: ("collective_patrol", {})},
+        ground, assign_team_members(practice.scenario()), libraries, {practice.SQUAD: ("collective_patrol", {})},
         worlds=ground.worlds, makes=Engine, seeds=ground.seeds,
     )  # fmt: skip
     tracks = watch(team, PATROL_TICKS)
-    found = list(cycles(tracks))
+    ended = list(cycles(tracks))
     return {
-        "success": sum(cycle.complete for cycle in found) / len(found) if found else nan,
-        "cycles": len(found),
-        "complete": sum(cycle.complete for cycle in found),
+        "success": sum(cycle.complete for cycle in ended) / len(ended) if ended else nan,
+        "cycles": len(ended),
+        "complete": sum(cycle.complete for cycle in ended),
         "captures": len(captures(tracks)),
-        "values": _rounded(np.array([cycle.seconds for cycle in found])),
+        "values": _rounded(np.array([cycle.seconds for cycle in ended])),
     }
 
 
 def _rounded(seconds: np.ndarray[Any, Any]) -> list[float]:
-    found: list[float] = np.round(seconds, 1).tolist()
-    return found
+    rounded: list[float] = np.round(seconds, 1).tolist()
+    return rounded
 
 
 def worlds_of(seed: int, count: int = WORLDS) -> range:

@@ -116,9 +116,9 @@ def _loads(world: World) -> float:
 def _counted(world: World) -> dict[str, float]:
     """Return the number of gathered objects of each class over all worlds."""
     rules, objects = world.rules.classes, world.state.objects["gathered"].sum(axis=0)
-    found = {}
+    counts = {}
     for name in LOADS:
         number = world.names.classes.index(name)
         of_class = slice(int(rules["first"][number]), int(rules["end"][number]))
-        found[name] = float(objects[of_class].sum())
-    return found
+        counts[name] = float(objects[of_class].sum())
+    return counts

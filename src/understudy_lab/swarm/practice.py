@@ -85,7 +85,7 @@ class PracticeRoom(World):
         super().__init__(_room(spec), [seed])
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Start the room anew with the given seed."""
+        """Restart the room with the given seed."""
         super().reset(seeds)
         self._prepare()
 

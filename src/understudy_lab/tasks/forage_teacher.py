@@ -36,7 +36,7 @@ WRONG_WAY, LONG_WAY = (
     1.0,
     2.6,
 )  # rad: A is behind a turn in the wrong direction from here on, and nearly ahead of it
-AWAY_M = 0.1  # so much farther from A than before, it drives away
+AWAY_M = 0.1  # this much farther from A than before, it drives away
 FAR_M = 1.0  # where it should drive straight at it
 
 

@@ -12,7 +12,7 @@ def show_collective_patrol(screen: SessionView) -> str | None:
     """Return the next state while demonstrating CollectivePatrol; None for no change, KEEP to confirm the current.
 
     All robots attack when one sees an intruder, go home when one has reached it, and disperse when all are home or when
-    nobody has seen the intruder for a while.
+    no robot has seen the intruder for a while.
     """
     seen = screen.features
     if screen.state == "start":
@@ -86,7 +86,7 @@ SQUAD_TOPICS = (COLLECTIVE_PATROL, DEFER)
 def show_hunt(screen: SessionView) -> str | None:
     """Return the next state while demonstrating Hunt; None for no change, KEEP to confirm the current state.
 
-    All robots attack when one sees an intruder, are done when one has reached it, and disperse again when nobody has
+    All robots attack when one sees an intruder, are done when one has reached it, and disperse again when none has
     seen it for a while.
     """
     seen = screen.features

@@ -25,13 +25,13 @@ from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, 
 
 MIDDLE_PX, WIDTH_PX = 80.0, 160.0
 EMERGED_PX = 25.0  # so far into the frame, A is well in view
-ASIDE_PX = 50.0  # so far from the middle, whoever is slow still has time to turn to it
+ASIDE_PX = 50.0  # at this distance from the middle, a slow person still has time to turn to it
 OTHER_PX = 25.0  # so far beyond the middle it is plainly in the other part of the frame
 CLOSE_PX = 6000.0  # as large as an intruder 0.7 m away
 ALMOST_PX = 5000.0  # nearly so, and no reason yet
 FAR_PX = 5200.0  # an intruder out of reach: too early to say done
 TOO_CLOSE_PX = 7200.0
-SEARCH_S = 60.0  # whoever has searched for so long has been seen enough of
+SEARCH_S = 60.0  # after this time of searching, the person has seen enough
 BEHIND_M, CLOSE_BEHIND_M, ROOM_M = 0.45, 0.35, 0.9
 
 

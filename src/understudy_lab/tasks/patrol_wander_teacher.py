@@ -14,7 +14,7 @@ from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 NEAR_M, CLEAR_M = 0.6, 0.9
 BUMP_M = 0.3  # this close to something, it should long have turned
-WIDE_M = 1.25  # so much room, and it still turns
+WIDE_M = 1.25  # with this much room, it still turns
 WIDER_M = 1.8  # so much that there is no doubt
 AROUND_S = 6.8  # a bit more than once around
 AWAY_S = 6.0

@@ -20,7 +20,7 @@ from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, 
 CAPACITY = 4
 """Largest number of units that a carrier can carry."""
 BEHIND = 0.2  # rad: as good as having it behind
-LOOKED_S = 45.0  # so long a carrier looks around for itself where its scout has found nothing
+LOOKED_S = 45.0  # the time for which a carrier looks around for itself where its scout has found nothing
 
 
 # What carriers do: Take what is in a wreck; Search one by themselves, or Fetch where a scout is; Deposit; and Gather or

@@ -100,7 +100,7 @@ class Soccer(Walker):
         self._begin()
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Start all worlds anew, one per seed."""
+        """Restart all worlds, one per seed."""
         super().reset(seeds)
         self._begin()
 

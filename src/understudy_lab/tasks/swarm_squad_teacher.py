@@ -17,7 +17,7 @@ def _joint(
 ) -> LessonPlan:
     """Return the plan of a coordinator whose members work until one finds something, and then all join it.
 
-    They work again when nobody calls any more or after `most_s` seconds.
+    They work again when no robot calls any more or after `most_s` seconds.
     """
 
     def wish(slack_s: float) -> Wish:

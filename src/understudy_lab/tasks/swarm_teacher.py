@@ -19,7 +19,7 @@ def in_state(state: str, seconds: float = 0.0) -> Seen:
     return lambda screen: screen.state == state and screen.time_s >= seconds
 
 
-# Search: find what nobody pulls.
+# Search: find objects that no robot pulls.
 
 
 def _begun(screen: SessionView, then: str) -> str:
@@ -29,7 +29,7 @@ def _begun(screen: SessionView, then: str) -> str:
 
 
 def show_find(screen: SessionView) -> str | None:
-    """Return the next state of Find, or None: wander until a crate or container is visible that nobody pulls."""
+    """Return the next state of Find, or None: wander until a crate or container is visible that no robot pulls."""
     if screen.flag:
         return None
     if there(screen, "free_container"):
@@ -73,7 +73,7 @@ FIND = LessonPlan(
 def show_search(screen: SessionView) -> str | None:
     """Return the next state of Search, or None.
 
-    The robot brings home what moves and lets go of what does not, then finds an object that nobody pulls and goes to
+    The robot brings home what moves and lets go of what does not, then finds an object that no robot pulls and goes to
     it.
     """
     if screen.flag:
@@ -117,7 +117,7 @@ SEARCH = LessonPlan(
 )
 
 
-# Help, muster: to who calls, hold what they hold, pull it home.
+# Help, muster: go to the robot that calls, hold its object, pull it home.
 
 
 def _joins(name: str, thing: str, caller: str, calls: str) -> LessonPlan:
@@ -203,7 +203,7 @@ HELP = _joins("help", "crate", "caller", "hold_and_call")
 MUSTER = _joins("muster", "container", "musterer", "hold_and_muster")
 
 
-# By themselves, with nobody to coordinate them.
+# By themselves, without a coordinator.
 
 
 ANSWERED = (

@@ -107,7 +107,7 @@ def _timed(seconds: float, yes: TreeBranch, no: TreeBranch) -> TreeTest:
 
 
 def _vain(seconds: float, unheard: str, other: str, here: str) -> TreeTest:
-    """Return a test that stays `here` until nobody calls for a while or the given seconds are over, then `other`."""
+    """Return a test that stays `here` until no robot calls for a while or the given seconds are over, then `other`."""
     return _timed(seconds, other, _timed(4.0, split_on_flag(unheard, other, here), here))
 
 

@@ -42,9 +42,9 @@ from understudy_lab.teachers.teacher import (
 LIVE = "live"
 """The method in which the robot acts from the first press on, and learns at every press."""
 FIDGETING_S = 4.0
-"""A robot that switches `LessonPlan.fidgets` times in so many s is told what it should do there."""
+"""The time in s within which `LessonPlan.fidgets` switches make the teacher press what the robot should do there."""
 TAKES_BACK_S = 0.6
-"""A demonstrator takes a switch back within so many s, or lets it pass."""
+"""The time in s within which a demonstrator takes a switch back, or lets it pass."""
 MOST_LOOKS, MOST_IDLE = 4, 2
 """In how many worlds a demonstrator looks for something to press, and how often in vain, before they give up."""
 MOST_PRESSES = 60
@@ -117,7 +117,7 @@ class Expectations:
         return all(self._topic.takes_back(each, self._before) for each in (then, screen))
 
     def begin_situation(self, passed: int | None) -> None:
-        """Begin a situation, after so many in a row without a press; None: a demonstration."""
+        """Begin a situation, after a number in a row without a press; None: a demonstration."""
         after = self._topic.skips_after
         self.skips = after == 0 or (after is not None and passed is not None and passed >= after)
         self._alarm = self._topic.make_alarm()

@@ -75,7 +75,7 @@ class TryResult(Enum):
 
 
 FIDGETS, FIDGETING = 30, 0.2
-"""So many switches within this share of their patience look like fidgeting."""
+"""The number of switches within this share of a person's patience that look like fidgeting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +99,11 @@ class SimulatedPerson:
         self._kept: tuple[str, ...] | None = None
 
     def show(self, session: Session, wish: Wish, *, until: Seen, limit_s: float) -> TryResult:
-        """Direct the robot to whatever they wish, `until` they have shown enough."""
+        """Direct the robot to each state that the person wishes, `until` they have shown enough."""
         return self.watch(session, wish, until=until, limit_s=limit_s, patience_s=limit_s)
 
     def drive(self, session: Session, behavior: str, seconds: float) -> None:
-        """Drive the robot elsewhere for so long; the automaton stays in its state, and nothing is recorded."""
+        """Drive the robot elsewhere for a time, s; the automaton stays in its state, and nothing is recorded."""
         session.drive(behavior)
         session.run_for(seconds)
         session.drive(None)
@@ -129,7 +129,7 @@ class SimulatedPerson:
     def watch(
         self, session: Session, wish: Wish, *, until: Seen, limit_s: float, patience_s: float
     ) -> TryResult:
-        """Watch the robot, and direct it to whatever they wish, `until` they have seen enough."""
+        """Watch the robot, and direct it to each state that the person wishes, `until` they have seen enough."""
         self._due = self._kept = None
         tick_s = session.body.tick_s
         path: tuple[str, ...] = ()

@@ -46,10 +46,10 @@ class PreparedRows:
     def decided(self, function: Transition, first: int, stop: int) -> list[int]:
         """Return the labels that the learned function predicts for rows `first` to `stop` (exclusive)."""
         if isinstance(function, ClassifierTransition):  # many in one go: a call a row would take hours
-            found = function.classifier.predict(self.ready[first:stop]).tolist()
+            outcomes = function.classifier.predict(self.ready[first:stop]).tolist()
         else:
-            found = [function.decide(row) for row in self.plain[first:stop]]
-        return [int(outcome) - 1 for outcome in found]
+            outcomes = [function.decide(row) for row in self.plain[first:stop]]
+        return [int(outcome) - 1 for outcome in outcomes]
 
 
 def teach_and_correct(drawn: SparseLesson, learner: Learner, *, unlearn: bool) -> CorrectionResult:
@@ -58,13 +58,13 @@ def teach_and_correct(drawn: SparseLesson, learner: Learner, *, unlearn: bool) -
     With `unlearn`, each correction is diagnosed, and the examples suspected to have caused the error are quarantined.
     """
     lesson = lesson_of(drawn, learner)
-    met, at, made = PreparedRows(drawn.met), 0, 0
+    met, at, corrections = PreparedRows(drawn.met), 0, 0
     function = _learned(lesson)
-    while made < CORRECTIONS:
+    while corrections < CORRECTIONS:
         at = _first_wrong(function, met, drawn.right, at)
         if at == len(drawn.right):
             break
-        made += 1
+        corrections += 1
         number = len(lesson.examples) + 1
         correction = example(number, met.plain[at], int(drawn.right[at]), correction=True)
         lesson = replace(lesson, examples=(*lesson.examples, correction))
@@ -73,7 +73,7 @@ def teach_and_correct(drawn: SparseLesson, learner: Learner, *, unlearn: bool) -
         function, at = _learned(lesson), at + 1
     right = np.equal(PreparedRows(drawn.test).decided(function, 0, len(drawn.test)), drawn.truth)
     out = frozenset(each.number for each in lesson.examples if each.quarantined)
-    return CorrectionResult(float(right.mean()), made, out)
+    return CorrectionResult(float(right.mean()), corrections, out)
 
 
 def _learned(lesson: Lesson) -> Transition:
@@ -82,8 +82,8 @@ def _learned(lesson: Lesson) -> Transition:
 
 def _first_wrong(function: Transition, met: PreparedRows, right: Labels, at: int) -> int:
     while at < len(right):
-        found = met.decided(function, at, at + AT_ONCE)
-        wrong = np.flatnonzero(np.not_equal(found, right[at : at + AT_ONCE]))
+        decided = met.decided(function, at, at + AT_ONCE)
+        wrong = np.flatnonzero(np.not_equal(decided, right[at : at + AT_ONCE]))
         if len(wrong):
             return at + int(wrong[0])
         at += AT_ONCE
@@ -108,14 +108,14 @@ def compare_with_unlearning(drawn: SparseLesson, learner: Learner) -> list[float
     alone = teach_and_correct(drawn, learner, unlearn=False)
     unlearned = teach_and_correct(drawn, learner, unlearn=True)
     bad = {int(place) + 1 for place in np.flatnonzero(drawn.bad)}
-    found, lost = bad & unlearned.quarantined, unlearned.quarantined - bad
+    bad_found, lost = bad & unlearned.quarantined, unlearned.quarantined - bad
     return [
         round(alone.accuracy, 4),
         round(unlearned.accuracy, 4),
         alone.corrections,
         unlearned.corrections,
         len(bad),
-        len(found),
+        len(bad_found),
         len(drawn.bad) - len(bad),
         len(lost),
     ]

@@ -72,8 +72,8 @@ def work(task: Task) -> Row:
 
 def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
     """Average or add up the results of each setting over all repeats."""
-    found = np.array([row["outcomes"] for row in rows], np.float64)
-    means, sums = found.mean(axis=0).round(6).tolist(), found.sum(axis=0).astype(int).tolist()
+    results = np.array([row["outcomes"] for row in rows], np.float64)
+    means, sums = results.mean(axis=0).round(6).tolist(), results.sum(axis=0).astype(int).tolist()
     return {
         setting: ConditionResult(*mean[:4], *total[4:])
         for setting, mean, total in zip(SETTINGS, means, sums, strict=True)
@@ -82,9 +82,9 @@ def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
 
 def conclude(rows: Sequence[Row]) -> StudyFindings:
     """Summarize all repeats as a headline, tables, goals and notes."""
-    found = outcomes(rows)
-    gains = [each.gain for each in found.values()]
-    beats, bad, lost = sum(gain > 0 for gain in gains), _found(found.values()), _lost(found.values())
+    results = outcomes(rows)
+    gains = [each.gain for each in results.values()]
+    beats, bad, lost = sum(gain > 0 for gain in gains), _found(results.values()), _lost(results.values())
     first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
     return StudyFindings(
         headline=f"With unlearning, corrections lead to more right decisions in {beats} of {len(gains)} settings, by "
@@ -103,12 +103,12 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
                     "#bad examples found",
                     "#good ones quarantined",
                 ),
-                [(said, *_told(each)) for said, each in _groups(found)],
+                [(label, *_told(each)) for label, each in _groups(results)],
             ),
             ResultTable(
                 f"Right decisions after at most {CORRECTIONS} corrections, %: without → with unlearning",
                 ("lesson", "wrong labels", *(f"#{learner}" for learner in LEARNERS)),
-                list(_settings(found)),
+                list(_settings(results)),
             ),
         ),
         goals=(
@@ -127,7 +127,7 @@ def conclude(rows: Sequence[Row]) -> StudyFindings:
             StudyGoal("bad examples found", f"{FOUND:.0%}", f"{bad:.0%}", bad >= FOUND),
             StudyGoal("good examples quarantined", f"at most {LOST:.0%}", f"{lost:.1%}", lost <= LOST),
         ),
-        notes=_notes(found),
+        notes=_notes(results),
         numbers={"gains": gains, "found": round(bad, 4), "lost": round(lost, 4)},
     )
 
@@ -142,16 +142,16 @@ def _lost(of: Iterable[ConditionResult]) -> float:
     return float(lost / max(1, good))
 
 
-def _groups(found: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, list[ConditionResult]]]:
+def _groups(results: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, list[ConditionResult]]]:
     for learner in LEARNERS:
-        yield learner, [each for setting, each in found.items() if setting.learner == learner]
+        yield learner, [each for setting, each in results.items() if setting.learner == learner]
     for data in DATA_SETS:
-        yield data.replace("_", " "), [each for setting, each in found.items() if setting.data == data]
+        yield data.replace("_", " "), [each for setting, each in results.items() if setting.data == data]
     for size in SIZES:
-        yield size, [each for setting, each in found.items() if setting.size == size]
+        yield size, [each for setting, each in results.items() if setting.size == size]
     for noise in NOISES:
-        yield f"{noise:.0%} wrong", [each for setting, each in found.items() if setting.noise == noise]
-    yield "all", list(found.values())
+        yield f"{noise:.0%} wrong", [each for setting, each in results.items() if setting.noise == noise]
+    yield "all", list(results.values())
 
 
 def _told(of: Sequence[ConditionResult]) -> tuple[str, ...]:
@@ -165,17 +165,17 @@ def _told(of: Sequence[ConditionResult]) -> tuple[str, ...]:
     )
 
 
-def _settings(found: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, ...]]:
+def _settings(results: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, ...]]:
     for data, size, noise in product(DATA_SETS, SIZES, NOISES):
-        of = [found[Condition(data, size, noise, learner)] for learner in LEARNERS]
+        of = [results[Condition(data, size, noise, learner)] for learner in LEARNERS]
         cells = (f"{100 * each.alone:.1f} → {100 * each.unlearned:.1f}" for each in of)
         yield (f"{data.replace('_', ' ')}, {size}", f"{noise:.0%}", *cells)
 
 
-def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
-    few = {setting: each for setting, each in found.items() if each.gain <= 0}
+def _notes(results: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
+    few = {setting: each for setting, each in results.items() if each.gain <= 0}
     alone, unlearned = (
-        float(np.mean([getattr(each, what) for each in found.values()]))
+        float(np.mean([getattr(each, what) for each in results.values()]))
         for what in ("corrections", "corrections_unlearned")
     )
     not_better = "; ".join(
@@ -191,13 +191,13 @@ def _notes(found: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
 
 def draw(rows: Sequence[Row]) -> Figure:
     """Draw each setting's gain over the share of wrong labels: a panel per learner, a line per data set and size."""
-    found = outcomes(rows)
+    results = outcomes(rows)
     figure, axes = panels(len(LEARNERS), wide=3.2)
     for panel, learner in zip(axes, LEARNERS, strict=True):
         for (data, color), (size, style) in product(
             zip(DATA_SETS, COLORS, strict=False), zip(SIZES, (":", "-"), strict=True)
         ):
-            gains = [100 * found[Condition(data, size, noise, learner)].gain for noise in NOISES]
+            gains = [100 * results[Condition(data, size, noise, learner)].gain for noise in NOISES]
             label = data.replace("_", " ") if size == SIZES[1] else None
             panel.plot(
                 [100 * noise for noise in NOISES], gains, style, marker="o", color=color, label=label, ms=4

@@ -28,7 +28,7 @@ GROUPS = group_by("order", ORDERS)
 ONE_TURN = radians(7.0)
 """The angle by which a robot turns in one tick, rad."""
 FAR_M = 1.0
-"""The distance above which a robot should drive to its target wherever that is, m."""
+"""The distance above which a robot should drive to its target in any direction, m."""
 
 
 def work(task: Task) -> Row:
@@ -36,10 +36,10 @@ def work(task: Task) -> Row:
     learner = TreeOptions(order=task["order"])
     options = {name: replace(each, learner=learner) for name, each in METHODS[LIVE].items()}
     teaching = teach(task["seed"], method=LIVE, options=options)
-    found, goto = judge(teaching.library, task["seed"]), teaching.library.taught["goto"]
+    judged, goto = judge(teaching.library, task["seed"]), teaching.library.taught["goto"]
     return {
-        "success": found.success,
-        "relative_to_expert": round(found.relative_to_expert, 4),
+        "success": judged.success,
+        "relative_to_expert": round(judged.relative_to_expert, 4),
         "presses": sum(account.presses for account in teaching.accounts.values()),
         "goto_presses": teaching.accounts["goto"].presses,
         "narrow_arcs": count_narrow_arcs(goto),
@@ -74,17 +74,17 @@ def reaches(row: Row) -> bool:
     return bool(row["success"] >= REACHED)
 
 
-def compare_orders(found: Mapping[str, Rows]) -> tuple[int, int, float]:
+def compare_orders(groups: Mapping[str, Rows]) -> tuple[int, int, float]:
     """Return how many teachings succeed only with flags first, how many only with gain first, and the p-value."""
-    pairs = [(reaches(gain), reaches(flags)) for gain, flags in zip(found[GAIN], found[FLAGS], strict=True)]
+    pairs = [(reaches(gain), reaches(flags)) for gain, flags in zip(groups[GAIN], groups[FLAGS], strict=True)]
     won, lost = pairs.count((False, True)), pairs.count((True, False))
     return won, lost, compute_mcnemar_p(lost, won)
 
 
-def write_headline(found: Mapping[str, Rows]) -> str:
+def write_headline(groups: Mapping[str, Rows]) -> str:
     """Return how many more teachings succeed with flags first."""
-    flags, gain = found[FLAGS], found[GAIN]
-    won, lost, p = compare_orders(found)
+    flags, gain = groups[FLAGS], groups[GAIN]
+    won, lost, p = compare_orders(groups)
     return (
         f"Of {len(flags)} live teachings of foraging, {len(flags.filter(reaches))} instead of "
         f"{len(gain.filter(reaches))} give robots that succeed in at least 95 % of unseen worlds if tests that tell "
@@ -94,15 +94,17 @@ def write_headline(found: Mapping[str, Rows]) -> str:
     )
 
 
-def list_numbers(found: Mapping[str, Rows]) -> dict[str, Any]:
+def list_numbers(groups: Mapping[str, Rows]) -> dict[str, Any]:
     """Return the comparison of the orders as data."""
-    won, lost, p = compare_orders(found)
+    won, lost, p = compare_orders(groups)
     return {
         "won": won,
         "lost": lost,
         "p": float(f"{p:.2g}"),
-        "p_of_presses": float(f"{compute_paired_p(*(found[each].values('presses') for each in ORDERS)):.2g}"),
-        "success": {order: spread(rows.values("success")) for order, rows in found.items()},
+        "p_of_presses": float(
+            f"{compute_paired_p(*(groups[each].values('presses') for each in ORDERS)):.2g}"
+        ),
+        "success": {order: spread(rows.values("success")) for order, rows in groups.items()},
     }
 
 

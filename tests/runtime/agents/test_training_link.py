@@ -15,19 +15,19 @@ from understudy.runtime.agents.agent import Agent, AgentSpec
 from understudy.runtime.agents.messages import UnreadableMessage
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.agents.training_link import (
-    DriveFollower,
-    DriveMessage,
-    decode_drive,
+    TrainerCommand,
+    TrainerFollower,
     decode_member_view,
-    drive_key,
+    decode_trainer_command,
+    trainer_command_key,
 )
 from understudy.runtime.team.team_programs import make_finder
 
 
 def message(
     sequence: int, *, trainer: str = "laptop", start: int = 7, lease_s: float = 0.5, drive: float = 1.0
-) -> DriveMessage:
-    return DriveMessage(
+) -> TrainerCommand:
+    return TrainerCommand(
         trainer=trainer, start=start, sequence=sequence, sent_s=sequence * TICK_S, lease_s=lease_s,
         commands={"drive": drive},
     )  # fmt: skip
@@ -45,8 +45,8 @@ HEARD = [  # messages before, the message, whether it is obeyed
 
 
 @pytest.mark.parametrize(("before", "heard", "obeyed"), HEARD)
-def test_whom_a_member_obeys(before: list[DriveMessage], heard: DriveMessage, obeyed: bool) -> None:
-    follower = DriveFollower("laptop")
+def test_whom_a_member_obeys(before: list[TrainerCommand], heard: TrainerCommand, obeyed: bool) -> None:
+    follower = TrainerFollower("laptop")
     for each in before:
         assert follower.receive(each, 0.9)
     assert follower.receive(heard, 1.0) is obeyed
@@ -66,7 +66,7 @@ def test_whom_a_member_obeys(before: list[DriveMessage], heard: DriveMessage, ob
 )
 def test_what_is_no_drive_message_is_refused(data: bytes) -> None:
     with pytest.raises(UnreadableMessage):
-        decode_drive(data)
+        decode_trainer_command(data)
     with pytest.raises(UnreadableMessage):
         decode_member_view(data)
 
@@ -93,7 +93,9 @@ def test_a_trainer_that_dies_leaves_the_member_to_itself() -> None:
     driven = []
     for number in range(20):
         if 3 <= number < 8:
-            laptop.publish(drive_key("scout_1"), msgspec.msgpack.encode(message(number, drive=-0.25)))
+            laptop.publish(
+                trainer_command_key("scout_1"), msgspec.msgpack.encode(message(number, drive=-0.25))
+            )
         tick(agent)
         driven.append(agent.is_driven)
     drives = [commands["drive"][0] for commands in body.commanded]
@@ -112,7 +114,7 @@ def test_a_command_that_the_network_held_up_moves_nothing() -> None:
     for number in range(20):
         if number in arrivals:
             sent = message(arrivals[number], drive=-0.25)
-            laptop.publish(drive_key("scout_1"), msgspec.msgpack.encode(sent))
+            laptop.publish(trainer_command_key("scout_1"), msgspec.msgpack.encode(sent))
         tick(agent)
     drives = [commands["drive"][0] for commands in body.commanded]
     assert drives == [1.0] * 3 + [-0.25] * 5 + [1.0] * 8 + [-0.25] * 2 + [1.0] * 2  # 0.3 of 0.5 s late: 0.2 s
@@ -121,6 +123,8 @@ def test_a_command_that_the_network_held_up_moves_nothing() -> None:
 def test_a_member_without_a_trainer_in_its_team_file_obeys_none() -> None:
     network = LocalNetwork()
     agent, body = make_agent(network, trainer=None)
-    network.join("laptop").publish(drive_key("scout_1"), msgspec.msgpack.encode(message(1, drive=-0.25)))
+    network.join("laptop").publish(
+        trainer_command_key("scout_1"), msgspec.msgpack.encode(message(1, drive=-0.25))
+    )
     tick(agent)
     assert body.commanded[0]["drive"] == [1.0]

@@ -28,7 +28,7 @@ MADE = (
     "embedded-avr.elf",
     "embedded-avr.log",
 )
-"""What the Makefile makes."""
+"""The files that the Makefile makes."""
 
 ZEPHYR = ("CMakeLists.txt", "prj.conf", "src/main.c")
 """The files of a program for Zephyr."""

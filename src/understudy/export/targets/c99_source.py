@@ -313,7 +313,7 @@ def describe_slot(slot: ReadingSlot) -> str:
 
 
 def write_error(function: FunctionToWrite) -> str:
-    """Write what keeps a function from compiling that could not be translated."""
+    """Write the #error line that stops the compiler at a function that could not be translated."""
     text = write_comment(function.refuse("write it in place of this line"))
     plain = text.replace("\\", "/").replace('"', "'")
     return f'#error "{plain}"'

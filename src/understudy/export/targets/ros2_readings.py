@@ -36,7 +36,7 @@ class SourceCode:
 
 
 class NodeReadings:
-    """The readings that an exported behavior uses, and whatever else they need; only these are subscribed to.
+    """The readings that an exported behavior uses, and the readings that these need; only these are subscribed to.
 
     `absent` are the readings that the robot does not have. SettingError is raised if the behavior or the robot's stops
     need images.

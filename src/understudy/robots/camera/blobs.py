@@ -84,18 +84,18 @@ class BlobDetector:
         part, left_px, scale_x, scale_y = self._framed(image)
         hsv = self._cv.cvtColor(part, self._cv.COLOR_RGB2HSV_FULL)
         middle = 0.5 * image.shape[1]
-        found: dict[str, Blob | None] = {}
+        blobs: dict[str, Blob | None] = {}
         for name, boxes in self._boxes.items():
             box = self._largest(self._mask(hsv, boxes))
-            found[name] = None
+            blobs[name] = None
             if box is not None:
                 left, width, height = box
                 # From pixels of the part to those of the image, and from its middle to the frame's.
                 across = self._scale(image) * (left_px + (left + 0.5 * width) / scale_x - middle)
                 size = width * height * self._scale(image) ** 2 / (scale_x * scale_y)
                 if size >= self._least_px:
-                    found[name] = Blob(0.5 * self.frame.width_px + across, size)
-        return found
+                    blobs[name] = Blob(0.5 * self.frame.width_px + across, size)
+        return blobs
 
     def readings(self, image: Image) -> dict[ReadingKey, float]:
         """Return the readings `blob_x` and `blob_size` of each color; both are NaN if its object is not seen."""

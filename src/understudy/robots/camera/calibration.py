@@ -74,13 +74,13 @@ def calibrate_from_clicks(image: Image, points: Iterable[PixelPoint], *, where: 
     return calibrate_from_pixels(_joined(patches, where), where=where)
 
 
-def calibrate_from_images(shown: Sequence[LabeledImage], *, where: str = "images") -> Color:
+def calibrate_from_images(labeled: Sequence[LabeledImage], *, where: str = "images") -> Color:
     """Compute the color of an object in images; raise SettingError if it is no single color or has no pixels."""
-    inside = _joined([_inside(each) for each in shown], where)
-    if all(each.mask is None for each in shown):
+    inside = _joined([_inside(each) for each in labeled], where)
+    if all(each.mask is None for each in labeled):
         return calibrate_from_pixels(inside, where=where)
     tried = {margins: calibrate_from_pixels(inside, margins, where=where) for margins in NARROWER}
-    masked = [each for each in shown if each.mask is not None]
+    masked = [each for each in labeled if each.mask is not None]
     wrong = {margins: _mistaken(color, masked) for margins, color in tried.items()}
     best = min(NARROWER, key=lambda margins: round(wrong[margins], 3))  # of equals the first: the widest
     return tried[best]
@@ -122,9 +122,9 @@ def _hueless(purest: float, darkest: float, brightest: float, value_by: float) -
     )
 
 
-def _inside(shown: LabeledImage) -> Pixels:
+def _inside(labeled: LabeledImage) -> Pixels:
     """Return pixels of the object [K, 3], thinned out if they are many."""
-    image, mask = shown
+    image, mask = labeled
     if mask is None:
         height, width = image.shape[:2]
         tall, wide = max(1, round(height * MIDDLE)), max(1, round(width * MIDDLE))
@@ -143,18 +143,18 @@ def _joined(parts: Sequence[Pixels], where: str) -> Pixels:
     return pixels
 
 
-def _mistaken(color: Color, shown: Sequence[LabeledImage]) -> float:
-    """Compute the share of the object that is missed plus the share wrongly included, averaged over images.
+def _mistaken(color: Color, labeled: Sequence[LabeledImage]) -> float:
+    """Compute the share of the object that a color misses plus the share wrongly included, averaged over images.
 
     Both are relative to the size of the object.
     """
     camera = BlobDetector({"it": color})
     shares = []
-    for image, mask in shown:
-        found, there = camera.masks(image)["it"] > 0, np.asarray(mask) > 0
-        missed = np.mean(~found[there]) if there.any() else 0.0
+    for image, mask in labeled:
+        matches, there = camera.masks(image)["it"] > 0, np.asarray(mask) > 0
+        missed = np.mean(~matches[there]) if there.any() else 0.0
         # Against the thing's own size: what else is in the image is mostly background, easily told apart.
-        taken = np.count_nonzero(found & ~there) / max(1, int(np.count_nonzero(there)))
+        taken = np.count_nonzero(matches & ~there) / max(1, int(np.count_nonzero(there)))
         shares.append(float(missed + taken))
     return float(np.mean(shares))
 

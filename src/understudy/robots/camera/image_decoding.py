@@ -53,23 +53,23 @@ def strip_image_metadata(content: bytes) -> tuple[bytes, Size]:
 
 def _png(content: bytes) -> tuple[bytes, Size]:
     """Return a PNG without texts, profiles and animation, and its size (PNG specification, section 5.3)."""
-    kept, at, kind = [PNG], len(PNG), b""
+    chunks, at, kind = [PNG], len(PNG), b""
     view = memoryview(content)
     while kind != b"IEND":
         if at + 12 > len(content):
             raise ImageError(problem="is a PNG that was cut off", remedy="check the connection to the camera")
         length, kind = _PNG_CHUNK.unpack_from(content, at)
         end = at + 12 + length
-        first = len(kept) == 1
+        first = len(chunks) == 1
         if end > len(content) or first != (kind == b"IHDR") or (first and length != _PNG_HEAD_BYTES):
             raise _damaged()
         if kind in _PNG_PIXELS:
             if crc32(view[at + 4 : end - 4]) != _PNG_SUM.unpack_from(content, end - 4)[0]:
                 raise _damaged()
-            kept.append(content[at:end])
+            chunks.append(content[at:end])
         at = end
-    width, height = _PNG_SIZE.unpack_from(kept[1], 8)
-    return b"".join(kept), (width, height)
+    width, height = _PNG_SIZE.unpack_from(chunks[1], 8)
+    return b"".join(chunks), (width, height)
 
 
 def _damaged() -> ImageError:
@@ -120,8 +120,8 @@ def decode_image(data: Data, *, encoding: str, width: int, height: int, step: in
     """
     channels = CHANNELS.get(encoding)
     if channels is None:
-        known = f"let the camera send one of {join_names(CHANNELS)}"
-        raise ImageError(problem=f"its encoding is {encoding!r:.40}", remedy=known)
+        supported = f"let the camera send one of {join_names(CHANNELS)}"
+        raise ImageError(problem=f"its encoding is {encoding!r:.40}", remedy=supported)
     _check_size(width, height)
     if channels == 2 and width % 2:
         raise ImageError(problem=f"is {width} pixels wide in {encoding}", remedy="an even number is right")

@@ -58,7 +58,7 @@ class LiveCamera:
     def learn_color(self, name: str, number: int, points: Sequence[PixelPoint]) -> Color:
         """Calibrate a color from clicks (column, row) in the image with the given number, and detect it from now on."""
         check_color_name(name)
-        image = next((seen.image for seen in self._seen if seen.number == number), None)
+        image = next((latest.image for latest in self._seen if latest.number == number), None)
         if image is None:
             problem = f"is {number}, but that image is no longer kept"
             remedy = "click into one that came a moment ago"

@@ -25,7 +25,7 @@ it by less."""
 BINS = 256
 """The number of periods in each of which lines are only compared with the tightest bound of each direction."""
 LEAST_UNEVEN_S = 1e-5
-"""The first attempt at the unevenness of clocks that no straight line fits, s."""
+"""The unevenness that is tried first for clocks that no straight line fits, s."""
 RESOLUTION_S = 1e-6
 """The slack of every bound, s, because times are rounded."""
 
@@ -179,7 +179,7 @@ def _find_farthest(above: _Envelope, below: _Envelope, first_s: float, last_s: f
 def _keep_tightest(
     bounds: NDArray[np.float64], sign: float, first_s: float, last_s: float
 ) -> NDArray[np.float64]:
-    """Return the tightest bound of each period; the others would hardly change the fit."""
+    """Return the tightest bound of each of BINS periods; the others would hardly change the fit."""
     bins = np.clip((bounds[:, 0] - first_s) / (last_s - first_s) * BINS, 0, BINS - 1).astype(np.intp)
     height = sign * (bounds[:, 1] - bounds[:, 0])
     order = np.lexsort((height, bins))
@@ -209,7 +209,7 @@ def _find_region(
 
 
 def _extrapolate(bounds: NDArray[np.float64], first_s: float, rate: float) -> Column:
-    """Return what bounds at other times mean for the first one, if the rates differ as much as possible."""
+    """Convert bounds at other times to bounds at the first one, if the rates differ as much as possible."""
     passed = bounds[:, 0] - first_s
     return np.asarray(bounds[:, 1] - passed - rate * np.abs(passed))
 
@@ -219,12 +219,12 @@ def _clip(corners: NDArray[np.float64], excess: Column) -> NDArray[np.float64]:
     inside = excess <= 0.0
     if inside.all():
         return corners
-    kept = []
+    clipped = []
     for here in range(len(corners)):
         after = (here + 1) % len(corners)
         if inside[here]:
-            kept.append(corners[here])
+            clipped.append(corners[here])
         if inside[here] != inside[after]:
             share = excess[here] / (excess[here] - excess[after])
-            kept.append(corners[here] + share * (corners[after] - corners[here]))
-    return np.array(kept).reshape(-1, 2)
+            clipped.append(corners[here] + share * (corners[after] - corners[here]))
+    return np.array(clipped).reshape(-1, 2)

@@ -94,12 +94,12 @@ def _plot_path(name: str) -> Mapping[str, Any]:
 
 def _list_changes(robots: Sequence[RobotFile], names: Sequence[str]) -> list[tuple[str, str]]:
     """List the message paths whose changes are shown over time, with their labels."""
-    found = []
+    paths = []
     for robot, name in zip(robots, names, strict=True):
         states, label = resolve_topic_name(name, TOPICS[STATES]), name.strip("/")
-        found += [(f"{states}.path[{level}]", f"{label}: level {level}") for level in range(LEVELS)]
-        found.append((f"{resolve_topic_name(robot.namespace, STOPPED)}.data", f"{label}: stopped"))
-    return found
+        paths += [(f"{states}.path[{level}]", f"{label}: level {level}") for level in range(LEVELS)]
+        paths.append((f"{resolve_topic_name(robot.namespace, STOPPED)}.data", f"{label}: stopped"))
+    return paths
 
 
 def _arrange(panels: Mapping[str, Any]) -> Any:

@@ -47,7 +47,7 @@ NS = 1e9
 
 
 class MemberClock(msgspec.Struct, frozen=True, kw_only=True):
-    """How the clock of one agent was found to be.
+    """The clock of one agent, as estimated from its messages.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class MemberClock(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TeamClock(msgspec.Struct, frozen=True, kw_only=True):
-    """The clock of a merged recording: whose it is, when the recording begins by it, and those of all members."""
+    """The clock of a merged recording: the reference agent, the recording's start, and the clocks of all members."""
 
     reference: str
     start_ns: int
@@ -92,7 +92,7 @@ class TeamClock(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass
 class _Survey:
-    """One recording as far as merging needs to know it: when each message was sent or heard, by its digest."""
+    """The part of one recording that merging needs: when each message was sent or heard, by its digest."""
 
     path: Path
     agent: str = ""
@@ -182,7 +182,7 @@ def read_team_clock(path: Path | str) -> TeamClock | None:
     """Read the clock of a merged recording; None if it is none."""
     from mcap.records import Message, Metadata
 
-    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+    with suppress(Exception):  # a reader can raise any error on incomplete or damaged bytes
         for record in iterate_records(Path(path)):
             if isinstance(record, Metadata) and record.name == TEAM_METADATA:
                 return msgspec.json.decode(record.metadata[CLOCKS], type=TeamClock)
@@ -208,7 +208,7 @@ def _survey_recording(path: Path) -> _Survey:
         raise
     except OSError as error:
         raise FileError(path=path, place="", problem=str(error.strerror or error), remedy=REMEDY) from None
-    except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+    except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
         if not survey.agent:
             raise FileError(
                 path=path, place="", problem=f"is no recording ({error})", remedy=REMEDY
@@ -264,7 +264,7 @@ def _find_routes(surveys: Mapping[str, _Survey], reference: str) -> dict[str, _R
 
 def _find_links(name: str, surveys: Mapping[str, _Survey]) -> list[_Link]:
     """Fit the clock of each other recording to that of this one, where they exchanged messages."""
-    own, found = surveys[name], list[_Link]()
+    own, links = surveys[name], list[_Link]()
     for other in surveys.values():
         if other is own:
             continue
@@ -272,8 +272,8 @@ def _find_links(name: str, surveys: Mapping[str, _Survey]) -> list[_Link]:
         sent = _pair(own, own.sent, other, other.heard)
         with suppress(NoExchange):
             fit = fit_clock(received, sent, 0.0, own.last_s)
-            found.append(_Link(other.agent, fit, len(received) + len(sent)))
-    return found
+            links.append(_Link(other.agent, fit, len(received) + len(sent)))
+    return links
 
 
 def _pair(own: _Survey, mine: Mapping[bytes, int], other: _Survey, theirs: Mapping[bytes, int]) -> Any:
@@ -443,8 +443,8 @@ class _Channels:
         if hasattr(record, "topic"):
             schema = self._of_agents.get((agent, record.schema_id), 0)
             metadata = {**record.metadata, AGENT: agent}
-            found = self._writer.register_channel(record.topic, record.message_encoding, schema, metadata)
-            self._channels[agent, record.id] = found
+            channel = self._writer.register_channel(record.topic, record.message_encoding, schema, metadata)
+            self._channels[agent, record.id] = channel
             return
         key = record.name, record.encoding, record.data
         if key not in self._schemas:

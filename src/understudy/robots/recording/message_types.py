@@ -56,10 +56,10 @@ def register_message_types() -> None:
         from rosbags.typesys import get_types_from_msg
     except ImportError:
         raise ExtraMissing(what="a recording", extra="ros2") from None
-    found: dict[str, Any] = {}
+    definitions: dict[str, Any] = {}
     for name, text in DEFINITIONS.items():
-        found.update(get_types_from_msg(text, name))
-    load_typestore().register(found)
+        definitions.update(get_types_from_msg(text, name))
+    load_typestore().register(definitions)
 
 
 def format_type_definition(type: str) -> str:
@@ -146,8 +146,8 @@ class StatesEncoder:
 def decode_states(data: bytes) -> tuple[float, tuple[str, ...]]:
     """Decode a message to its time (s) and states; raise MessageRefused if it is none."""
     register_message_types()
-    found = decode_message(STATES, data)
-    return float(found.time_s), tuple(found.path)
+    message = decode_message(STATES, data)
+    return float(message.time_s), tuple(message.path)
 
 
 def encode_team_message(key: str, message: bytes) -> bytes:
@@ -159,8 +159,8 @@ def encode_team_message(key: str, message: bytes) -> bytes:
 def decode_team_message(data: bytes) -> tuple[str, bytes]:
     """Decode a recorded message between agents to its key and its content; raise MessageRefused if it is none."""
     register_message_types()
-    found = decode_message(TEAM_MESSAGE, data)
-    return found.key, bytes(found.data)
+    message = decode_message(TEAM_MESSAGE, data)
+    return message.key, bytes(message.data)
 
 
 def encode_text(content: str) -> bytes:

@@ -76,7 +76,7 @@ class RecordedDuty:
     leader
         The agent that gave the order.
     alone
-        Whether it begins what it runs without an order.
+        Whether it begins the program that it runs without an order.
     behavior
         The behavior that the order names; empty if it does nothing.
     binding
@@ -133,17 +133,17 @@ def has_own_header(path: Path | str) -> bool | None:
         from mcap.records import Metadata
     except ImportError:
         raise ExtraMissing(what="a recording", extra="ros2") from None
-    with suppress(Exception), Path(path).open("rb") as file:  # whatever a reader does with damaged bytes
+    with suppress(Exception), Path(path).open("rb") as file:  # a reader can raise any error on damaged bytes
         summary = make_reader(file).get_summary()
         if summary is not None:
             return any(each.name.startswith(METADATA) for each in summary.metadata_indexes)
-    found = None
+    has_header = None
     with suppress(Exception):
         for record in iterate_records(path):  # one that was cut short has no summary
-            found = isinstance(record, Metadata) and record.name.startswith(METADATA)
-            if found:
+            has_header = isinstance(record, Metadata) and record.name.startswith(METADATA)
+            if has_header:
                 break
-    return found
+    return has_header
 
 
 def read_recording(path: Path | str, *, run: int | None = None, part: str = "") -> Recording:
@@ -155,17 +155,17 @@ def read_recording(path: Path | str, *, run: int | None = None, part: str = "") 
     """
     path = Path(path)
     register_message_types()
-    kept = _FileReader(run, part)
-    whole = kept.read(path)
-    if kept.runs and run is not None and not 1 <= run <= kept.runs:
-        remedy = f"count from 1 to {kept.runs}"
+    reader = _FileReader(run, part)
+    whole = reader.read(path)
+    if reader.runs and run is not None and not 1 <= run <= reader.runs:
+        remedy = f"count from 1 to {reader.runs}"
         raise SettingError(where=str(path), setting="its run", problem=f"is {run}", remedy=remedy)
-    if isinstance(kept.head, str) and kept.parts:
+    if isinstance(reader.head, str) and reader.parts:
         remedy = "name the recording of one of them, or ask `understudy why --agent NAME`"
         raise FileError(path=path, place="", problem="is of several agents of a team", remedy=remedy)
-    if isinstance(kept.head, str):
-        raise _no_recording(path, kept.head)
-    return kept.recording(path, kept.head, whole=whole)
+    if isinstance(reader.head, str):
+        raise _no_recording(path, reader.head)
+    return reader.recording(path, reader.head, whole=whole)
 
 
 class _FileReader:
@@ -202,7 +202,7 @@ class _FileReader:
                 else str(error.strerror or error)
             )
             raise _no_recording(path, problem) from None
-        except Exception as error:  # whatever a reader does with bytes that end too early or are damaged
+        except Exception as error:  # a reader can raise any error on incomplete or damaged bytes
             if not begun:
                 raise _no_recording(path, f"it is not an MCAP file ({error.__class__.__name__})") from None
             return False  # all until here is good
@@ -264,9 +264,9 @@ class _FileReader:
         elif topic == TOPICS[STATES]:
             self._paths[agent].append(decode_states(data)[1])
         else:
-            said, tick = decode_message(TEXT, data).data, len(self._paths[agent])
+            text, tick = decode_message(TEXT, data).data, len(self._paths[agent])
             self._presses[agent].append(
-                _step(tick, said) if topic == STEPS else RecordedPress(tick, said or None)
+                _step(tick, text) if topic == STEPS else RecordedPress(tick, text or None)
             )
 
     def recording(self, path: Path, head: RecordingHeader, *, whole: bool) -> Recording:
@@ -278,14 +278,14 @@ class _FileReader:
             several = f"the run that was begun last, of {self.runs}," if self.runs > 1 else "it"
             raise _no_recording(path, f"{several} holds no tick")
         names = self._readings[0].names
-        known = {format_reading_label(key): key for key in _keys(head)}
-        if any(column.names != names for column in self._readings) or not known.keys() >= set(names):
+        key_of = {format_reading_label(key): key for key in _keys(head)}
+        if any(column.names != names for column in self._readings) or not key_of.keys() >= set(names):
             raise _no_recording(path, "its readings are not those of its head")
         return Recording(
             path,
             head,
             np.array(self._readings[0].times[:ticks]),
-            tuple(known[name] for name in names),
+            tuple(key_of[name] for name in names),
             np.stack([np.array(column.values[:ticks]) for column in self._readings], axis=2),
             [each[:ticks] for each in self._paths],
             self._presses,
@@ -310,27 +310,27 @@ class _FileReader:
         return dict(zip(names, table, strict=True))
 
 
-def _step(tick: int, said: str) -> RecordedPress:
+def _step(tick: int, text: str) -> RecordedPress:
     """Parse a recorded step with its time, such as "restart 12.5"."""
-    does, _, at = said.partition(" ")
+    does, _, at = text.partition(" ")
     try:
         return RecordedPress(tick, None, does, float(at) if at else None)
     except ValueError:
-        raise MessageRefused(type=TEXT, problem=f"{said!r:.60} is not a step of a session") from None
+        raise MessageRefused(type=TEXT, problem=f"{text!r:.60} is not a step of a session") from None
 
 
 def _decode_duty(tick: int, data: bytes, logged_ns: int) -> RecordedDuty:
-    found = decode_message(DUTY, data)
+    message = decode_message(DUTY, data)
     return RecordedDuty(
         tick,
-        float(found.time_s),
+        float(message.time_s),
         logged_ns,
-        (int(found.term), int(found.number)) if found.term else None,
-        found.leader,
-        bool(found.alone),
-        found.behavior,
-        dict(zip(found.parameters, found.targets, strict=True)),
-        found.frames,
+        (int(message.term), int(message.number)) if message.term else None,
+        message.leader,
+        bool(message.alone),
+        message.behavior,
+        dict(zip(message.parameters, message.targets, strict=True)),
+        message.frames,
     )
 
 
@@ -345,22 +345,22 @@ class _ReadingColumn:
         self._reader = ReadingsEncoder(())
 
     def add(self, data: bytes, logged_ns: int) -> None:
-        found = self._reader.decode(data)
-        if found is None:
+        decoded = self._reader.decode(data)
+        if decoded is None:
             names = decode_reading_names(data)
             if self.times and names != self.names:
                 raise MessageRefused(type=READINGS, problem="other readings than in the ticks before")
             self.names, self._reader = names, ReadingsEncoder(names)
-            found = self._reader.decode(data)
-        if found is None:
+            decoded = self._reader.decode(data)
+        if decoded is None:
             raise MessageRefused(type=READINGS, problem="not as Understudy writes them")
-        self.times.append(found[0])
+        self.times.append(decoded[0])
         self.logged_ns.append(logged_ns)
-        self.values.append(found[1])
+        self.values.append(decoded[1])
 
 
 def iterate_records(path: Path | str) -> Iterator[Any]:
-    """Yield the records of an MCAP file, whatever is wrong with it raises an exception after the last good one."""
+    """Yield the records of an MCAP file; any error is raised after the last valid record."""
     try:
         from mcap.stream_reader import StreamReader
     except ImportError:
@@ -381,12 +381,12 @@ def list_recorded_parts(path: Path | str) -> list[str]:
     """List the agents and coordinators of a file of which runs can be read, as far as it can be read."""
     from mcap.records import Metadata
 
-    found: dict[str, None] = {}
-    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+    parts: dict[str, None] = {}
+    with suppress(Exception):  # a reader can raise any error on incomplete or damaged bytes
         for record in iterate_records(Path(path)):
             if isinstance(record, Metadata) and record.name.partition(PART)[0] == METADATA:
-                found[record.name.partition(PART)[2]] = None
-    return list(found)
+                parts[record.name.partition(PART)[2]] = None
+    return list(parts)
 
 
 def _no_recording(path: Path, problem: str) -> FileError:

@@ -102,7 +102,7 @@ class RunRecorder:
         """
         names = names or [f"robot{number}" if body.agents > 1 else "" for number in range(body.agents)]
         self._names, self._body = tuple(names), body
-        # Before the topics of its agents, which whoever reads it knows by their names.
+        # Before the topics of its agents: a reader needs their names to recognize these.
         self._writer.write_header(
             encode_header(RecordingHeader.from_body(body, names, ran or RunInfo(), files or {}))
         )
@@ -226,7 +226,7 @@ class AgentChannels:
         path: tuple[str, ...],
         at_s: float | None = None,
     ) -> None:
-        """Record a tick: the readings that were decided on [K], and the states of all levels afterwards."""
+        """Record a tick: the readings [K] that the decision used, and the states of all levels after it."""
         if keys != self._keys:
             self._keys, self._readings = keys, ReadingsEncoder([format_reading_label(key) for key in keys])
         self._tapes[READINGS](self._readings.encode(time_s, values), at_s)
@@ -234,10 +234,10 @@ class AgentChannels:
         changed = detect_state_change(self._path, path)
         if changed is not None:
             self._path = path
-            told = make_message(
+            transition = make_message(
                 TRANSITION, time_s=time_s, robot=self._name, path=list(path), **changed._asdict()
             )
-            self._tapes[TRANSITION](encode_message(TRANSITION, told), at_s)
+            self._tapes[TRANSITION](encode_message(TRANSITION, transition), at_s)
 
     def write_commands(self, time_s: float, commands: Mapping[str, float], at_s: float | None = None) -> None:
         """Record the commands of a tick by channel."""

@@ -12,7 +12,7 @@ from understudy.runtime.body import Channel, Commands, Reading
 
 
 class ReplayBody:
-    """The body of a recording, at its first tick; each command, whatever it is, advances it to the next tick.
+    """The body of a recording, at its first tick; each command advances it to the next tick, and is ignored otherwise.
 
     Until readings are sensed, its time is the start of the run.
     """
@@ -51,8 +51,8 @@ class ReplayBody:
         values = self.recording.values[min(self.tick, self.recording.ticks - 1)]
         for key in keys:
             if key not in self._rows:
-                where, known = str(self.recording.path), [format_reading_label(each) for each in self._rows]
-                raise UnknownName(what="reading", name=format_reading_label(key), where=where, known=known)
+                where, labels = str(self.recording.path), [format_reading_label(each) for each in self._rows]
+                raise UnknownName(what="reading", name=format_reading_label(key), where=where, known=labels)
         return {key: values[self._rows[key]].copy() for key in keys}
 
     def act(self, commands: Commands) -> None:

@@ -1,7 +1,7 @@
 """Teaching from a recording: a session over the recorded readings, with presses as if made during the run.
 
-The robot moves as recorded; the presses say what it should have done. They mean the same as in any session, because
-a session is run (ARCHITECTURE section 3).
+The robot moves as recorded; the presses say what it should have done. They go through a session, and so mean the same
+as in any other (docs/semantics.md).
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ def teach_from_recording(
 ) -> Session:
     """Run a session in which a lesson is taught to an agent of a recording, and return it at its end.
 
-    It begins in training, whatever the lesson's options are. SessionError is raised if a step is unknown or impossible.
+    It begins in training, even if the lesson's options say otherwise. SessionError is raised if a step is unknown or
+    impossible.
     """
     body = ReplayBody(recording)
     session = Session(body, library, lesson, targets=targets, agent=agent)
@@ -125,15 +126,15 @@ def read_presses(path: Path | str, recording: Recording) -> Sequence[RecordedPre
     if not set(COLUMNS) <= set(header) or not set(header) <= {*COLUMNS, DOES}:
         remedy = f"begin with {','.join(COLUMNS)}, and {DOES} if you want to test or restart, too"
         raise _wrong(path, 1, f"its columns are {', '.join(header) or 'none'}", remedy)
-    found = []
+    presses = []
     for line, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
             continue
         if len(row) != len(header):
             raise _wrong(path, line, f"it has {len(row)} cells", f"give {len(header)}")
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
-        found.append(_pressed(path, line, cells, recording))
-    return found
+        presses.append(_pressed(path, line, cells, recording))
+    return presses
 
 
 def _pressed(path: Path, line: int, cells: Mapping[str, str], recording: Recording) -> RecordedPress:

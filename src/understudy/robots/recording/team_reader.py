@@ -28,7 +28,7 @@ NS = 1e9
 
 @dataclass(frozen=True, slots=True)
 class LoggedOrders:
-    """A message of a coordinator: the agent that recorded it, whether as its sender, and when, ns since 1970."""
+    """A coordinator's message in the recording of an agent, which sent or received it, and when, ns since 1970."""
 
     agent: str
     is_sent: bool
@@ -106,7 +106,7 @@ def read_team_recording(path: Path | str) -> TeamRecording | None:
         clock = TeamClock(reference=agent, start_ns=_find_start(path), members=[_make_own_clock(agent, path)])
         parts = {part or agent: part for part in parts}
     orders, reports = list[LoggedOrders](), list[LoggedReport]()
-    with suppress(Exception):  # whatever a reader does with bytes that end too early or are damaged
+    with suppress(Exception):  # a reader can raise any error on incomplete or damaged bytes
         _read_messages(path, clock.reference, orders, reports)
     return TeamRecording(path, clock, parts, orders, reports)
 

@@ -41,7 +41,7 @@ BEAT_S = 0.2
 MOST = 4096
 """The largest number of publishers that are read at once."""
 KEPT = 100
-"""The number of messages that are kept of each topic with messages for who comes late, as tf2 has it."""
+"""The number of messages that are kept of each topic whose last messages late subscribers receive, as in tf2."""
 GOAL_ID = 16
 """The size of the id of a goal, with which feedback begins, in bytes."""
 GRAVE = 1 | 2
@@ -98,12 +98,12 @@ class DdsTransport:
             quality = Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(KEPT))
         # Cyclone DDS hands on nothing that is shorter than its description, so each release's is listened for; and
         # what fits several comes more than once, which the times of each publisher's last tell.
-        seen: dict[int, int] | None = {} if len(list_type_releases(type)) > 1 else None
+        last_times: dict[int, int] | None = {} if len(list_type_releases(type)) > 1 else None
         for release in list_type_releases(type):
-            self._listen(self._topic(topic, type, release), quality, received, seen)
+            self._listen(self._topic(topic, type, release), quality, received, last_times)
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         from cyclonedds.core import Policy, Qos
         from cyclonedds.topic import Topic
 
@@ -124,7 +124,7 @@ class DdsTransport:
         return self._services.find_problem(service, type)
 
     def _listen(
-        self, topic: Any, quality: Any, received: Received, seen: dict[int, int] | None = None
+        self, topic: Any, quality: Any, received: Received, last_times: dict[int, int] | None = None
     ) -> None:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
         from cyclonedds.sub import DataReader
@@ -132,7 +132,7 @@ class DdsTransport:
         reader = DataReader(self._participant, topic, qos=quality)
         condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
         self._kept.append(condition)
-        self._readers.append((reader, received, seen))  # before the thread can wake for it
+        self._readers.append((reader, received, last_times))  # before the thread can wake for it
         self._waits.attach(condition)
         if not self._thread.is_alive():  # not before: waiting for nothing does not wait
             self._thread.start()
@@ -151,7 +151,7 @@ class DdsTransport:
         raw, writer = named.data_type, DataWriter(self._participant, named, qos=quality)
         number = len(self._writers)
         self._writers.append(writer)
-        del writer  # a participant leaves when nobody holds its writers
+        del writer  # a participant leaves when no reference to its writers is left
 
         def publish(data: bytes) -> None:
             if self._writers:
@@ -167,11 +167,11 @@ class DdsTransport:
             # Asked several times a second: to go through the hundreds that a robot may have takes a tenth of that.
             if self._changes.triggered:
                 self._publications.take(N=MOST, condition=self._gone)
-                found = self._publications.read(N=MOST, condition=self._alive)
+                endpoints = self._publications.read(N=MOST, condition=self._alive)
                 own = self._participant.guid
                 self._others = [
                     Publisher(end.topic_name.removeprefix(PREFIX), convert_to_ros_name(end.type_name))
-                    for end in found
+                    for end in endpoints
                     if end.topic_name.startswith(f"{PREFIX}/") and end.participant_key != own
                 ]
             return self._others
@@ -205,11 +205,13 @@ class DdsTransport:
                 self._waits.wait(beat)
             now = self._clock()
             self._services.expire(now)
-            for reader, received, seen in list(self._readers):
+            for reader, received, last_times in list(self._readers):
                 with contextlib.suppress(DDSException):
                     for message in reader.take(N=16):
                         # If not, a publisher has gone.
-                        if isinstance(message, reader.topic.data_type) and _new(message.sample_info, seen):
+                        if isinstance(message, reader.topic.data_type) and _new(
+                            message.sample_info, last_times
+                        ):
                             received(message.data, now)
 
 
@@ -223,13 +225,13 @@ def _quieten() -> None:
         library.dds_set_log_mask(GRAVE)
 
 
-def _new(info: Any, seen: dict[int, int] | None) -> bool:
+def _new(info: Any, last_times: dict[int, int] | None) -> bool:
     """Return whether a message is later than all earlier ones of its publisher."""
-    if seen is None:
+    if last_times is None:
         return True
-    if info.source_timestamp <= seen.get(info.publication_handle, -1):
+    if info.source_timestamp <= last_times.get(info.publication_handle, -1):
         return False
-    seen[info.publication_handle] = info.source_timestamp
+    last_times[info.publication_handle] = info.source_timestamp
     return True
 
 
@@ -247,16 +249,16 @@ def _described(type: str, release: str) -> Any:
     # What ROS 2 calls uint8, Cyclone DDS 0.10, which systems ship, calls a byte; other endpoints compare names only.
     numbers = {"bool": bool, "byte": idl.byte, "char": idl.byte, "uint8": idl.byte, "string": str}
 
-    def one(sort: int, of: Any) -> Any:
-        if sort == NAMED:
+    def one(node_type: int, of: Any) -> Any:
+        if node_type == NAMED:
             return _described(of, release)
-        if sort == BASE:
+        if node_type == BASE:
             name, bound = of
             if name == "string" and bound:
                 return idl.bounded_str[bound]
             return numbers[name] if name in numbers else getattr(idl, name)
         inner, length = of
-        if sort == ARRAY:
+        if node_type == ARRAY:
             return idl.array[one(*inner), length]
         return idl.sequence[one(*inner), length] if length else idl.sequence[one(*inner)]
 

@@ -78,8 +78,8 @@ class DdsServices:
         wanted = convert_to_dds_name(f"{type.name}_Request")
         for end in readers:
             if end.type_name != wanted:
-                found = convert_to_ros_name(end.type_name).removesuffix("_Request")
-                return f"{service} is of type {found}, not {type.name}"
+                type_name = convert_to_ros_name(end.type_name).removesuffix("_Request")
+                return f"{service} is of type {type_name}, not {type.name}"
             if not _read_user_data(end).startswith(SERVICE):
                 return f"{service} {ELSEWHERE}; {REMEDY}"
         if not endpoints.writer.get_matched_subscriptions():
@@ -119,12 +119,12 @@ class DdsServices:
         del self._changes, self._gone, self._alive, self._subscriptions, self._participant
 
     def _list_readers(self) -> Sequence[Any]:
-        """List the readers of requests to services that have been discovered, anew if any came or left."""
+        """List the discovered readers of requests to services; the list is renewed if any came or left."""
         with self._asking:
             if self._changes.triggered:
                 self._subscriptions.take(N=MOST, condition=self._gone)
-                found = self._subscriptions.read(N=MOST, condition=self._alive)
-                self._readers = [end for end in found if end.topic_name.startswith(PREFIX)]
+                endpoints = self._subscriptions.read(N=MOST, condition=self._alive)
+                self._readers = [end for end in endpoints if end.topic_name.startswith(PREFIX)]
             return self._readers
 
     def _connect(self, service: str, type: WireType) -> ServiceEndpoints:
@@ -154,9 +154,9 @@ class DdsServices:
         def came(data: bytes, at_s: float) -> None:
             client, number = ID.unpack_from(data, HEAD)
             with self._lock:
-                found = endpoints.pending.pop(number, None) if client == self._client else None
-            if found is not None:
-                found[1](data[:HEAD] + data[HEAD + ID.size :])
+                request = endpoints.pending.pop(number, None) if client == self._client else None
+            if request is not None:
+                request[1](data[:HEAD] + data[HEAD + ID.size :])
 
         self._listen(answers, quality, came)
         return endpoints
@@ -165,8 +165,8 @@ class DdsServices:
 def _read_user_data(endpoint: Any) -> bytes:
     from cyclonedds.core import Policy
 
-    found = endpoint.qos[Policy.Userdata]
-    return b"" if found is None else bytes(found.data)
+    policy = endpoint.qos[Policy.Userdata]
+    return b"" if policy is None else bytes(policy.data)
 
 
 def make_conditions(reader: Any) -> tuple[Any, Any, Any]:

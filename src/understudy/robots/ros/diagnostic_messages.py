@@ -24,7 +24,7 @@ class StatusLevel(IntEnum):
 
 @dataclass(frozen=True)
 class DiagnosticStatus:
-    """One status: what it is of, its level, a sentence, and values by name."""
+    """One status: the name of its component, its level, a sentence, and values by name."""
 
     name: str
     level: StatusLevel
@@ -61,8 +61,8 @@ class StatusListener:
         for name in names:
             level, message = self.heard.get(name, (StatusLevel.OK, ""))
             if level >= StatusLevel.ERROR:
-                said = message or ("ERROR" if level == StatusLevel.ERROR else "STALE")
-                return f"diagnostics of {name!r:.80}: {said:.200}"
+                sentence = message or ("ERROR" if level == StatusLevel.ERROR else "STALE")
+                return f"diagnostics of {name!r:.80}: {sentence:.200}"
         return None
 
 
@@ -85,10 +85,10 @@ class StatusPublisher:
     def update(self, now: float, *, time_s: float) -> None:
         """Publish if that is due at `now` (s, monotonic); `time_s` is the time of the stamp, s since 1970."""
         statuses = [part() for part in self.parts]
-        said = [(each.name, each.level, each.message) for each in statuses]
-        if said == self._said and now < self._due_s:
+        published = [(each.name, each.level, each.message) for each in statuses]
+        if published == self._said and now < self._due_s:
             return
-        self._said, self._due_s = said, now + PERIOD_S
+        self._said, self._due_s = published, now + PERIOD_S
         self._publish(encode_statuses(statuses, time_s=time_s))
 
 
@@ -96,7 +96,7 @@ def encode_statuses(statuses: Sequence[DiagnosticStatus], *, time_s: float) -> b
     """Encode statuses as a message; `time_s` is the time of its stamp, s since 1970."""
     seconds = int(time_s)
     stamp = make_message("builtin_interfaces/msg/Time", sec=seconds, nanosec=int((time_s - seconds) * 1e9))
-    made = [
+    messages = [
         make_message(
             "diagnostic_msgs/msg/DiagnosticStatus",
             level=int(each.level),
@@ -110,4 +110,4 @@ def encode_statuses(statuses: Sequence[DiagnosticStatus], *, time_s: float) -> b
         for each in statuses
     ]
     header = make_message("std_msgs/msg/Header", stamp=stamp)
-    return encode_message(DIAGNOSTICS, make_message(DIAGNOSTICS, header=header, status=made))
+    return encode_message(DIAGNOSTICS, make_message(DIAGNOSTICS, header=header, status=messages))

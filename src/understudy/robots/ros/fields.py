@@ -73,11 +73,11 @@ def make_position_extractor(target: TargetPlaceSpec) -> Callable[[Any], tuple[fl
     if not is_known_type(target.type):
         problem = f"is {target.type!r:.60}, which is unknown"
         return DecodeProblem("type", problem, "give a type of ROS 2's common interfaces")
-    found = [make_field_extractor(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
-    for each in found:
+    extractors = [make_field_extractor(target.type, f"{target.field}.{axis}", "m") for axis in ("x", "y")]
+    for each in extractors:
         if isinstance(each, DecodeProblem):
             return DecodeProblem("field", f"is {target.field!r:.60}, which has no x and y", each.remedy)
-    ahead, left = (each[2] for each in found if not isinstance(each, DecodeProblem))
+    ahead, left = (each[2] for each in extractors if not isinstance(each, DecodeProblem))
 
     def extract(message: Any) -> tuple[float, float]:
         x, y = ahead(message), left(message)
@@ -93,16 +93,16 @@ def make_field_extractor(
 
     `list_fields` returns the fields of a message type by name.
     """
-    sort, of = NAMED, type
+    node_type, of = NAMED, type
     for name in path.split("."):
-        inside = list_fields(of) if sort == NAMED else {}
+        inside = list_fields(of) if node_type == NAMED else {}
         if name not in inside:
             has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
             return DecodeProblem("field", f"is {path!r:.60}, and there is no {name!r}", has)
-        sort, of = inside[name]
-    if (sort, of) == (NAMED, QUATERNION):
+        node_type, of = inside[name]
+    if (node_type, of) == (NAMED, QUATERNION):
         return Toroidal(), unit or "rad", lambda message: compute_heading(_walk(message, path))
-    if sort != BASE or of[0] == "string":
+    if node_type != BASE or of[0] == "string":
         remedy = "give the path of a number, of a truth or of an orientation"
         return DecodeProblem("field", f"is {path!r:.60}, which is not a number", remedy)
     if (type, path) == POSE_2D:

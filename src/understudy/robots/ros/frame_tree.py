@@ -81,13 +81,13 @@ class FrameTree:
 
     def list_links(self, fixed: str, frame: str) -> list[str]:
         """List the frames from `frame` up to below `fixed`; empty if no chain of transforms joins them."""
-        found: list[str] = []
+        links: list[str] = []
         while frame != fixed:
-            if frame not in self._links or len(found) == DEEPEST:
+            if frame not in self._links or len(links) == DEEPEST:
                 return []
-            found.append(frame)
+            links.append(frame)
             frame = self._links[frame].parent
-        return found
+        return links
 
     def locate(self, fixed: str, frame: str) -> FramePose | None:
         """Find where `frame` is in `fixed`; None if no chain of transforms joins them."""

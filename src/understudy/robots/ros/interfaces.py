@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SEPARATOR = "---"
 """The line between the parts of an .action or .srv file."""
 PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-"""The parts of each sort of interface, in the order of the file."""
+"""The parts of each kind of interface, in the order of the file."""
 ID, TIME = (NAMED, "unique_identifier_msgs/msg/UUID"), (NAMED, "builtin_interfaces/msg/Time")
 CANCEL = "action_msgs/srv/CancelGoal"
 """The type of the service that cancels goals, which is the same for all actions."""
@@ -71,11 +71,11 @@ class Interfaces:
         self.typestore: Typestore = Typestore()
         self.typestore.fielddefs = dict(load_typestore().fielddefs)
         self.typestore.types = dict(load_typestore().types)
-        found: dict[str, Any] = {}
+        definitions: dict[str, Any] = {}
         self._files: dict[str, Path] = {}
-        for sort, name, text, path in (*_read(self.folder), *_built_in()):
-            texts = [text] if sort == "msg" else _split(text)
-            suffixes = [""] if sort == "msg" else [f"_{part}" for part in PARTS[sort]]
+        for interface, name, text, path in (*_read(self.folder), *_built_in()):
+            texts = [text] if interface == "msg" else _split(text)
+            suffixes = [""] if interface == "msg" else [f"_{part}" for part in PARTS[interface]]
             if len(texts) != len(suffixes):
                 problem = f"has {len(texts)} parts instead of {len(suffixes)}"
                 raise FileError(
@@ -91,17 +91,17 @@ class Interfaces:
                     raise FileError(
                         path=path, place="", problem=problem, remedy="give a definition of ROS 2"
                     ) from None
-                made = f"{package}/{sort}/{base}{suffix}"
+                type_name = f"{package}/{interface}/{base}{suffix}"
                 constants, fields = next(iter(parsed.values()))
-                found[made] = (constants, fields or EMPTY)
-                self._files[made] = path
-        for name in {each.rpartition("_")[0] for each in found if "/action/" in each}:
-            found |= _list_parts_of_action(name)
-        for name in {each.rpartition("_")[0] for each in found if each.endswith("_Request")}:
-            found |= _list_parts_of_service(name)
-        self._check(found)
+                definitions[type_name] = (constants, fields or EMPTY)
+                self._files[type_name] = path
+        for name in {each.rpartition("_")[0] for each in definitions if "/action/" in each}:
+            definitions |= _list_parts_of_action(name)
+        for name in {each.rpartition("_")[0] for each in definitions if each.endswith("_Request")}:
+            definitions |= _list_parts_of_service(name)
+        self._check(definitions)
         try:
-            self.typestore.register(found)
+            self.typestore.register(definitions)
         except Exception as error:
             problem = f"contradict each other ({str(error).splitlines()[0]})"
             remedy = "leave out types of ROS 2's common interfaces"
@@ -115,7 +115,7 @@ class Interfaces:
 
     def list_fields(self, type: str) -> Mapping[str, tuple[int, Any]]:
         """Return the fields of a message, or of a part of a service or action, by name."""
-        fields = {name: (int(sort), of) for name, (sort, of) in self.typestore.fielddefs[type][1]}
+        fields = {name: (int(node_type), of) for name, (node_type, of) in self.typestore.fielddefs[type][1]}
         return {name: of for name, of in fields.items() if name != EMPTY[0][0]}
 
     def find_service(self, type: str) -> ServiceTypes:
@@ -146,7 +146,7 @@ class Interfaces:
             if len(data) > LONGEST:
                 raise ValueError(f"it is {len(data)} bytes long")
             return self.typestore.deserialize_cdr(data, type)
-        except Exception as error:  # whatever a decoder does with bytes that somebody made up
+        except Exception as error:  # a decoder may raise any error on forged bytes
             raise MessageRefused(type=type, problem=f"{error.__class__.__name__}: {error}") from None
 
     @cached_property
@@ -156,32 +156,32 @@ class Interfaces:
     def _wire(self, type: str) -> WireType:
         return WireType(type, str(self._hashable.hash_rihs01(type)))
 
-    def _check(self, found: Mapping[str, Any]) -> None:
+    def _check(self, definitions: Mapping[str, Any]) -> None:
         """Refuse types that are used and not defined."""
-        for name, (_, fields) in found.items():
+        for name, (_, fields) in definitions.items():
             for field, of in fields:
                 used = _find_named(of)
-                if used is not None and used not in found and used not in self.typestore.fielddefs:
-                    package, sort, base = used.split("/")
+                if used is not None and used not in definitions and used not in self.typestore.fielddefs:
+                    package, interface, base = used.split("/")
                     raise FileError(
                         path=self._files.get(name, self.folder or ""), place=field,
                         problem=f"is of type {used}, which no file defines",
-                        remedy=f"put {package}/{sort}/{base}.{sort} into the folder of definitions",
+                        remedy=f"put {package}/{interface}/{base}.{interface} into the folder of definitions",
                     )  # fmt: skip
 
 
 def _read(folder: Path | None) -> Iterator[tuple[str, str, str, Path]]:
-    """Yield the sort, the name (package/name), the text and the path of each definition in a folder."""
+    """Yield the kind of interface, the name (package/name), the text and the path of each definition in a folder."""
     if folder is None:
         return
     if not folder.is_dir():
         raise FileError(
             path=folder, place="", problem="is no folder", remedy="give the folder with the definitions"
         )
-    for sort in ("msg", "srv", "action"):
-        for path in sorted(folder.glob(f"*/{sort}/*.{sort}")):
+    for interface in ("msg", "srv", "action"):
+        for path in sorted(folder.glob(f"*/{interface}/*.{interface}")):
             try:
-                yield sort, f"{path.parent.parent.name}/{path.stem}", path.read_text("utf-8-sig"), path
+                yield interface, f"{path.parent.parent.name}/{path.stem}", path.read_text("utf-8-sig"), path
             except (OSError, ValueError) as error:
                 problem = f"cannot be read ({error})"
                 raise FileError(path=path, place="", problem=problem, remedy="give a text in UTF-8") from None

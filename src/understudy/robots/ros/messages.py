@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 BASE, NAMED, ARRAY, SEQUENCE = 1, 2, 3, 4
-"""The sorts of fields in rosbags: number or text; other message; array of fixed length; sequence of any length."""
+"""The node types of fields in rosbags: number or text; other message; array of fixed length; sequence of any length."""
 
 LONGEST = 2**22
 """The largest size of messages other than images, in bytes."""
@@ -62,17 +62,17 @@ def make_hashable(typestore: Typestore) -> Typestore:
     from rosbags.typesys.store import Typestore
 
     def rename(field: Any) -> Any:
-        sort, of = field
-        if sort == BASE:
-            return (sort, ("uint8", of[1])) if of[0] == "char" else field
-        return field if sort == NAMED else (sort, (rename(of[0]), of[1]))
+        node_type, of = field
+        if node_type == BASE:
+            return (node_type, ("uint8", of[1])) if of[0] == "char" else field
+        return field if node_type == NAMED else (node_type, (rename(of[0]), of[1]))
 
-    made = Typestore()
-    made.fielddefs = {
+    hashable = Typestore()
+    hashable.fielddefs = {
         name: (constants, [(field, rename(each)) for field, each in fields])
         for name, (constants, fields) in typestore.fielddefs.items()
     }
-    return made
+    return hashable
 
 
 def is_known_type(type: str) -> bool:
@@ -81,8 +81,10 @@ def is_known_type(type: str) -> bool:
 
 
 def list_message_fields(type: str, release: str = JAZZY) -> Mapping[str, tuple[int, Any]]:
-    """Return the fields of a message type by name: the sort of each field and its element type."""
-    return {name: (int(sort), of) for name, (sort, of) in load_typestore(release).fielddefs[type][1]}
+    """Return the fields of a message type by name: the node type of each field and its element type."""
+    return {
+        name: (int(node_type), of) for name, (node_type, of) in load_typestore(release).fielddefs[type][1]
+    }
 
 
 @cache
@@ -117,7 +119,7 @@ def decode_message(type: str, data: bytes) -> Any:
         try:
             return load_typestore(release).deserialize_cdr(data, type)
         except Exception as error:
-            # Whatever a decoder does with bytes that somebody made up, it must not end more than this message.
+            # A decoder may raise any error on forged bytes; only this message may be lost by that.
             problem = problem or f"{error.__class__.__name__}: {error}"
     raise MessageRefused(type=type, problem=problem)
 
@@ -134,23 +136,26 @@ def make_message(type: str, **values: Any) -> Any:
 
 def make_message_of(typestore: Typestore, type: str, values: Mapping[str, Any]) -> Any:
     """Make a message of a type that `typestore` defines; fields that are left out are 0, empty or false."""
-    fields = {name: (int(sort), of) for name, (sort, of) in typestore.fielddefs[type][1]}
-    known = {**DEFAULTS.get(type, {}), **values}
-    given = {name: known[name] if name in known else _blank(typestore, *of) for name, of in fields.items()}
-    return typestore.types[type](**given)
+    fields = {name: (int(node_type), of) for name, (node_type, of) in typestore.fielddefs[type][1]}
+    defaults_and_values = {**DEFAULTS.get(type, {}), **values}
+    arguments = {
+        name: defaults_and_values[name] if name in defaults_and_values else _blank(typestore, *of)
+        for name, of in fields.items()
+    }
+    return typestore.types[type](**arguments)
 
 
-def _blank(typestore: Typestore, sort: int, of: Any) -> Any:
+def _blank(typestore: Typestore, node_type: int, of: Any) -> Any:
     import numpy as np
 
-    if sort == NAMED:
+    if node_type == NAMED:
         return make_message_of(typestore, of, {})
-    if sort == BASE:
+    if node_type == BASE:
         return "" if of[0] == "string" else False if of[0] == "bool" else 0.0 if "float" in of[0] else 0
     inner, length = of
     if inner[0] == BASE and inner[1][0] != "string":
-        return np.zeros(length if sort == ARRAY else 0, inner[1][0].replace("byte", "uint8"))
-    return [_blank(typestore, *inner) for _ in range(length if sort == ARRAY else 0)]
+        return np.zeros(length if node_type == ARRAY else 0, inner[1][0].replace("byte", "uint8"))
+    return [_blank(typestore, *inner) for _ in range(length if node_type == ARRAY else 0)]
 
 
 def encode_twist(

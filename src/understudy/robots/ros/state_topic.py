@@ -61,8 +61,8 @@ class StateChangePublisher:
         if changed is None:
             return
         self._path = path
-        told = {"time_s": time_s, "robot": self._robot, **changed._asdict(), "path": path}
-        self._publish(encode_text(msgspec.json.encode(told).decode()))
+        record = {"time_s": time_s, "robot": self._robot, **changed._asdict(), "path": path}
+        self._publish(encode_text(msgspec.json.encode(record).decode()))
 
 
 def resolve_topic_name(namespace: str, topic: str) -> str:

@@ -46,7 +46,7 @@ class Transport(Protocol):
     def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
         """Pass each message of a topic to `received` until the transport is closed.
 
-        With `kept`, also those that publishers sent before and keep for who comes late, as on /tf_static.
+        With `kept`, also the messages that publishers sent before and keep for late subscribers, as on /tf_static.
         """
         ...
 
@@ -64,7 +64,7 @@ class Transport(Protocol):
         ...
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         ...
 
     def find_service_problem(self, service: str, type: WireType) -> str:
@@ -104,7 +104,7 @@ class TransportWrapper:
         self._transport.call(service, type, request, answered, timeout_s=timeout_s)
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         self._transport.watch(topic, type, received)
 
     def find_service_problem(self, service: str, type: WireType) -> str:

@@ -182,7 +182,7 @@ class ZenohTransport:
             raise Unreachable(what=f"Zenoh's router {where}", problem=problem, remedy=remedy) from error
         self._domain, self._id = domain, str(self._session.zid())
         self._own = ZenohSession(domain, self._id)
-        self._lock, self._closed = RLock(), False  # who listens may publish at once
+        self._lock, self._closed = RLock(), False  # reentrant: a callback may publish
         self._left, self._clock = Event(), clock
         self._others: dict[str, Endpoint] = {}
         self._declared: list[Any] = []
@@ -207,7 +207,7 @@ class ZenohTransport:
         self._declare_token(self._own.token(self._number(), "MS", topic=topic, type=type, depth=WAITING))
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`, whose type is defined by the robot's own files."""
+        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
         for last in (type.hash, UNHASHED):
             self._listen(make_service_key(self._domain, topic, type.name, last), received)
 
@@ -228,21 +228,21 @@ class ZenohTransport:
         self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
     ) -> None:
         """Send a request to a service, and pass its answer to `answered`; None if there is none."""
-        found = self._find_server(service)
-        if found is None or self.find_service_problem(service, type):
+        server = self._find_server(service)
+        if server is None or self.find_service_problem(service, type):
             answered(None)
         else:
-            key = make_service_key(self._domain, service, type.name, found.hash)
+            key = make_service_key(self._domain, service, type.name, server.hash)
             self._calls.call(key, request, answered, timeout_s=timeout_s)
 
     def find_service_problem(self, service: str, type: WireType) -> str:
         """Return why requests of this type cannot reach a service now; empty if they can."""
-        found = self._find_server(service)
-        if found is None:
+        server = self._find_server(service)
+        if server is None:
             return f"nobody offers {service}"
-        if found.type != type.name:
-            return f"{service} is of type {found.type}, not {type.name}"
-        if found.hash not in (type.hash, UNHASHED):
+        if server.type != type.name:
+            return f"{service} is of type {server.type}, not {type.name}"
+        if server.hash not in (type.hash, UNHASHED):
             return f"{service} has another definition of {type.name} than the robot's file"
         return ""
 
@@ -328,9 +328,9 @@ class ZenohTransport:
         if sample.kind == self._zenoh.SampleKind.DELETE:
             self._others.pop(key, None)
         elif len(self._others) < MOST_TOKENS:
-            found = parse_liveliness_token(key)
-            if found is not None and found.session != self._id:
-                self._others[key] = found
+            endpoint = parse_liveliness_token(key)
+            if endpoint is not None and endpoint.session != self._id:
+                self._others[key] = endpoint
 
     def _humble_listens(self, topic: str) -> bool:
         return any(

@@ -1,4 +1,4 @@
-"""Emergency stop of a robot from any computer on its network (`understudy robots stop`), whatever drives it.
+"""Emergency stop of a robot from any computer on its network (`understudy robots stop`), whichever program drives it.
 
 Stops are sent directly to the robot for `HALTING_S`, and all goals of its skills are cancelled. A program of
 Understudy that drives it detects another publisher of commands within 0.3 s, disarms the robot and repeats stops

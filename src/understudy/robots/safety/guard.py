@@ -193,7 +193,7 @@ class Guard:
                 self._due_s, self._held_s = now + FIRST_S, -inf
             self._watch()
 
-    def command(self, asked: Speeds, *, sensed_s: float | None = None) -> None:
+    def command(self, speeds: Speeds, *, sensed_s: float | None = None) -> None:
         """Send these speeds (m/s, rad/s) within the limits, or a stop if the robot must not move.
 
         The guard's thread repeats what was sent until the next command, for `tick_s + deadline_s` at most. `sensed_s`
@@ -201,7 +201,7 @@ class Guard:
         that. If the robot is disarmed, the speeds are ignored. An exception of `send` is raised again, after leaving
         the robot to the watchdog.
         """
-        self._decide(asked, sensed_s)
+        self._decide(speeds, sensed_s)
 
     def yield_to_skill(self, *, sensed_s: float | None = None) -> None:
         """Let a skill of the robot drive it until the next command: all checks go on, and no speeds are sent.
@@ -210,7 +210,7 @@ class Guard:
         """
         self._decide(None, sensed_s)
 
-    def _decide(self, asked: Speeds | None, sensed_s: float | None) -> None:
+    def _decide(self, speeds: Speeds | None, sensed_s: float | None) -> None:
         with self._lock:
             now = self._clock()
             if not self.armed:
@@ -224,15 +224,15 @@ class Guard:
             elapsed_s = min(now - self._told_s, 2 * self._file.tick_s)  # after a pause no leap
             self._told_s = now
             self._due_s = now + self._hold_s
-            if danger is None and asked is None:
+            if danger is None and speeds is None:
                 self.stopped = ""
                 if not self._yields:
                     self._issue(STILL, now)
                     self._yields = self.armed
-            elif danger is None and asked is not None:
+            elif danger is None and speeds is not None:
                 self.stopped = ""
                 self._issue(
-                    limit_speeds(self._file.limits, asked, last=self.speeds, elapsed_s=elapsed_s), now
+                    limit_speeds(self._file.limits, speeds, last=self.speeds, elapsed_s=elapsed_s), now
                 )
             elif danger is not None:
                 self._respond(danger, now)
@@ -242,9 +242,9 @@ class Guard:
 
         The guard's thread calls this every `PERIOD_S`.
         """
-        others, seen = 0, self._clock()
-        if self.armed and seen - self._asked_s > OTHERS_S:
-            others, self._asked_s = self._others(), seen
+        others, now_s = 0, self._clock()
+        if self.armed and now_s - self._asked_s > OTHERS_S:
+            others, self._asked_s = self._others(), now_s
         with self._lock:
             now = self._clock()
             if self.armed:
@@ -320,7 +320,7 @@ class Guard:
         return sum(peer.topic == self._topic for peer in self._peers()) - self._monitor.watchdogs
 
     def _expect_others(self) -> None:
-        """Take those who publish commands before arming for the robot's own, if skills of it drive.
+        """Count the publishers of commands before arming as the robot's own, if it has skills that drive.
 
         A watchdog that was started just now may not have been discovered, so that more are expected rather than fewer.
         """

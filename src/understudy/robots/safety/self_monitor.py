@@ -118,7 +118,7 @@ class SelfMonitor:
         self._looked_s = now
         if self._watchdog is not None:
             self._watchdog.send(TAKEN_OVER if armed and self._takes_over else MOVING if moving else RESTING)
-            if not armed:  # nobody else reads its answers then, and a full pipe would block it
+            if not armed:  # its answers are read nowhere else then, and a full pipe would block it
                 self._watchdog.problem()
                 self._watchdog.poll_intervention()
         self._takes_over = False

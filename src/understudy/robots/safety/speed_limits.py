@@ -12,20 +12,20 @@ Speeds: TypeAlias = tuple[float, float]
 STILL: Speeds = (0.0, 0.0)
 
 
-def limit_speeds(limits: MotionLimits, asked: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
+def limit_speeds(limits: MotionLimits, wanted: Speeds, *, last: Speeds, elapsed_s: float) -> Speeds:
     """Clip speeds to the limits, and their change from `last` (the speeds sent last) to acceleration × `elapsed_s`.
 
     `elapsed_s` is the time since the command before, s. NaN counts as 0: the robot slows down as fast as its
     acceleration limit allows. Infinite speeds are clipped. The guard sends its stops without this limit.
     """
     return (
-        _toward(asked[0], last[0], limits.speed_m_s, limits.acceleration_m_s2, elapsed_s),
-        _toward(asked[1], last[1], limits.turn_rad_s, limits.turn_acceleration_rad_s2, elapsed_s),
+        _toward(wanted[0], last[0], limits.speed_m_s, limits.acceleration_m_s2, elapsed_s),
+        _toward(wanted[1], last[1], limits.turn_rad_s, limits.turn_acceleration_rad_s2, elapsed_s),
     )
 
 
-def _toward(asked: float, last: float, most: float, acceleration: float | None, elapsed_s: float) -> float:
-    want = 0.0 if isnan(asked) else max(-most, min(most, asked))
+def _toward(wanted: float, last: float, most: float, acceleration: float | None, elapsed_s: float) -> float:
+    want = 0.0 if isnan(wanted) else max(-most, min(most, wanted))
     if acceleration is None:
         return want
     step = acceleration * elapsed_s

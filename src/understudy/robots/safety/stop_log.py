@@ -26,7 +26,7 @@ ENDING = ".stops.jsonl"
 
 
 class StopEvent(msgspec.Struct, frozen=True, kw_only=True):
-    """A stop: its time (UTC), the robot, the cause, and who or what stopped it.
+    """A stop: its time (UTC), the robot, the cause, and the person or program that stopped it.
 
     `by` is "guard", "watchdog", "program" (which called `disarm`, `emergency_stop` or `close`), or the command that a
     person used, "robots stop".

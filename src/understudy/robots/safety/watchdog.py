@@ -152,7 +152,7 @@ def run_watchdog_process() -> None:
     try:
         orders = msgspec.json.decode(_orders(), type=WatchdogConfig)
         transport = open_transport(orders.file)
-    except Exception as error:  # whatever it is: the program waits for an answer
+    except Exception as error:  # any error: the program waits for an answer
         _answer(str(error).encode() + b"\n")
         return
     try:
@@ -208,7 +208,7 @@ def _hear(wait_s: float | None) -> bytes | None:
 
 
 def _answer(words: bytes) -> None:
-    with contextlib.suppress(OSError):  # nobody there any more
+    with contextlib.suppress(OSError):  # the program has ended
         os.write(1, words)
 
 

@@ -106,13 +106,13 @@ class WatchdogClient:
             orders = WatchdogConfig(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
             try:
                 _tell(process, msgspec.json.encode(orders) + b"\n")
-                said = _line(process, STARTING_S)
+                answer = _line(process, STARTING_S)
             except OSError as error:
-                said = str(error).encode()
-            if said != READY:
+                answer = str(error).encode()
+            if answer != READY:
                 process.kill()
                 process.communicate()
-                problem = said.decode(errors="replace") or "it ended, or took too long"
+                problem = answer.decode(errors="replace") or "it ended, or took too long"
                 raise WatchdogFailed(robot=self._file.name, problem=problem)
             for end in (process.stdin, process.stdout):
                 if end is not None:
@@ -153,17 +153,17 @@ class WatchdogClient:
             return "there is no watchdog"
         now = self._clock()
         try:
-            said = os.read(process.stdout.fileno(), 4096)
+            answers = os.read(process.stdout.fileno(), 4096)
         except BlockingIOError:
             if now - self._answered_s > ANSWER_S:
                 return "the watchdog does not answer"
             return ""
         except OSError:
-            said = b""
-        if not said:
+            answers = b""
+        if not answers:
             return "the watchdog died"
         self._answered_s = now
-        self._stopped = self._stopped or STOPPED in said
+        self._stopped = self._stopped or STOPPED in answers
         return ""
 
     def poll_intervention(self) -> bool:

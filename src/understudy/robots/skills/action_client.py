@@ -1,4 +1,4 @@
-"""A client of an action of ROS 2: sends goals, hears feedback, learns how they end, and cancels them.
+"""A client of an action of ROS 2, which sends goals, receives feedback and results, and cancels goals.
 
 An action is three services (send_goal, cancel_goal, get_result) and a topic with feedback.
 """
@@ -78,14 +78,14 @@ class ActionClient:
             response = self._decode(send_goal.response, answer)
             if response is None:
                 execution.end(ABORTED, f"{self._name} did not answer")
-                cancellation.start_anew()
+                cancellation.restart()
             elif not response.accepted:
                 cancellation.finish()
                 execution.end(REJECTED, f"{self._name} did not accept the goal")
             elif execution.runs:
                 self._ask_for_result(id, execution, cancellation, timeout_s)
             else:  # cancelled before the robot had heard of the goal
-                cancellation.start_anew()
+                cancellation.restart()
 
         data = self._interfaces.encode(send_goal.request, request)
         self._transport.call(service, send_goal.wire, data, accepted, timeout_s=timeout_s)
@@ -142,7 +142,7 @@ class ActionClient:
             execution.feedback = self._read_feedback(message.feedback)
 
     def _decode(self, type: str, data: bytes | None) -> Any:
-        """Decode a message; None if there is none, or the bytes are none."""
+        """Decode a message; None if there is no message, or its bytes are invalid."""
         if data is None:
             return None
         try:

@@ -1,4 +1,4 @@
-"""Cancelling all goals of a robot's actions, whoever sent them, by a program that knows none of them."""
+"""Cancel all goals of a robot's actions, from any sender, by a program that knows none of them."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Cancellation:
             self._left = CANCELS
         self.repeat()
 
-    def start_anew(self) -> None:
+    def restart(self) -> None:
         """Cancel the goal by a new request, for a server that may have answered earlier ones before it had the goal."""
         with self._lock:
             self._may_run, self._due_s = True, -inf

@@ -1,4 +1,4 @@
-"""One execution of a skill: from its start to its outcome, whatever comes in between and in which thread."""
+"""One execution of a skill, from its start to its outcome; events may arrive in any order and in any thread."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from threading import Lock
 from typing import Any
 
 CANCELLED = "cancelled"
-"""The outcome of an execution that was ended from here; no reading says it."""
+"""The outcome of an execution that this program ended; no reading has it."""
 
 
 class Execution:

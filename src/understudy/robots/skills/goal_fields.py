@@ -30,28 +30,30 @@ class GoalFields:
     def find_problem(self) -> DecodeProblem | None:
         """Return the first field that the type does not have, or whose value does not fit; None if all are well."""
         for path, value in self._skill.goal.items():
-            sort, of = NAMED, self._type
+            node_type, of = NAMED, self._type
             for name in path.split("."):
-                inside = self._interfaces.list_fields(of) if sort == NAMED else {}
+                inside = self._interfaces.list_fields(of) if node_type == NAMED else {}
                 if name not in inside:
                     has = f"give one of {', '.join(inside)}" if inside else "end the path before it"
                     return DecodeProblem(f"goal.{path}", f"is no field of {self._type}: no {name!r}", has)
-                sort, of = inside[name]
-            if (problem := _find_misfit(sort, of, value)) is not None:
+                node_type, of = inside[name]
+            if (problem := _find_misfit(node_type, of, value)) is not None:
                 return DecodeProblem(f"goal.{path}", problem[0], problem[1])
         return None
 
     def make(self, binding: Mapping[str, str], locate: Locate) -> Any:
         """Make the goal for targets of the parameters; raise PlaceUnknown if a target's place is unknown."""
-        made = self._interfaces.make(self._type)
+        goal = self._interfaces.make(self._type)
         for path, value in self._skill.goal.items():
             *above, last = path.split(".")
-            inside = made
+            inside = goal
             for name in above:
                 inside = getattr(inside, name)
-            given = self._find_value(value, binding, locate)
-            setattr(inside, last, float(given) if isinstance(getattr(inside, last), float) else given)
-        return made
+            field_value = self._find_value(value, binding, locate)
+            setattr(
+                inside, last, float(field_value) if isinstance(getattr(inside, last), float) else field_value
+            )
+        return goal
 
     @staticmethod
     def _find_value(value: Any, binding: Mapping[str, str], locate: Locate) -> Any:
@@ -64,9 +66,9 @@ class GoalFields:
         return place["xy".index(of[2])]
 
 
-def _find_misfit(sort: int, of: Any, value: Any) -> tuple[str, str] | None:
+def _find_misfit(node_type: int, of: Any, value: Any) -> tuple[str, str] | None:
     """Return problem and remedy if a value does not fit into a field."""
-    if sort != BASE:
+    if node_type != BASE:
         return "is not a single number or text", "give the path of a number, of a text or of a truth"
     kind = of[0]
     from_target = isinstance(value, str) and OF_TARGET.fullmatch(value) is not None

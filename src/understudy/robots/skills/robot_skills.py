@@ -44,10 +44,10 @@ class Skill:
         spec, endpoint = self.spec, file.topic(self.spec.endpoint)
         if not interfaces.knows(spec.type):
             where = f"{file.definitions or 'definitions'}/{spec.type.replace('/', '/', 1)}"
-            sort = spec.type.split("/")[1]
+            interface = spec.type.split("/")[1]
             problem, remedy = (
                 f"is {spec.type!r:.60}, which is unknown",
-                f"put its definition into {where}.{sort}",
+                f"put its definition into {where}.{interface}",
             )
             if file.definitions is None:
                 remedy = f'{remedy}, and write definitions = "definitions"'
@@ -58,10 +58,10 @@ class Skill:
             types = interfaces.find_action(spec.type)
             self.fields = GoalFields(spec, interfaces, types.goal)
             for place in spec.feedback:
-                made = make_field_extractor(types.feedback, place, "", interfaces.list_fields)
-                if isinstance(made, DecodeProblem):
-                    raise self._wrong(path, DecodeProblem("feedback", made.problem, made.remedy))
-                self._extractors[name_feedback_reading(name, place)] = made[2]
+                extractor = make_field_extractor(types.feedback, place, "", interfaces.list_fields)
+                if isinstance(extractor, DecodeProblem):
+                    raise self._wrong(path, DecodeProblem("feedback", extractor.problem, extractor.remedy))
+                self._extractors[name_feedback_reading(name, place)] = extractor[2]
             self._client = ActionClient(
                 endpoint, types, interfaces, transport, self._read_feedback, clock=clock
             )
@@ -179,13 +179,13 @@ class RobotSkills:
     def ask(self, number: int, issued: float) -> None:
         """Carry out skill `number`, or none (0); a goal is sent if the number or the time `issued` (s) is new."""
         with self._lock:
-            asked = (number, issued) if number else None
-            if asked == self._asked:
+            request = (number, issued) if number else None
+            if request == self._asked:
                 self._repeat_cancellations()
                 return
             self._end(CANCELLED, "its state was left")
-            self._asked = asked
-            if asked is not None:
+            self._asked = request
+            if request is not None:
                 skill = self._skill(number)
                 self._running = skill, skill.start(self._calls[number - 1][1], self._locate, self._clock())
 
@@ -211,8 +211,8 @@ class RobotSkills:
 
     def find_problems(self) -> Mapping[str, str]:
         """Find the skills that cannot be carried out now, each with the reason."""
-        found = {name: each.find_problem() for name, each in self.skills.items()}
-        return {name: problem for name, problem in found.items() if problem}
+        problems = {name: each.find_problem() for name, each in self.skills.items()}
+        return {name: problem for name, problem in problems.items() if problem}
 
     def _end(self, outcome: str, cause: str) -> None:
         running, self._running = self._running, None
@@ -228,7 +228,7 @@ class RobotSkills:
             each.repeat_cancellations()
 
     def _record(self, skill: Skill) -> None:
-        """Publish what is new of the last execution of a skill, if there was one."""
+        """Publish the news of the last execution of a skill, if there was one."""
         if self._records is not None and (skill.last.goal is not None or skill.last.problem):
             self._records.publish_changes(skill.name, skill.last)
 

@@ -19,7 +19,7 @@ TOPIC = "understudy/skills"
 
 
 class SkillRecords:
-    """What was published of the skills of a robot, and what is new.
+    """The published state of a robot's skills, by which changes are found.
 
     Parameters
     ----------
@@ -34,10 +34,10 @@ class SkillRecords:
         self._told: dict[str, tuple[Execution, Mapping[str, float], str]] = {}
 
     def publish_changes(self, skill: str, execution: Execution) -> None:
-        """Publish what is new of the last execution of a skill: its goal, its feedback, its outcome."""
-        told, feedback, outcome = self._told.get(skill, (None, {}, ""))
+        """Publish the changes of the last execution of a skill: its goal, its feedback, its outcome."""
+        published, feedback, outcome = self._told.get(skill, (None, {}, ""))
         now = execution.feedback, execution.outcome
-        if told is not execution:
+        if published is not execution:
             feedback, outcome = {}, ""
             if execution.goal is not None:
                 self._write(skill, "goal", values=to_plain(execution.goal))
@@ -48,8 +48,8 @@ class SkillRecords:
         self._told[skill] = (execution, *now)
 
     def _write(self, skill: str, step: str, **about: Any) -> None:
-        said = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
-        self._publish(encode_text(msgspec.json.encode(said).decode()))
+        record = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
+        self._publish(encode_text(msgspec.json.encode(record).decode()))
 
 
 def to_plain(message: Any) -> Any:

@@ -23,20 +23,20 @@ def add_robot_skills(scenario: Scenario, files: Iterable[RobotFile]) -> Scenario
         skills = dict(types[kind].skills)
         for name, spec in file.skills.items():
             fields = [field.replace(".", "_") for field in spec.feedback]
-            made = SkillStandIn(
+            stand_in = SkillStandIn(
                 parameters=tuple(spec.parameters),
                 feedback=dict.fromkeys(fields, "number"),
                 timeout_s=spec.timeout_s,
                 doc=spec.doc,
             )
-            there = skills.setdefault(name, made)
+            there = skills.setdefault(name, stand_in)
             for what in ("parameters", "feedback"):
-                here, given = set(getattr(made, what)), set(getattr(there, what))
-                if here != given:
+                here, expected = set(getattr(stand_in, what)), set(getattr(there, what))
+                if here != expected:
                     raise SettingError(
                         where=f"robot {file.name!r}", setting=f"skills.{name}",
                         problem=f"has the {what} {join_names(sorted(here)) or 'none'}, and "
-                        f"{join_names(sorted(given)) or 'none'} in the scenario {scenario.name}",
+                        f"{join_names(sorted(expected)) or 'none'} in the scenario {scenario.name}",
                         remedy="give both the same",
                     )  # fmt: skip
         if skills != types[kind].skills:

@@ -15,7 +15,7 @@ ALIVE_S = 2.0
 
 
 def claim_name(network: TeamAccess, name: str, *, team: str, clock: Clock = REAL_TIME) -> None:
-    """Claim the name of an agent, and from then on answer all who ask whether it is taken.
+    """Claim the name of an agent, and from then on answer all agents that ask whether it is taken.
 
     Each claim has a random number: of two at the same moment, the smaller one wins. An agent whose computer has died
     keeps its claim in the network for some seconds, but does not answer: such a claim does not count.

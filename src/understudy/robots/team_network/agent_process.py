@@ -128,7 +128,7 @@ class AgentProcess:
         self.left = False
         """Whether the agent was told to leave."""
         self.restarts = False
-        """Whether the agent has to start anew, with another library."""
+        """Whether the agent has to restart, with another library."""
         self._library = LibraryFolder(team.library, name, partial(fingerprint_folder, team.scenario))
         self.robot: Robot | None = None
         self._pace: Callable[[], float] = clock
@@ -182,16 +182,16 @@ class AgentProcess:
 
     def _describe_diagnostics(self) -> DiagnosticStatus:
         """Describe the agent for its robot's diagnostics: WARN while no order holds."""
-        said = self.describe()
-        level = StatusLevel.WARN if said.order is None else StatusLevel.OK
-        message = "is alone: no order holds" if said.order is None else f"obeys {said.leader}"
+        status = self.describe()
+        level = StatusLevel.WARN if status.order is None else StatusLevel.OK
+        message = "is alone: no order holds" if status.order is None else f"obeys {status.leader}"
         values = {
-            "order": "" if said.order is None else f"{said.order[0]}.{said.order[1]}",
-            "duty": said.duty,
-            "state": " > ".join(said.path),
-            "leads": ", ".join(said.leads),
-            "late ticks": str(said.late),
-            "refused orders": str(sum(said.refused.values())),
+            "order": "" if status.order is None else f"{status.order[0]}.{status.order[1]}",
+            "duty": status.duty,
+            "state": " > ".join(status.path),
+            "leads": ", ".join(status.leads),
+            "late ticks": str(status.late),
+            "refused orders": str(sum(status.refused.values())),
         }
         return DiagnosticStatus(f"understudy agent: {self.name}", level, message, values)
 
@@ -235,7 +235,7 @@ class AgentProcess:
         self._carry_out()
 
     def _tell_viewers(self) -> None:
-        """Publish this agent's status from time to time, while somebody watches the team."""
+        """Publish this agent's status from time to time, while a computer watches the team."""
         now = self._clock()
         if now - self._told_s >= STATUS_S and is_watched(self._network):
             self._told_s = now
@@ -304,7 +304,7 @@ class AgentProcess:
                 AgentAnswer(problem="was asked something that it does not understand")
             )
         if question.do == "stop" and self.robot is not None:
-            self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from whatever thread
+            self.robot.emergency_stop(f"asked to by {question.by}")  # at once, from any thread
         if question.do == "ready":
             return msgspec.msgpack.encode(self._make_ready())
         if question.do in ("prepare", "forget"):  # which takes a while, in which decisions go on
@@ -403,7 +403,7 @@ class AgentProcess:
             member.name: problem
             for coordinator in self.coordinators
             if coordinator.leads
-            or coordinator.spec.name == self.name  # which does not lead if it hears nobody
+            or coordinator.spec.name == self.name  # which does not lead if it hears no other agent
             for members in coordinator.members
             for member in members.members
             if (problem := members.find_problem(member))

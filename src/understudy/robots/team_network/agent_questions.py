@@ -1,4 +1,4 @@
-"""The questions that agents answer: what each does, whether its robot can be armed, what its log says."""
+"""The questions that agents answer: their status, whether their robots can be armed, and the lines of their logs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from understudy.runtime.agents.messages import UNREADABLE
 ASK_S = 8.0
 """The longest time in s to wait for the answers of all agents; longer than a permit to arm holds."""
 READY_S = 4.0
-"""The longest time in s to wait for permits to arm robots; who arms them has prepared them before."""
+"""The longest time in s to wait for permits to arm robots; the person who arms them has prepared them before."""
 PREPARE_S = 16.0
 """The longest time in s to wait until the watchdogs of robots run: a slow computer may need 15 s to start one."""
 
@@ -51,7 +51,7 @@ class AgentStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class AgentQuestion(msgspec.Struct, frozen=True):
-    """A question to an agent: what it shall `do`, and who asks (`by`)."""
+    """A request to an agent: what it is to `do`, and the person who asks (`by`)."""
 
     do: str
     by: str = ""
@@ -68,7 +68,7 @@ class AgentAnswer(msgspec.Struct, frozen=True):
     log: list[str] = []
     problem: str = ""
     permit: str = ""
-    """With what the robot can be armed, for a short while and until it is stopped."""
+    """The permit with which the robot can be armed, for a short while and until it is stopped."""
 
 
 def ask(
@@ -92,16 +92,16 @@ def ask(
     dict
         The answer of each agent that gave one, by its name.
     """
-    found = {}
+    decoded = {}
     answers: dict[str, Any] = network.ask(
         f"agent/{agent}", msgspec.msgpack.encode(question), timeout_s=wait_s
     )
     for key, data in answers.items():
         try:
-            found[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
+            decoded[key.rpartition("/")[2]] = msgspec.msgpack.decode(data, type=AgentAnswer)
         except UNREADABLE:
             continue
-    return dict(sorted(found.items()))
+    return dict(sorted(decoded.items()))
 
 
 def ask_to_stop(network: TeamAccess, by: str, agent: str = "*") -> dict[str, AgentAnswer]:

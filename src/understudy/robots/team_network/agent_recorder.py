@@ -193,14 +193,14 @@ class _Beginnings:
 def _describe_duty(agent: Agent) -> dict[str, Any]:
     """Return the fields of a message on what an agent begins."""
     follower = agent.follower
-    found: dict[str, Any] = {"time_s": agent.body.time_s}
+    fields: dict[str, Any] = {"time_s": agent.body.time_s}
     if agent.driver is not None and agent.is_driven:
-        return {**found, "leader": agent.driver.trainer}
+        return {**fields, "leader": agent.driver.trainer}
     if follower is None or follower.order is None:
-        return {**found, "alone": True}
+        return {**fields, "alone": True}
     term, number = follower.order
     behavior, binding = follower.duty or ("", dict[str, str]())
     return {
-        **found, "leader": follower.leader or "", "term": term, "number": number, "behavior": behavior,
+        **fields, "leader": follower.leader or "", "term": term, "number": number, "behavior": behavior,
         "parameters": list(binding), "targets": list(binding.values()),
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""What an agent tells those who watch the team: its status, and all readings of its robot; only while somebody does."""
+"""The messages of an agent to computers that watch the team: its status, and all readings of its robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from understudy.runtime.agents.training_link import MemberView, view_key
 from understudy.runtime.body import list_reading_keys
 
 VIEWER = "viewer:"
-"""How the names begin under which those who watch are in the network."""
+"""The prefix of the names that watching computers have in the network."""
 STATUS = "status"
 """The first part of the keys of what agents say of themselves."""
 STATUS_S = 0.2
@@ -22,7 +22,7 @@ STATUS_S = 0.2
 
 
 def is_watched(network: Network) -> bool:
-    """Return whether somebody watches the team."""
+    """Return whether any computer watches the team."""
     return any(name.startswith(VIEWER) for name in network.present)
 
 

@@ -1,7 +1,7 @@
 """Permits to arm a robot over the network: an order that a stop has overtaken, or that comes late, arms nothing.
 
 A program that arms a robot first asks its agent for a permit, and arms it with that. The agent notes how often the
-robot had been stopped when it was asked. So a stop after the question holds, whatever the network does with the
+robot had been stopped when it was asked. So a stop after the question holds, however late the network delivers the
 messages.
 """
 
@@ -39,7 +39,7 @@ class ArmingPermits:
         return permit
 
     def use(self, permit: str) -> int | None:
-        """Return the number of stops for which a permit holds; None if it holds no more, or was used."""
+        """Return the number of stops for which a permit is valid; None if it has expired, or was used."""
         with self._lock:
             at, stop_count = self._given.pop(permit, (None, 0))
         return stop_count if at is not None and self._clock() - at <= PERMIT_S else None

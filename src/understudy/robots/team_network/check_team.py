@@ -13,7 +13,7 @@ from understudy.runtime.agents.messages import LONGEST_LEASE_S
 RESERVED = "/*?#$"
 """The signs that names must not have, because they are parts of keys."""
 LONGEST_TICK_S = SILENT_S / 2
-"""The longest tick, s: with longer ones, a leader that is well would be taken for silent."""
+"""The longest tick, s: with a longer one, a leader that works would be taken for silent."""
 LEASE_TICKS = 3
 """The number of ticks for which an order holds at least, so that a lost message ends none."""
 

@@ -22,16 +22,16 @@ Files = Mapping[str, bytes]
 def read_library_files(folder: Path | str) -> dict[str, bytes]:
     """Read the documents of a library with those of its subfolders; refuse a folder without any with a FileError."""
     folder = Path(folder)
-    found = {
+    files = {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*.json"))
         if not any(part.startswith(".") for part in path.relative_to(folder).parts)
     }
-    if not found:
+    if not files:
         raise FileError(
             path=folder, place="", problem="has no automata", remedy="name the folder of a library"
         )
-    return found
+    return files
 
 
 class LibraryFolder:
@@ -147,7 +147,7 @@ class LibraryFolder:
             yield
 
     def _contains(self, files: Files) -> bool:
-        """Say whether the folder's documents are these; one that cannot be read is to be replaced."""
+        """Return whether the folder has exactly these documents; False if one of its documents cannot be read."""
         try:
             return read_library_files(self.folder) == files
         except (UnderstudyError, OSError):

@@ -28,7 +28,7 @@ from understudy.storage.document import fingerprint_automaton
 from understudy.storage.library_folder import open_library
 
 FEW, DEPUTIES = 4, 2
-"""Up to `FEW` members of a squad may all lead it, unless the team file names its deputies; of more, so many may.
+"""The largest size of a squad all of whose members may lead it, and the number that may in a larger one, by default.
 
 Each of them hears the reports of all members, so that traffic grows with their number.
 """
@@ -78,12 +78,12 @@ class LoadedTeam:
         return (*self.plan.robots, *self.plan.squads)
 
     def make_network_options(self, agent: str | None = None) -> ZenohOptions:
-        """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
+        """Return how an agent reaches the others; without an agent, how a visitor does, which listens at no address."""
         return make_network_options(self.settings, agent)
 
 
 def make_network_options(settings: TeamSettings, agent: str | None = None) -> ZenohOptions:
-    """Return how an agent reaches the others, or (None) whoever asks them, who listens at no address of theirs."""
+    """Return how an agent reaches the others; without an agent, how a visitor does, which listens at no address."""
     network = settings.network
     own = None if agent is None else settings.each.get(agent)
     listen = () if agent is None else network.listen
@@ -96,7 +96,7 @@ def make_network_options(settings: TeamSettings, agent: str | None = None) -> Ze
 
 
 def load_team_names(path: Path | str) -> tuple[TeamFile, tuple[str, ...]]:
-    """Load a team's file and the names of its robots only, so that they can be stopped whatever else is wrong.
+    """Load a team's file and the names of its robots only, so that they can be stopped even if other parts are invalid.
 
     A robot whose file is invalid has the name of the file.
     """

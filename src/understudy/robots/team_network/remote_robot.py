@@ -26,11 +26,11 @@ from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.team_network.team_watch import NO_ANSWER, TeamWatch
 from understudy.runtime.agents.messages import Duty, UnreadableMessage, compute_layout
 from understudy.runtime.agents.training_link import (
-    DRIVE_LEASE_S,
-    DriveMessage,
+    TRAINER_LEASE_S,
     MemberView,
+    TrainerCommand,
     decode_member_view,
-    drive_key,
+    trainer_command_key,
     view_key,
 )
 from understudy.runtime.body import SKILL, Commands, list_reading_keys
@@ -63,7 +63,7 @@ class SilentTransport:
         return "is asked by the robot's own agent"
 
     def peers(self) -> Sequence[Publisher]:
-        """Return nobody."""
+        """Return no publishers."""
         return ()
 
     def close(self) -> None:
@@ -121,16 +121,16 @@ class RemoteRobot(Robot):
     @property
     def armed(self) -> bool:
         """Whether its agent has armed it, as far as is known."""
-        seen = self._watch.find_agent(self.file.name)
-        return seen.status is not None and not seen.is_silent and seen.status.armed is True
+        watched = self._watch.find_agent(self.file.name)
+        return watched.status is not None and not watched.is_silent and watched.status.armed is True
 
     @property
     def stop_cause(self) -> str:
         """Why it does not move; empty while it may."""
-        seen = self._watch.find_agent(self.file.name)
-        if seen.status is None or seen.is_silent:
-            return "its agent is silent" if seen.is_present else "its agent is not there"
-        return "" if seen.status.unfit == "is being trained" else seen.status.unfit
+        watched = self._watch.find_agent(self.file.name)
+        if watched.status is None or watched.is_silent:
+            return "its agent is silent" if watched.is_present else "its agent is not there"
+        return "" if watched.status.unfit == "is being trained" else watched.status.unfit
 
     @property
     def unfitness(self) -> str:
@@ -148,10 +148,10 @@ class RemoteRobot(Robot):
                 continue
             if self._fits(view):
                 self._inputs.view, self._heard_s = view, now
-        known = self._inputs.view
+        latest = self._inputs.view
         values: Mapping[ReadingKey, float] = {}
-        if known is not None and now - self._heard_s <= STALE_S:
-            values = dict(zip(self._keys, known.readings, strict=True))
+        if latest is not None and now - self._heard_s <= STALE_S:
+            values = dict(zip(self._keys, latest.readings, strict=True))
         return {key: values.get(key, nan) for key in keys}
 
     def _fits(self, view: MemberView) -> bool:
@@ -179,18 +179,18 @@ class RemoteRobot(Robot):
                 remedy='add trainer = "NAME" to [agents] in the file of every agent, to train robots from here',
             )  # fmt: skip
         self._sequence += 1
-        given = {channel: float(np.asarray(column)[0]) for channel, column in commands.items()}
-        number = int(given.pop(SKILL, 0.0))
-        message = DriveMessage(
+        values = {channel: float(np.asarray(column)[0]) for channel, column in commands.items()}
+        number = int(values.pop(SKILL, 0.0))
+        message = TrainerCommand(
             trainer=self._trainer,
             start=self._start,
             sequence=self._sequence,
             sent_s=self._clock(),
-            lease_s=DRIVE_LEASE_S,
-            commands=given,
+            lease_s=TRAINER_LEASE_S,
+            commands=values,
             skill=self._calls[number - 1] if number else None,
         )
-        self._watch.network.publish(drive_key(self.file.name), msgspec.msgpack.encode(message))
+        self._watch.network.publish(trainer_command_key(self.file.name), msgspec.msgpack.encode(message))
 
     @property
     def _trainer(self) -> str:

@@ -28,5 +28,5 @@ class TeamAccess(Network, Protocol):
         ...
 
     def ask(self, key: str, question: bytes, *, timeout_s: float = 2.0) -> dict[str, bytes]:
-        """Ask all who answer questions to a key; return the answers by the key of the agent that gave each."""
+        """Ask all agents that answer questions to a key; return the answers by the key of the agent that gave each."""
         ...

@@ -38,24 +38,24 @@ class PushResult:
 
     def describe(self) -> str:
         """Return a sentence without its subject, the agent."""
-        said = {
+        sentence = {
             WhichLibrary.NEW: "has the new library",
             WhichLibrary.FORMER: "has the former library",
             WhichLibrary.UNKNOWN: "has the new library or the former one",
         }[self.library]
         if not self.problem:
-            return said
+            return sentence
         runs = ", and runs it once it is started again" if self.library == WhichLibrary.NEW else ""
-        return f"{said}{runs} ({self.problem})"
+        return f"{sentence}{runs} ({self.problem})"
 
 
 def describe_push(results: Mapping[str, PushResult]) -> list[str]:
     """Describe a push: a line for each agent, and one for all unless all have the new library."""
     lines = [f"{agent}: {result.describe()}." for agent, result in results.items()]
-    found = {result.library for result in results.values()}
-    if found == {WhichLibrary.FORMER}:
+    libraries = {result.library for result in results.values()}
+    if libraries == {WhichLibrary.FORMER}:
         lines.append("All have the former library: nothing was changed.")
-    elif found != {WhichLibrary.NEW}:
+    elif libraries != {WhichLibrary.NEW}:
         lines.append("Agents may have different libraries: push again once all are there.")
     return lines
 

@@ -1,4 +1,4 @@
-"""A running team as another computer sees it: what each agent does, how long ago that was heard, and who is missing."""
+"""A running team as another computer sees it: the status of each agent, its age, and the agents that are missing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from understudy.robots.team_network.team_access import TeamAccess
 from understudy.runtime.agents.messages import UNREADABLE
 
 SILENT_S = 0.8
-"""An agent that was not heard for so long is said to be silent, s; it reports every 0.2 s."""
+"""The time without a report after which an agent is shown as silent, s; agents report every 0.2 s."""
 ASKING = 1000
 """The number of questions whose answers are awaited at the same time, so that none waits for a silent agent."""
 
@@ -61,7 +61,7 @@ class WatchedAgent:
 
 
 class TeamWatch:
-    """A visitor of a team's network whom all agents tell what they do.
+    """A visitor of a team's network, which receives the status of all agents.
 
     Parameters
     ----------
@@ -84,11 +84,11 @@ class TeamWatch:
         """List all agents of the team: robots, then squads bottom-up."""
         self._hear()
         now, present = self.clock(), self.network.present
-        found = []
+        agents = []
         for name in self.team.agents:
             status, heard_s = self._heard.get(name, (None, -inf))
-            found.append(WatchedAgent(name, status, now - heard_s, name in present))
-        return found
+            agents.append(WatchedAgent(name, status, now - heard_s, name in present))
+        return agents
 
     def find_agent(self, name: str) -> WatchedAgent:
         """Return one agent of the team."""
@@ -115,7 +115,7 @@ class TeamWatch:
         return answers[name].problem if name in answers else NO_ANSWER
 
     def order_soon(self, do: str, by: str, name: str) -> None:
-        """Ask an agent without waiting for its answer, nor for those of others who were asked before."""
+        """Ask an agent without waiting for its answer, nor for the answers to earlier questions."""
         self._asking.submit(self.order, do, by, name)
 
     def close(self) -> None:

@@ -27,7 +27,7 @@ PRESENCE_S = 1.0
 WAIT_MS = 500
 """The time in ms for which a starting agent waits for the others; it goes on connecting to them afterwards."""
 SILENT_MS = 5000
-"""A link from which nothing was heard for so long is given up, and made anew, ms."""
+"""The time without a message after which a link is closed and made again, ms."""
 OPENING_MS = 5000
 """The longest time in ms to make a link: each lost packet of the first ones costs a second."""
 RETRY = {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 2}
@@ -62,7 +62,7 @@ class ZenohOptions:
 
 
 class ZenohInbox(Inbox):
-    """Messages that a subscriber of Zenoh has received; if nobody takes them, the oldest are dropped."""
+    """Messages that a subscriber of Zenoh has received; if they are not taken, the oldest are dropped."""
 
     def __init__(self, heard: Any, is_closed: Callable[[], bool]) -> None:
         super().__init__()
@@ -121,7 +121,7 @@ class ZenohNetwork:
         )
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key, without waiting; where the network is slow, it is dropped."""
+        """Send a message to all listeners of a key, without waiting; where the network is slow, it is dropped."""
         with self._lock:
             if self._closed:
                 return
@@ -181,8 +181,8 @@ class ZenohNetwork:
 
         def reply(query: Any) -> None:
             with contextlib.suppress(self._zenoh.ZError), query:
-                asked = b"" if query.payload is None else bytes(query.payload)
-                query.reply(f"{self._team}/{key}", answer(asked))
+                question = b"" if query.payload is None else bytes(query.payload)
+                query.reply(f"{self._team}/{key}", answer(question))
 
         self._declared.append(
             self._session.declare_queryable(
@@ -191,7 +191,7 @@ class ZenohNetwork:
         )
 
     def ask(self, key: str, question: bytes, *, timeout_s: float = 2.0) -> dict[str, bytes]:
-        """Ask all who answer questions to a key.
+        """Ask all agents that answer questions to a key.
 
         Parameters
         ----------
@@ -207,11 +207,11 @@ class ZenohNetwork:
         dict
             The answers, by the key of the agent that gave it.
         """
-        found = {}
+        answers = {}
         for reply in self._session.get(f"{self._team}/{key}", payload=question, timeout=timeout_s):
             if reply.ok is not None:
-                found[str(reply.ok.key_expr).removeprefix(f"{self._team}/")] = bytes(reply.ok.payload)
-        return found
+                answers[str(reply.ok.key_expr).removeprefix(f"{self._team}/")] = bytes(reply.ok.payload)
+        return answers
 
     def close(self) -> None:
         """Leave the network; nothing is received afterwards."""
@@ -236,11 +236,11 @@ class ZenohNetwork:
 
 def complete_address(address: str) -> str:
     """Return an address with the metadata that lets Zenoh send datagrams, unless it has some of its own."""
-    found = DATAGRAMS.get(address.partition("/")[0])
-    if found is None or "?" in address:
+    metadata = DATAGRAMS.get(address.partition("/")[0])
+    if metadata is None or "?" in address:
         return address
     where, sign, config = address.partition("#")
-    return f"{where}?{found}{sign}{config}"
+    return f"{where}?{metadata}{sign}{config}"
 
 
 def _configure(zenoh: Any, options: ZenohOptions) -> Any:

@@ -1,4 +1,4 @@
-"""An agent that decides for itself: it senses, reports to its squad, and does what holds for it."""
+"""An agent that decides for itself: it senses, reports to its squad, and follows its order or runs its own program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ from understudy.runtime.agents.messages import (
 )
 from understudy.runtime.agents.network import Network
 from understudy.runtime.agents.order_follower import OrderFollower, Refusal
-from understudy.runtime.agents.training_link import DriveFollower, decode_drive, drive_key
+from understudy.runtime.agents.training_link import (
+    TrainerFollower,
+    decode_trainer_command,
+    trainer_command_key,
+)
 from understudy.runtime.body import SKILL, Body, Commands, SkillPerformer
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, Program
@@ -133,16 +137,16 @@ class Agent:
         self.beginnings = 0
         """How often it began something since it was made."""
         self.begun_s = body.time_s
-        """When it began what it runs, s."""
+        """When it began its present program, s."""
         self._ran_s = self._now
         self.renew_start()
         self.follower: OrderFollower | None = None
-        self.driver: DriveFollower | None = None
+        self.driver: TrainerFollower | None = None
         """The messages of its trainer; None if it has no trainer."""
         self._was_driven = False
         if spec.trainer is not None:
-            self.driver = DriveFollower(spec.trainer)
-            self._drives = network.listen(drive_key(spec.name))
+            self.driver = TrainerFollower(spec.trainer)
+            self._drives = network.listen(trainer_command_key(spec.name))
         self.keys = () if shared else tuple(self.run.keys)
         """The readings that it reports and, with a run of its own, those that it decides on."""
         if spec.link is not None:
@@ -235,12 +239,12 @@ class Agent:
         return self._read_clock()
 
     def _obey_trainer(self, arrived: Sequence[bytes], now: float) -> None:
-        """Hear a trainer; do nothing by itself while it drives the agent, and then begin what holds without it."""
+        """Receive a trainer's messages; run no program while it drives the agent, and begin again afterwards."""
         if self.driver is None:
             return
         for data in arrived:
             with suppress(UnreadableMessage):
-                self.driver.receive(decode_drive(data), now)
+                self.driver.receive(decode_trainer_command(data), now)
         is_driven = self.is_driven
         if is_driven and not self._was_driven:
             self._begin_program(IDLE_PROGRAM)
@@ -249,7 +253,7 @@ class Agent:
         self._was_driven = is_driven
 
     def begin(self) -> None:
-        """Begin what holds now: the duty of its order, nothing if the order has none for it, or what it does alone."""
+        """Begin the duty of the present order (nothing if it has none for this agent); without an order, `alone`."""
         follower = self.follower
         program: Program | None = self.spec.alone
         self._lacking = ""
@@ -265,7 +269,7 @@ class Agent:
         self.run.begin([self._row], program)
 
     def _find_program(self, duty: Duty) -> Program | None:
-        """Find what a duty tells to run; None if it is nothing that this agent, by its library, may be ordered."""
+        """Find the program of a duty; None if this agent, by its library, may not be ordered to run it."""
         try:
             program = self.spec.finds(duty[0], Binding(duty[1]))
         except UnderstudyError:
@@ -273,7 +277,7 @@ class Agent:
         return program if id(program) in self._runnable else None
 
     def act(self) -> None:
-        """Decide on this tick's snapshot, and act; while a trainer drives the agent, do what it commands."""
+        """Decide on this tick's snapshot, and act; while a trainer drives the agent, execute its commands."""
         driven = self.find_driven_commands()
         self.body.act(self.run.decide(self.percept) if driven is None else driven)
 

@@ -1,4 +1,4 @@
-"""The coordinator of one squad, on each agent that may lead it: one leads, the others follow what it does.
+"""The coordinator of one squad, on each agent that may lead it: one leads, the others follow its state.
 
 All of them hear the reports and keep the statistics, so that a deputy that takes over knows the past. Only the leader
 decides, gives orders, and reports to the squad above.
@@ -143,9 +143,9 @@ class SquadCoordinator:
         return [body for body, _ in self.groups]
 
     def sense(self) -> None:
-        """Hear leaders and members, decide who leads, and compute the statistics of this tick.
+        """Receive messages of leaders and members, decide which agent leads, and compute the statistics of this tick.
 
-        Who only follows computes those that depend on the past.
+        An agent that only follows computes just the statistics that depend on the past.
         """
         orders, reports = self._orders.take_all(), self._reports.take_all()
         self._now = now = self._read_clock()  # after they were taken: the program may have been frozen before
@@ -248,9 +248,9 @@ class SquadCoordinator:
             message.library,
         ):
             return
-        known = next(reversed(self._remembered), None)
+        latest = next(reversed(self._remembered), None)
         self._remember(message, heard_s - age_s)
-        if known is not None and known > message.order:
+        if latest is not None and latest > message.order:
             self._remembered.move_to_end(message.order, last=False)  # the present one is the last
 
     def _is_unknowing(self) -> bool:
@@ -300,13 +300,15 @@ class SquadCoordinator:
         if active != [(frame.automaton, frame.state) for frame in frames]:
             return False  # this agent's library, or its own order, is another one than the leader's
         given_s = interpreter.behavior_start_s
-        given = np.full(len(self.squad.members), given_s)
+        start_times = np.full(len(self.squad.members), given_s)
         try:
             duties = [
                 None if (duty := message.duties.get(name)) is None else Assignment(duty[0], Binding(duty[1]))
                 for name, _, _ in self.squad.members
             ]
-            self.squads.ordering.restore([self._find_present_order()], np.array([given_s]), duties, given)
+            self.squads.ordering.restore(
+                [self._find_present_order()], np.array([given_s]), duties, start_times
+            )
         except UnderstudyError:
             return False
         self._issued, self.order = given_s, message.order
@@ -317,9 +319,9 @@ class SquadCoordinator:
         """Return the last message with the order that most members execute, and when it was heard."""
         now = self._now
         votes = self._count_votes()
-        known = [order for order in votes if order in self._remembered]
-        if known:
-            return self._remembered[max(known, key=lambda order: (votes[order], order))]
+        candidates = [order for order in votes if order in self._remembered]
+        if candidates:
+            return self._remembered[max(candidates, key=lambda order: (votes[order], order))]
         last = next(reversed(self._remembered.values()), None)
         return last if last is not None and now - last[1] <= self.squad.lease_s else None
 
@@ -364,10 +366,10 @@ T = TypeVar("T")
 
 def _decoded(messages: Sequence[bytes], decode: Callable[[bytes], T]) -> list[T]:
     """Decode messages, without those that are unreadable."""
-    found = []
+    decoded = []
     for data in messages:
         try:
-            found.append(decode(data))
+            decoded.append(decode(data))
         except UnreadableMessage:
             continue
-    return found
+    return decoded

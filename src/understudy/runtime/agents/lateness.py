@@ -2,7 +2,7 @@
 
 Every message says when it was sent, by the sender's own clock. The difference to the receiver's clock at its arrival is
 the offset of both clocks plus the time under way. The smallest difference of late is that of a message which nothing
-held up; a message with a larger one is late by what it has more.
+held up; a message with a larger one is late by the difference.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ class LatenessMeter:
         float
             The time in s by which it was longer under way than the fastest of late; 0 for the first one.
         """
-        found = self._smallest.pop(start, None) or SmallestDifference(now)
-        self._smallest[start] = found
+        smallest = self._smallest.pop(start, None) or SmallestDifference(now)
+        self._smallest[start] = smallest
         if len(self._smallest) > self._most:
             self._smallest.popitem(last=False)
-        if now - found.began_s >= WINDOW_S:
-            found.former = found.present if now - found.began_s < 2 * WINDOW_S else inf
-            found.began_s, found.present = now, inf
-        found.present = min(found.present, now - sent_s)
-        return now - sent_s - min(found.present, found.former)
+        if now - smallest.began_s >= WINDOW_S:
+            smallest.former = smallest.present if now - smallest.began_s < 2 * WINDOW_S else inf
+            smallest.began_s, smallest.present = now, inf
+        smallest.present = min(smallest.present, now - sent_s)
+        return now - sent_s - min(smallest.present, smallest.former)

@@ -12,21 +12,21 @@ from collections.abc import Callable, Collection, Sequence
 from math import inf
 
 SILENT_S = 0.4
-"""A leader that was not heard for so long is replaced, s."""
+"""The time without a message after which a leader is replaced, s."""
 GONE_S = 0.15
-"""A leader that has left the network is replaced after so long without a message, s."""
+"""The time without a message after which a leader that has left the network is replaced, s."""
 APART_S = 0.12
 """The time in s by which each further candidate waits longer, so that two seldom begin together."""
 UNKNOWING_S = 0.24
 """The time in s by which a candidate waits longer that does not know what members execute: they report it meanwhile."""
 COMPANY_S = 0.3
-"""Who has heard no other member for so long is cut off, and does not begin to lead, s."""
+"""The time without a message of any other member after which a candidate is cut off: it does not begin to lead, s."""
 FROZEN_S = 0.5
-"""A leader that did not run for so long listens before it leads again, s."""
+"""The time that a leader can be suspended, s; after a longer time it listens before it leads again."""
 
 
 class Leadership:
-    """One candidate's knowledge of who leads a squad.
+    """One candidate's knowledge of the agent that leads a squad.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Leadership:
     def hear_report(self, member: str, term: int, message: int, now: float) -> None:
         """Take note of the term that a member obeys, and of the number of its leader's last message that it heard.
 
-        Who hears of a leader's newer message knows that it leads, even if the message itself was lost.
+        A candidate that hears of a leader's newer message knows that it leads, even if the message itself was lost.
         """
         if member != self.name:
             self._company_s = max(self._company_s, now)
@@ -90,7 +90,7 @@ class Leadership:
             self._follow(term, message, now)
 
     def _follow(self, term: int, message: int, now: float) -> None:
-        """Follow the leader of a higher term, of whom members hear more and more messages."""
+        """Follow the leader of a higher term, after members have received two of its messages."""
         leader = find_leader(term, self.candidates)
         if leader != self.name:
             self.term, self.leader, self._message, self._obeyed = term, leader, message, None

@@ -132,12 +132,12 @@ class LocalTeam:
         self.clear()
 
     def clear(self) -> None:
-        """Start all agents anew, without orders and memory; the first candidate leads each squad."""
+        """Restart all agents, without orders and memory; the first candidate leads each squad."""
         for name in (*self.plan.robots, *self.plan.squads):
             self.start(name, leads=True)
 
     def start(self, name: str, *, leads: bool = False) -> None:
-        """Start an agent anew, without any memory; `leads`: it leads the squads for which it is the first choice."""
+        """Restart an agent, without any memory; `leads`: it leads the squads for which it is the first choice."""
         self.stop(name)
         self.stopped.discard(name)
         node = self.network.join(name)
@@ -203,20 +203,20 @@ class LocalTeam:
 
     def _decide(self, percept: Percept) -> dict[str, NDArray[np.float64]]:
         """Decide for all robots together, and return their commands; robots without a program rest."""
-        found = dict(self.runner.decide(percept))
+        decided = dict(self.runner.decide(percept))
         for row, name in enumerate(self.plan.robots):
             robot = self.robots.get(name)
             if robot is None:
-                given: Commands | None = {}
+                commands: Commands | None = {}
             elif robot.run is self.runner:
-                given = robot.find_driven_commands()
+                commands = robot.find_driven_commands()
             else:
                 robot.act()
-                given = self.rows[name].commands
-            if given is not None:
+                commands = self.rows[name].commands
+            if commands is not None:
                 for channel, rest in self._resting.items():
-                    found[channel][row] = given[channel][0] if channel in given else rest
-        return found
+                    decided[channel][row] = commands[channel][0] if channel in commands else rest
+        return decided
 
     def run(self, ticks: int) -> None:
         """Run a number of ticks."""

@@ -47,7 +47,8 @@ class MemberReport(msgspec.Struct, frozen=True, array_like=True):
     heard: Count
     """The number of the last message of this coordinator that the member has heard."""
     order: OrderId | None
-    """The order that the member executes; None if it executes none, and does what it was taught for being alone."""
+    """The order that the member executes; None if it executes none, and runs the behavior that it was taught for being
+alone."""
     library: str
     """The fingerprint of the member's library."""
     unfit: str

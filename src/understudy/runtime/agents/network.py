@@ -1,4 +1,4 @@
-"""The network between agents: messages by key, and who is there; and one within a single process."""
+"""The network between agents: messages by key, and the agents that are present; and one within a single process."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Network(Protocol):
     """One agent's access to the network of its team."""
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key, without waiting; it may be lost, late, or doubled."""
+        """Send a message to all listeners of a key, without waiting; it may be lost, late, or doubled."""
         ...
 
     def listen(self, key: str, observe: Observe | None = None) -> Inbox:
@@ -61,7 +61,7 @@ class Network(Protocol):
 
 
 class Envelope(NamedTuple):
-    """A message on its way: the number of the step in which it arrives, who sent it, its key, and its content."""
+    """A message on its way: the number of the step in which it arrives, its sender, its key, and its content."""
 
     due: int
     sender: str
@@ -79,7 +79,7 @@ def deliver_at_once(sender: str, receiver: str, step: int) -> list[int]:
 
 
 def make_fate(ticks: int, loss: float, *, seed: int = 0) -> Fate:
-    """Make the fate of messages that arrive so many steps later, and of which a share `loss` never does."""
+    """Make the fate of messages that arrive `ticks` steps later, and of which a share `loss` is lost."""
     if loss == 0.0 and ticks == 0:
         return deliver_at_once
     draws = Random(seed)
@@ -115,7 +115,7 @@ class LocalNetwork:
         self._listeners.clear()
 
     def forget_listeners(self) -> None:
-        """Forget who listens to each key; it is found again at the next message."""
+        """Forget the listeners of each key; they are looked up again at the next message."""
         self._listeners.clear()
 
     def find_listeners(self, key: str) -> Sequence[LocalNode]:
@@ -165,7 +165,7 @@ class LocalNode:
         self.is_announced = False
 
     def publish(self, key: str, message: bytes) -> None:
-        """Send a message to all who listen to a key."""
+        """Send a message to all listeners of a key."""
         self._network.send(self.name, key, message)
 
     def listen(self, key: str, observe: Observe | None = None) -> Inbox:

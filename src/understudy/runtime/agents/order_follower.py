@@ -111,7 +111,7 @@ class OrderFollower:
         Returns
         -------
         bool
-            Whether the member has to begin anew: its duty, or what it does alone.
+            Whether the member has to begin again: its duty, or the behavior that it runs when it is alone.
         """
         order, duty = self._given if self.holds(now) else (None, None)
         duty = None if order is None else duty

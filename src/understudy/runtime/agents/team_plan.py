@@ -1,4 +1,4 @@
-"""Who is in a team: the name of each agent, its squad, who may lead that squad, and what each agent runs."""
+"""The plan of a team: the name of each agent, its squad, the agents that may lead each squad, and their programs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The messages with which a computer that trains a member drives it, and what the member lets it see (docs/agents.md).
+"""The messages between a computer that trains a member and the member: commands and views (docs/agents.md).
 
-A drive message holds for a short lease, counted on the member's own clock from when it would have arrived if nothing
+A command holds for a short lease, counted on the member's own clock from when it would have arrived if nothing
 had held it up. When no further one comes, because the trainer ended, or its computer died, the member does again what
 holds for it without a trainer.
 """
@@ -18,13 +18,13 @@ from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.messages import UNREADABLE, Count, Duty, Seconds, UnreadableMessage
 from understudy.runtime.body import Commands
 
-DRIVE_LEASE_S = 0.5
-"""The time for which a drive message holds, s."""
-DriveLease: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
-"""The time for which a drive message holds, s."""
+TRAINER_LEASE_S = 0.5
+"""The time for which a trainer's command holds, s."""
+TrainerLease: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+"""The time for which a trainer's command holds, s."""
 
 
-class DriveMessage(msgspec.Struct, frozen=True, array_like=True):
+class TrainerCommand(msgspec.Struct, frozen=True, array_like=True):
     """A trainer's message to the member that it trains: the command of this tick."""
 
     trainer: str
@@ -34,7 +34,7 @@ class DriveMessage(msgspec.Struct, frozen=True, array_like=True):
     """The number of the message since this start."""
     sent_s: Seconds
     """When it was sent."""
-    lease_s: DriveLease
+    lease_s: TrainerLease
     commands: dict[str, float]
     """The value of each channel; channels that are left out rest."""
     skill: Duty | None = None
@@ -42,7 +42,7 @@ class DriveMessage(msgspec.Struct, frozen=True, array_like=True):
 
 
 class MemberView(msgspec.Struct, frozen=True, array_like=True):
-    """What a member lets those who watch it see: all its readings at a tick, and where the targets are."""
+    """A member as a trainer sees it: all its readings at a tick, and where the targets are."""
 
     member: str
     start: Count
@@ -58,36 +58,36 @@ class MemberView(msgspec.Struct, frozen=True, array_like=True):
     """The places (x, y) of those targets that are known, m."""
 
 
-def decode_drive(data: bytes) -> DriveMessage:
-    """Decode a drive message; raise UnreadableMessage if it is none."""
+def decode_trainer_command(data: bytes) -> TrainerCommand:
+    """Decode a trainer's command; raise UnreadableMessage if it is none."""
     try:
-        found = msgspec.msgpack.decode(data, type=DriveMessage)
+        message = msgspec.msgpack.decode(data, type=TrainerCommand)
     except UNREADABLE as error:
         raise UnreadableMessage(str(error)) from None
-    if not all(map(isfinite, found.commands.values())):
+    if not all(map(isfinite, message.commands.values())):
         raise UnreadableMessage("a command is not finite")
-    return found
+    return message
 
 
 def decode_member_view(data: bytes) -> MemberView:
-    """Decode what a member lets see; raise UnreadableMessage if it is nothing of that kind."""
+    """Decode a member's view; raise UnreadableMessage if the message is none."""
     try:
         return msgspec.msgpack.decode(data, type=MemberView)
     except UNREADABLE as error:
         raise UnreadableMessage(str(error)) from None
 
 
-def drive_key(member: str) -> str:
+def trainer_command_key(member: str) -> str:
     """Return the key of the messages with which a member is driven."""
     return f"drive/{member}"
 
 
 def view_key(member: str) -> str:
-    """Return the key of what a member lets see."""
+    """Return the key of the views that a member sends."""
     return f"view/{member}"
 
 
-class DriveFollower:
+class TrainerFollower:
     """A member's side of being trained: whether a trainer drives it now, and with which command.
 
     Parameters
@@ -98,12 +98,12 @@ class DriveFollower:
 
     def __init__(self, trainer: str) -> None:
         self.trainer = trainer
-        self._message: DriveMessage | None = None
+        self._message: TrainerCommand | None = None
         self._until_s = -inf
         self._ended: set[int] = set()
         self._lateness = LatenessMeter()
 
-    def receive(self, message: DriveMessage, now: float) -> bool:
+    def receive(self, message: TrainerCommand, now: float) -> bool:
         """Take a message at a time (s) of the member's clock; return False if it is not obeyed."""
         last = self._message
         if message.trainer != self.trainer or message.start in self._ended:
@@ -125,8 +125,8 @@ class DriveFollower:
     @property
     def commands(self) -> Commands:
         """The command of the last message, a column [1] for each channel."""
-        given: Mapping[str, float] = {} if self._message is None else self._message.commands
-        return {channel: np.array([value]) for channel, value in given.items()}
+        values: Mapping[str, float] = {} if self._message is None else self._message.commands
+        return {channel: np.array([value]) for channel, value in values.items()}
 
     @property
     def skill(self) -> Duty | None:

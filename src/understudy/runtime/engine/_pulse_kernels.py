@@ -24,7 +24,7 @@ njit_force_inlined = njit_inner(nogil=True, _nrt=False, forceinline=True)
 # As in tables.py, which a kernel file cannot import.
 STAY = -1
 FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
-SORT_BITS = 3
+OWN_SOURCE_BITS = 3
 SET, ADD, CLOCK = 0, 1, 2
 ASKED = -(2**31)
 
@@ -49,17 +49,17 @@ def read_own_feature(
     """Read a feature of the automaton at a level itself."""
     _, states, _, _ = tables
     _, state, entered, memory = stacks
-    sort, which = (-1 - source) & ((1 << SORT_BITS) - 1), (-1 - source) >> SORT_BITS
-    if sort == FLAG:
+    own_source, which = (-1 - source) & ((1 << OWN_SOURCE_BITS) - 1), (-1 - source) >> OWN_SOURCE_BITS
+    if own_source == FLAG:
         if states[state[agent, level]].child < 0:
             return 0.0
         return 1.0 if states[state[agent, level + 1]].flag == which else 0.0
-    if sort >= FALLEN:
-        return row[which] if entered[agent, level] != now else float(sort - FALLEN)
-    if sort == COUNTER:
+    if own_source >= FALLEN:
+        return row[which] if entered[agent, level] != now else float(own_source - FALLEN)
+    if own_source == COUNTER:
         count = memory[agent, which]
         return 0.0 if count != count else count
-    return compute_elapsed(now, memory[agent, which] if sort == TIMER else entered[agent, level])
+    return compute_elapsed(now, memory[agent, which] if own_source == TIMER else entered[agent, level])
 
 
 @njit_inlined

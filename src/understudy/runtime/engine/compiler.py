@@ -1,4 +1,4 @@
-"""The compiler: from the programs of agents to the tables that kernels run (ARCHITECTURE section 6).
+"""The compiler: from the programs of agents to the tables that kernels run (docs/architecture.md).
 
 The hierarchy under each root is laid out as ground instances. Parts that programs share are stored once.
 """
@@ -27,9 +27,9 @@ from understudy.runtime.engine.tables import (
     FLAG,
     INSTANCE,
     NODE,
+    OWN_SOURCES,
     RISEN,
     SET,
-    SORTS,
     STATE,
     TIME,
     TIMER,
@@ -87,16 +87,16 @@ class Compiled:
     """Programs as tables, and the meaning of the numbers in them.
 
     `features` are the columns of feature vectors; `basics` are the results of pulses (the first one idles); `places`
-    are the states by number; `asked` are the transition functions that are not trees, by state. `roots` has the value
-    of `Stacks.root` for each program, `flags` the number of each flag. Run states have `depth` levels and `slots`
-    remembered values.
+    are the states by number; `python_transitions` are the transition functions that are not trees, by state. `roots`
+    has the value of `Stacks.root` for each program, `flags` the number of each flag. Run states have `depth` levels and
+    `slots` remembered values.
     """
 
     tables: Tables
     features: tuple[BoundFeature, ...]
     basics: tuple[GroundBehavior, ...]
     places: tuple[StateSlot, ...]
-    asked: Mapping[int, PythonTransition]
+    python_transitions: Mapping[int, PythonTransition]
     roots: NDArray[np.int32]
     flags: Mapping[str, int]
     depth: int
@@ -126,7 +126,7 @@ def compile_programs(programs: Sequence[Program]) -> Compiled:
         tuple(bound for bound, _ in merging.features),
         tuple(ground for ground, _ in merging.basics),
         tuple(laying.places),
-        laying.asked,
+        laying.python_transitions,
         np.array([merged[id(program)] for program in programs], np.int32),
         laying.flags,
         laying.depth,
@@ -196,7 +196,7 @@ class _TableWriter:
         self.changes: list[tuple[int, int, float]] = []
         self.instances: list[tuple[int, int, int]] = []
         self.places: list[StateSlot] = []
-        self.asked: dict[int, PythonTransition] = {}
+        self.python_transitions: dict[int, PythonTransition] = {}
         self.depth, self.slots, self.memories = _memories(self.grounds)
         for number in range(len(self.grounds)):
             self.append_instance(number)
@@ -227,7 +227,7 @@ class _TableWriter:
                 asks = trees[id(transition)]
             elif transition is not None:
                 codes = np.array(sources, np.int32)
-                self.asked[len(self.states)] = PythonTransition(
+                self.python_transitions[len(self.states)] = PythonTransition(
                     transition, codes, first, len(automaton.states)
                 )
                 asks = ASKED
@@ -244,16 +244,16 @@ class _TableWriter:
         if isinstance(source, int):
             return source
         if isinstance(source, ResetFeature):
-            sort, which = RISEN if source.fresh else FALLEN, source.position
+            own_source, which = RISEN if source.fresh else FALLEN, source.position
         elif isinstance(source, FlagFeature):
-            sort, which = FLAG, self.flag(source.name)
+            own_source, which = FLAG, self.flag(source.name)
         elif isinstance(source, CounterFeature):
-            sort, which = COUNTER, memory["counter", source.name]
+            own_source, which = COUNTER, memory["counter", source.name]
         elif isinstance(source, TimerFeature):
-            sort, which = TIMER, memory["timer", source.name]
+            own_source, which = TIMER, memory["timer", source.name]
         else:
-            sort, which = TIME, 0
-        return -1 - (sort + SORTS * which)
+            own_source, which = TIME, 0
+        return -1 - (own_source + OWN_SOURCES * which)
 
     def flag(self, name: str) -> int:
         return self.flags.setdefault(name, len(self.flags))
@@ -269,19 +269,19 @@ def _memories(grounds: Sequence[_GroundInstance]) -> tuple[int, int, list[dict[K
     slots = 0
     for number in reversed(range(len(grounds))):  # parents come after their children
         ground = grounds[number]
-        kept: dict[Kept, None] = {}
+        variables: dict[Kept, None] = {}
         for change in (change for changes in ground.changes for change in changes):
-            kept[change.of, change.name] = None
+            variables[change.of, change.name] = None
         for source in ground.sources:
             if isinstance(source, CounterFeature | TimerFeature):
-                kept["counter" if isinstance(source, CounterFeature) else "timer", source.name] = None
+                variables["counter" if isinstance(source, CounterFeature) else "timer", source.name] = None
         begin = begins[number]
-        memories[number] = {each: begin + position for position, each in enumerate(kept)}
-        slots = max(slots, begin + len(kept))
+        memories[number] = {each: begin + position for position, each in enumerate(variables)}
+        slots = max(slots, begin + len(variables))
         for child in ground.children:
             if child >= 0:
                 depths[child] = max(depths[child], depths[number] + 1)
-                begins[child] = max(begins[child], begin + len(kept))
+                begins[child] = max(begins[child], begin + len(variables))
     return max(depths, default=1), slots, memories
 
 

@@ -1,4 +1,4 @@
-"""The engine: N agents that run compiled programs, exactly as interpreters would (ARCHITECTURE section 6)."""
+"""The engine: N agents that run compiled programs, exactly as interpreters would (docs/semantics.md)."""
 
 from __future__ import annotations
 
@@ -36,32 +36,32 @@ class BatchTransition(Protocol):
 
 
 def query_python_transition(
-    asked: PythonTransition, values: NDArray[np.float64], *, place: StateSlot, agents: Ints
+    query: PythonTransition, values: NDArray[np.float64], *, place: StateSlot, agents: Ints
 ) -> Ints:
     """Call a transition function, and return the number of the next state (or STAY) for each feature vector [n, F]."""
-    transition = asked.transition
+    transition = query.transition
     if isinstance(transition, BatchTransition):
         answered = np.asarray(transition.decide_all(values))
     else:
         answered = np.array([transition.decide(row) for row in values.tolist()])
-    known = np.arange(-1, asked.states)
-    wrong = np.flatnonzero(~np.isin(answered, known))
+    valid = np.arange(-1, query.states)
+    wrong = np.flatnonzero(~np.isin(answered, valid))
     if answered.shape != agents.shape or len(wrong):
-        found = (
+        answer = (
             f"{answered[wrong[0]]} for agent {agents[wrong[0]]}"
             if len(wrong)
             else f"{answered.shape} answers"
         )
         raise DefinitionError(
             what=f"automaton {place.automaton!r}, state {place.state!r}",
-            problem=f"its transition function answered {found}",
-            remedy=f"it has to answer a state, from 0 to {asked.states - 1}, or -1 to stay",
+            problem=f"its transition function answered {answer}",
+            remedy=f"it has to answer a state, from 0 to {query.states - 1}, or -1 to stay",
         )
-    return np.where(answered < 0, -1, answered + asked.first).astype(np.int32)
+    return np.where(answered < 0, -1, answered + query.first).astype(np.int32)
 
 
 Each: TypeAlias = Callable[[Callable[[tuple[int, int]], Any], Iterable[tuple[int, int]]], Iterable[Any]]
-"""`map`, or the like in threads: what to do with each part of the agents, from the first up to another."""
+"""A function like `map`, possibly with threads, that calls a function for each range of agents, `first` to `stop`."""
 
 
 class Engine:
@@ -89,7 +89,9 @@ class Engine:
         self._programs = [*programs, *others]  # kept, so that no other gets their identity
         self.stacks = self.compiled.stacks(body.agents)
         self.running = np.full(body.agents, IDLING, np.int32)
-        self.slow = tuple(dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.asked))
+        self.slow = tuple(
+            dict.fromkeys(str(self.compiled.places[state]) for state in self.compiled.python_transitions)
+        )
         self._sensing = FeatureColumns(self.compiled.features, body)
         self._acting = CommandColumns(self.compiled.basics, body)
         self.keys = tuple(dict.fromkeys((*self._sensing.keys, *self._acting.keys)))
@@ -272,14 +274,14 @@ class Engine:
         while len(waiting := np.flatnonzero(running < 0).astype(np.int32)):
             states = stacks.state[waiting, -1 - running[waiting]]
             for state in np.unique(states).tolist():
-                asked, agents = self.compiled.asked[state], waiting[states == state]
-                values = np.empty((len(agents), len(asked.sources)))
+                query, agents = self.compiled.python_transitions[state], waiting[states == state]
+                values = np.empty((len(agents), len(query.sources)))
                 _pulse_kernels.gather_feature_vectors(
-                    agents, running, asked.sources, columns, now, tables, stacks, values
+                    agents, running, query.sources, columns, now, tables, stacks, values
                 )
                 try:
                     following = query_python_transition(
-                        asked, values, place=self.compiled.places[state], agents=agents
+                        query, values, place=self.compiled.places[state], agents=agents
                     )
                 except BaseException:
                     running[running < 0] = IDLING  # they wait no longer
@@ -315,27 +317,27 @@ class Engine:
             A `StackFrame` per level, from the root down.
         """
         now, memory = self.body.time_s, self.stacks.memory[agent].tolist()
-        found = []
+        levels = []
         for place, entered in self._active(agent):
-            kept = [(of, name, memory[slot]) for (of, name), slot in place.memory.items()]
-            kept = [each for each in kept if each[2] == each[2]]
-            counters = {name: value for of, name, value in kept if of == "counter"}
-            timers = {name: measure_elapsed(now, value) for of, name, value in kept if of == "timer"}
-            found.append(
+            variables = [(of, name, memory[slot]) for (of, name), slot in place.memory.items()]
+            variables = [each for each in variables if each[2] == each[2]]
+            counters = {name: value for of, name, value in variables if of == "counter"}
+            timers = {name: measure_elapsed(now, value) for of, name, value in variables if of == "timer"}
+            levels.append(
                 StackFrame(place.automaton, place.state, measure_elapsed(now, entered), counters, timers)
             )
-        return tuple(found)
+        return tuple(levels)
 
     def _active(self, agent: int) -> list[tuple[StateSlot, float]]:
         """List the states of an agent and when they were entered, level by level."""
         child = int(self.stacks.root[agent])
         states, times = self.stacks.state[agent].tolist(), self.stacks.entered[agent].tolist()
-        found: list[tuple[StateSlot, float]] = []
+        active: list[tuple[StateSlot, float]] = []
         while child >= 0:
-            state = states[len(found)]
+            state = states[len(active)]
             child = int(self.compiled.tables.states["child"][state])
-            found.append((self.compiled.places[state], times[len(found)]))
-        return found
+            active.append((self.compiled.places[state], times[len(active)]))
+        return active
 
     def snapshot(self) -> Stacks:
         """Return the run states of all agents, with times of the body's clock.

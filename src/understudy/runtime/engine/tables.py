@@ -20,17 +20,20 @@ from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, Node, TestKind, Tree
 
 FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
-SORTS = 8
-"""What an automaton reads of itself; as the source of a node: -1 - (sort + SORTS * (flag id, memory slot or column)).
+OWN_SOURCES = 8
+"""What an automaton reads of itself: FLAG to RISEN, with a flag's id, a memory slot or a column.
+
+As the source of a node it is -1 - (FLAG to RISEN + OWN_SOURCES * (id, slot or column)).
 
 FALLEN and RISEN are columns that read 0 or 1 in the tick in which the state was entered.
 """
 
 SET, ADD, CLOCK = 0, 1, 2
-"""What a change does to a memory slot: becomes the value (NaN: as if never set), grows by it, becomes the time."""
+"""The effect of a change on a memory slot: it becomes the value (NaN: as if never set), grows by it, or becomes the
+time."""
 
 ASKED = -(2**31)
-"""In place of a tree: a transition function that Python has to ask."""
+"""The mark, in place of a tree's entry, of a transition function that Python has to call."""
 
 NODE = np.dtype(
     [("low", "f8"), ("high", "f8"), ("source", "i4"), ("inside", "i4"), ("outside", "i4"), ("absent", "i4")],
@@ -170,14 +173,14 @@ def check_tree(tree: Tree, automaton: Automaton, state: str) -> None:
 
 def _problem(node: Node, automaton: Automaton) -> str | None:
     if node.test == TestKind.LEAF:
-        known = STAY <= node.yes < len(automaton.states)
-        return None if known else f"answers state {node.yes} of {len(automaton.states)}"
+        valid = STAY <= node.yes < len(automaton.states)
+        return None if valid else f"answers state {node.yes} of {len(automaton.states)}"
     if not 0 <= node.feature < len(automaton.features):
         return f"asks for feature {node.feature} of {len(automaton.features)}"
     bound = automaton.features[node.feature]
     if node.test == TestKind.LABEL:
         labels = len(bound.kind.labels) if isinstance(bound.kind, Categorical) else 0
-        known = 0 < len(node.branches) == labels
-        return None if known else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
+        valid = 0 < len(node.branches) == labels
+        return None if valid else f"has {len(node.branches)} branches for the {labels} labels of {bound}"
     cuts = {TestKind.BELOW: (node.high,), TestKind.ARC: (node.low, node.high)}.get(TestKind(node.test), ())
     return f"has a boundary of {bound} that is not a number" if any(map(isnan, cuts)) else None

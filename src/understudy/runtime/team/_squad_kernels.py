@@ -153,17 +153,17 @@ def pulse_coordinator(squad: int, now: float, mine: Any, lead: Any, bands: Any) 
     order, issued, meant, heard, answering, duties, roots = lead[9]
     tables, stacks, values, _, running = mine
     running[squad] = pulse_agent(squad, values[squad], now, tables, stacks)
-    given, when = ordered[running[squad]], -math.inf
+    new_order, when = ordered[running[squad]], -math.inf
     for level in range(stacks[2].shape[1]):
         when = max(when, stacks[2][squad, level])
-    anew = given != order[squad] or not abs(when - issued[squad]) <= SAME_S
-    order[squad] = given
+    anew = new_order != order[squad] or not abs(when - issued[squad]) <= SAME_S
+    order[squad] = new_order
     if anew:
         issued[squad] = when
     now_issued = issued[squad]
     for m in range(first[squad], first[squad + 1]):
         if anew:
-            meant[m] = duties[given, members[m].role]
+            meant[m] = duties[new_order, members[m].role]
         heard[m] = meant[m]
         begins = answering[m] != now_issued and now_issued == now_issued
         answering[m] = now_issued

@@ -18,9 +18,10 @@ from understudy.model.kinds import YES, Column
 from understudy.runtime.team.members import MemberGroup, Membership
 
 ORDER_BYTES = 12
-"""An order: whose (2), what (2), when it was given (8)."""
+"""The bytes of an order: the squad's number (2), the order's number (2), and the time at which it was given (8)."""
 REPORT_BYTES, READING_BYTES, FLAG_BYTES = 10, 8, 1
-"""A report: whose (2), which order it answers (8), a number for each reading, a byte for each flag."""
+"""The bytes of a report: the member's number (2) and the time of the order that it answers (8); those of each reading;
+and those of each flag."""
 DOWN, UP = 1, 2
 
 
@@ -33,7 +34,7 @@ class Traffic:
 
 
 def make_traffic(members: int, readings: int, flags: int) -> Traffic:
-    """Compute the traffic of an order to each member and a report from it with so many readings and flags."""
+    """Compute the traffic of an order to each member, and of a report from each with its readings and flags."""
     report = REPORT_BYTES + READING_BYTES * readings + FLAG_BYTES * flags
     return Traffic(2 * members, members * (ORDER_BYTES + report))
 
@@ -71,8 +72,8 @@ def _mixed(keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
         mixed = keys + np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    found: NDArray[np.uint64] = mixed ^ (mixed >> np.uint64(31))
-    return found
+    scrambled: NDArray[np.uint64] = mixed ^ (mixed >> np.uint64(31))
+    return scrambled
 
 
 class DelayedValues:
@@ -97,7 +98,7 @@ class DelayedValues:
 
 Bools: TypeAlias = NDArray[np.bool_]
 SILENT_S = 1.0
-"""Who has not been heard of for so long is counted no more."""
+"""The time without a report after which a member is no longer counted, s."""
 
 
 @runtime_checkable

@@ -39,9 +39,9 @@ STATISTIC = np.dtype(
 MEMBER = np.dtype([("layer", "i8"), ("row", "i8"), ("role", "i8"), ("band", "i8")], align=True)
 
 Bands: TypeAlias = tuple[tuple[Any, ...], ...]
-"""Of each layer: tables, stacks, values [N, V], who is there [N], what they run [N]."""
+"""Of each layer: tables, stacks, values [N, V], which agents are present [N], and the program that each runs [N]."""
 Leads: TypeAlias = tuple[tuple[Any, ...], ...]
-"""Of each layer of squads: what `_SquadLayer.record` says."""
+"""Of each layer of squads: the arrays that `_SquadLayer.record` returns."""
 
 
 class SquadTables(NamedTuple):

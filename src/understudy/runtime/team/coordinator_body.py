@@ -1,4 +1,4 @@
-"""Coordinators as a body: those of one sort, with everything below them (ARCHITECTURE section 1).
+"""Coordinators as a body: the coordinators of one sort of squads, with everything below them.
 
 A session or a run trains or runs coordinators through this body in the same way as robots.
 """
@@ -164,19 +164,19 @@ class CoordinatorBody(BodyWrapper[Body]):
         """
         try:
             with convert_decode_errors():
-                kept = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
+                state = msgspec.msgpack.decode(snapshot, type=CoordinatorSnapshot)
         except msgspec.MsgspecError as error:
             raise _refused(f"is not a snapshot of a squad ({error})") from None
         layers = [layer for layer in (*self._below, self._own) if isinstance(layer.body, SquadBody)]
-        if len(kept.squads) != len(layers) or len(kept.runs) != len(self._below):
+        if len(state.squads) != len(layers) or len(state.runs) != len(self._below):
             raise _refused("is of another team")
         if isinstance(self.ground, Rewindable):
-            self.ground.restore(kept.ground)
+            self.ground.restore(state.ground)
         self.team.clear()
-        for layer, squads in zip(layers, kept.squads, strict=True):
+        for layer, squads in zip(layers, state.squads, strict=True):
             if isinstance(layer.body, SquadBody):
                 layer.body.restore(squads)
-        for layer, agents in zip(self._below, kept.runs, strict=True):
+        for layer, agents in zip(self._below, state.runs, strict=True):
             _restore(layer, agents, self.time_s)
 
 

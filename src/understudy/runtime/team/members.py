@@ -17,11 +17,11 @@ from understudy.runtime.body import Body, Commands
 from understudy.runtime.program import GroundBehavior, Program
 
 Finds: TypeAlias = Callable[[str, Binding], Program]
-"""A behavior that members can run, ready to run."""
+"""A function that makes the program of a behavior that members can run, with its targets."""
 
 
 class Runner(Protocol):
-    """What runs the agents of a body: interpreters or an engine."""
+    """The runner of a body's agents: interpreters or an engine."""
 
     @property
     def keys(self) -> tuple[ReadingKey, ...]:

@@ -1,4 +1,4 @@
-"""Orders: which of a coordinator's members does what, and when the order reaches it."""
+"""Orders: the duty of each of a coordinator's members, and the time at which the order reaches the member."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from understudy.runtime.team.comms import DOWN, CommsChannel, DelayedValues
 from understudy.runtime.team.members import MemberGroup, Membership
 
 SAME_S = 1e-6
-"""Times this near are one: a run state that was gone back to knows when it began only by how long that was ago."""
+"""The difference below which times are equal: a restored run state knows its start only as a duration, rounded."""
 
 
 class OrderDispatcher:
@@ -68,23 +68,23 @@ class OrderDispatcher:
 
     def compute_fixed_assignments(self) -> NDArray[np.int64]:
         """Compute the duty that each order gives to members of each role [orders, roles], if none is shared out."""
-        found = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
+        assignments = np.zeros((len(self._orders), len(self.squad.roles)), np.int64)
         for number, order in enumerate(self._orders):
             for place, role in enumerate(self.squad.roles):
                 duties = () if order is None else order.duties
                 fit = next((duty for duty in duties if duty.role in (None, role.name)), None)
-                found[number, place] = 0 if fit is None else self._number(fit)
-        return found
+                assignments[number, place] = 0 if fit is None else self._number(fit)
+        return assignments
 
     def find_assignable_groups(self) -> dict[int, set[int]]:
         """Find the bands of members that may be ordered to do each duty."""
         dealt = self.compute_fixed_assignments()
-        found: dict[int, set[int]] = {0: set(range(len(self.bands)))}
+        bands_by_duty: dict[int, set[int]] = {0: set(range(len(self.bands)))}
         for place in range(len(self.squad.roles)):
             bands = set(np.unique(self.roster.band[self.roster.role == place]).tolist())
             for duty in dealt[:, place].tolist():
-                found[duty] = found.get(duty, set()) | bands
-        return found
+                bands_by_duty[duty] = bands_by_duty.get(duty, set()) | bands
+        return bands_by_duty
 
     def index_order(self, order: Order | None) -> int:
         """Return the number of an order; UnknownName if members do not have the behavior that it names."""
@@ -111,13 +111,13 @@ class OrderDispatcher:
         if anew.any():
             for number in np.unique(order[anew]).tolist():
                 self._assign(self._orders[number], self.roster.of_squads(anew & (order == number)), counted)
-        given = self.issued[self.roster.squad]
-        heard, answering = self.meant, given
+        issued_s = self.issued[self.roster.squad]
+        heard, answering = self.meant, issued_s
         if self._delayed is not None:
             which, when = self._delayed
             sent, answering = (
                 which.push_and_get(self.meant.astype(np.float64), tick),
-                when.push_and_get(given, tick),
+                when.push_and_get(issued_s, tick),
             )
             nothing = np.isnan(answering)  # has come through since the run began, or was gone back in
             heard = np.where(nothing, self.heard, sent).astype(np.intp)
@@ -127,7 +127,7 @@ class OrderDispatcher:
         self.start(new)
 
     def deal_again(self, counted: NDArray[np.bool_]) -> None:
-        """Deal the shares of present orders among the members that are present now; who can keep its duty does."""
+        """Deal the shares of present orders among the members that are present; a member keeps its duty if it can."""
         for number in np.unique(self.order).tolist():
             order = self._orders[number]
             if order is not None and any(duty.share is not None for duty in order.duties):

@@ -1,7 +1,7 @@
 """Squads as a body: the statistics that S coordinators of one sort sense over their members, and the orders they give.
 
-A squad is a body (ARCHITECTURE section 1): its readings are statistics over its members, its basic behaviors are
-theirs. Members may be robots or coordinators; this module makes no difference between them.
+A squad is a body: its readings are statistics over its members, its basic behaviors are theirs. Members may be robots
+or coordinators; this module makes no difference between them.
 """
 
 from __future__ import annotations
@@ -98,8 +98,8 @@ class SquadBody(BodyWrapper[Body]):
 
     def list_needed_readings(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
         """List the readings that members have to sense for these readings of the squad."""
-        found = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
-        needed = [(reading, target) for reading, target in found if reading is not None]
+        subjects = [(self._statistics[name].reading, target) for name, target in self._remembered(keys)]
+        needed = [(reading, target) for reading, target in subjects if reading is not None]
         return needed if self.squad.drops is None else [*needed, (self.squad.drops, None)]
 
     def _remembered(self, keys: Sequence[ReadingKey]) -> list[ReadingKey]:
@@ -123,11 +123,11 @@ class SquadBody(BodyWrapper[Body]):
         statistic, target = self._statistics[key[0]], key[1]
         kind = self.kind_of(statistic)
         values = self._reported(statistic, target, now)
-        found = compute_statistic(
+        statistics = compute_statistic(
             statistic, values, self._counted & self._roles[statistic.role], self.roster, kind
         )
         memory = self.memory(key)
-        return found if memory is None else memory.update(found, now)
+        return statistics if memory is None else memory.update(statistics, now)
 
     def statistic(self, name: str) -> Statistic:
         """Get the statistic of this name."""
@@ -179,7 +179,7 @@ class SquadBody(BodyWrapper[Body]):
         return self.ordering.index_order(order)
 
     def act(self, commands: Commands) -> None:
-        """Give orders: where a coordinator entered a state anew, its members stop and begin what the order says."""
+        """Give orders: where a coordinator entered a state, its members stop and begin what the order says."""
         tick = round(self.time_s / self.tick_s)
         self.ordering.issue(commands[ORDER].astype(np.intp), commands[ISSUED], self._counted, tick)
 
@@ -207,14 +207,14 @@ class SquadBody(BodyWrapper[Body]):
             memories,
         )
 
-    def restore(self, kept: SquadState) -> None:
+    def restore(self, state: SquadState) -> None:
         """Go back to a state; members begin the duties that they had."""
         orders = [
-            None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in kept.orders
+            None if each is None else Order(tuple(_read(*duty) for duty in each)) for each in state.orders
         ]
-        duties = [None if duty is None else _read(*duty) for duty in kept.duties]
-        self.ordering.restore(orders, np.array(kept.issued), duties, np.array(kept.answering))
-        for name, target, last, since, values, times in kept.memories:
+        duties = [None if duty is None else _read(*duty) for duty in state.duties]
+        self.ordering.restore(orders, np.array(state.issued), duties, np.array(state.answering))
+        for name, target, last, since, values, times in state.memories:
             memory = self._memories[name, target] = self._memory(self._statistics[name])
             memory.last, memory.since = np.array(last), np.array(since)
             memory.values = np.array(values).reshape(memory.values.shape)

@@ -33,13 +33,13 @@ def make_squad_kit(squad: Squad, below: Sequence[Reading], members: Mapping[str,
 
 
 def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:
-    found: dict[str, tuple[str, ...]] = {}
+    parameters_of: dict[str, tuple[str, ...]] = {}
     knows: dict[str, list[str]] = {}
     for role in squad.roles:
         library = members[role.of]
         for name in (*library.kit.behaviors, *library.taught):
             parameters = library.parameters(name)
-            if found.setdefault(name, parameters) != parameters:
+            if parameters_of.setdefault(name, parameters) != parameters:
                 raise DefinitionError(
                     what=f"squad {squad.name!r}",
                     problem=f"its members have two behaviors {name!r}, with other parameters",
@@ -47,7 +47,7 @@ def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:
                 )
             knows.setdefault(name, []).append(role.name)
     behaviors = []
-    for name, parameters in found.items():
+    for name, parameters in parameters_of.items():
         binding = Binding({each: each for each in parameters})
         everyone = len(knows[name]) == len(squad.roles)
         duties = [Assignment(name, binding, None if everyone else role) for role in knows[name]]
@@ -56,7 +56,7 @@ def _orders(squad: Squad, members: Mapping[str, Library]) -> list[Behavior]:
             Behavior(name, doc=doc, parameters=parameters, order=Order(tuple(dict.fromkeys(duties))))
         )
     for name, order in squad.orders.items():
-        if name in found:
+        if name in parameters_of:
             raise DefinitionError(
                 what=f"squad {squad.name!r}, order {name!r}",
                 problem="a behavior of its members has this name",

@@ -30,14 +30,14 @@ def count_matching_members(how: str, true: Bools, counted: Bools, roster: Member
     """Count for each squad [S] the counted members [M] for which the condition holds, in the way that `how` names."""
     everyone = np.bincount(roster.squad, counted, minlength=roster.squads)
     number = np.bincount(roster.squad, true & counted, minlength=roster.squads)
-    found: NDArray[Any] = number
+    values: NDArray[Any] = number
     if how == "fraction":
-        found = np.divide(number, everyone, out=np.full(roster.squads, np.nan), where=everyone > 0)
+        values = np.divide(number, everyone, out=np.full(roster.squads, np.nan), where=everyone > 0)
     elif how == "all":
-        found = (number == everyone) & (everyone > 0)
+        values = (number == everyone) & (everyone > 0)
     elif how != "count":
-        found = (number > 0) == (how == "any")
-    return found.astype(np.float64)
+        values = (number > 0) == (how == "any")
+    return values.astype(np.float64)
 
 
 def aggregate_readings(how: str, values: Column, counted: Bools, roster: Membership, kind: Kind) -> Column:
@@ -51,8 +51,8 @@ def aggregate_readings(how: str, values: Column, counted: Bools, roster: Members
 
     def mean(of: Column) -> Column:
         total = np.bincount(roster.squad, np.where(there, of, 0.0), minlength=roster.squads)
-        found: Column = np.divide(total, number, out=nothing.copy(), where=number > 0)
-        return found
+        aggregate: Column = np.divide(total, number, out=nothing.copy(), where=number > 0)
+        return aggregate
 
     if isinstance(kind, Toroidal) and how in ("mean", "spread"):
         turn = 2.0 * np.pi / kind.period
@@ -68,9 +68,9 @@ def aggregate_readings(how: str, values: Column, counted: Bools, roster: Members
         deviation: Column = np.sqrt(mean((values - middle[roster.squad]) ** 2))
         return deviation
     ends, worst = (np.minimum, np.inf) if how == "minimum" else (np.maximum, -np.inf)
-    found = np.full(roster.squads, worst)
-    ends.at(found, roster.squad[there], values[there])
-    return np.where(number > 0, found, np.nan)
+    aggregate = np.full(roster.squads, worst)
+    ends.at(aggregate, roster.squad[there], values[there])
+    return np.where(number > 0, aggregate, np.nan)
 
 
 @dataclass

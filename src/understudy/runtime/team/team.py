@@ -1,4 +1,4 @@
-"""Teams: robots at the leaves and coordinators above, all pulsed in one tick (ARCHITECTURE section 3, paper section 5).
+"""Teams: robots at the leaves and coordinators above, all pulsed in one tick (docs/semantics.md, paper section 5).
 
 A tick is: all sense, bottom-up; all decide, top-down; the members of a coordinator begin its new orders at once.
 """
@@ -57,25 +57,26 @@ class TeamTree:
 
     def close_downwards(self, names: Iterable[str]) -> frozenset[str]:
         """Return these sorts of agents, and those of their members."""
-        found = frozenset(names)
+        sorts = frozenset(names)
         for squad, _ in reversed(self.squads):
-            if squad.name in found:
-                found |= {role.of for role in squad.roles}
-        return found
+            if squad.name in sorts:
+                sorts |= {role.of for role in squad.roles}
+        return sorts
 
     def mark_robots_below(self, name: str, number: int) -> NDArray[np.bool_]:
         """Return which robots [N] follow a squad of a sort, by its number, themselves or through squads below it."""
-        found, types = np.zeros(len(self.type_of), np.bool_), len(self.types)
+        marked, types = np.zeros(len(self.type_of), np.bool_), len(self.types)
         for member in next(squads for squad, squads in self.squads if squad.name == name)[number]:
             if member.band < types:
-                found[member.row] = True
+                marked[member.row] = True
             else:
-                found |= self.mark_robots_below(self.names[member.band], member.row)
-        return found
+                marked |= self.mark_robots_below(self.names[member.band], member.row)
+        return marked
 
 
 Makes: TypeAlias = Callable[[Body, Sequence[Program], Sequence[Program]], Runner]
-"""Makes what runs the agents of a body, one program each; others they may be ordered to run."""
+"""A function that makes the runner of a body's agents: from their programs, and others that they may be ordered to
+run."""
 
 
 def make_interpreter_runner(body: Body, programs: Sequence[Program], others: Sequence[Program]) -> Runner:
@@ -167,7 +168,7 @@ class Team:
             if squad.name not in self._led:
                 bands.append(
                     MemberGroup(squad.name, robots, finds[squad.name])
-                )  # nobody's member, in this team
+                )  # no agent of this team has it as a member
                 continue
             roster = Membership.from_squads(members, worlds, rows)
             body = SquadBody(squad, roster, bands, self.ground, self._radio_of(level, len(roster) // worlds))
@@ -352,8 +353,8 @@ class Team:
             True for each such agent [N].
         """
         runner = self.layer(name).runner
-        found: NDArray[np.bool_] = np.logical_or.reduce([runner.find_raised(flag) for flag in flags])
-        return found
+        raised: NDArray[np.bool_] = np.logical_or.reduce([runner.find_raised(flag) for flag in flags])
+        return raised
 
     @property
     def programs(self) -> Mapping[str, Sequence[Program]]:

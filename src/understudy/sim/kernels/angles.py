@@ -10,7 +10,7 @@ from understudy.jit.decorators import inlined
 TAU = 2.0 * math.pi
 # What a double leaves of each of these.
 PI_REST, HALF_PI_REST, QUARTER_PI_REST = 1.2246467991473532e-16, 6.123233995736766e-17, 3.061616997868383e-17
-# Half of pi in two parts, the first of so few digits that a few turns of it are exact.
+# Half of pi in two parts, the first with few digits, so that a few turns of it are exact.
 HALF_PI_HIGH, HALF_PI_LOW = 1.5707963267341256, 6.077100506506192e-11
 EIGHTH = math.tan(math.pi / 8.0)
 

@@ -35,7 +35,7 @@ def project_objects(
     """
     focal_px = 0.5 * width_px / tan_half
     widening = math.sqrt(1.0 + tan_half * tan_half)
-    found = 0
+    views_written = 0
     for index in range(count):
         thing = things[index]
         x, y, radius = thing.x, thing.y, thing.radius
@@ -60,13 +60,13 @@ def project_objects(
         # One of its tangents leads ahead, except by rounding.
         if not left < right or (ahead_left <= 0.0 and ahead_right <= 0.0):
             continue
-        view = views[found]
+        view = views[views_written]
         view.left, view.right, view.power, view.squared = left, right, power, squared
         tall = focal_px * thing.height
         view.height_px = tall / x if tall < height_px * x else height_px
         view.color, view.opaque = color, thing.opaque
-        found += 1
-    return found
+        views_written += 1
+    return views_written
 
 
 @inner

@@ -2,7 +2,7 @@
 
 A step is limited by the gap to each solid thing: along the line to its nearest point, robot and thing may together
 close the gap and no more. All solid things are convex, so nothing overlaps and no step passes through anything,
-whatever the order in which robots are processed. Along things that stay in place, a robot slides.
+for any order in which robots are processed. Along things that stay in place, a robot slides.
 """
 
 import math
@@ -20,7 +20,7 @@ from understudy.sim.kernels.grid import (
 from understudy.sim.kernels.rng import draw_normal
 
 CROWD = 12  # robots in a line of cells; where there are more, small cells are looked at
-STUCK = 0.1  # less than so much of the way it wanted to go, and it got nowhere
+STUCK = 0.1  # a robot that moved less than this share of its wanted way is stuck
 CLEAR = 1e-9  # m; kept free, so that rounding never makes an overlap
 DRIVING, TURNING = 16, 18  # streams of random draws, two each
 

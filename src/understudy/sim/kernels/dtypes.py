@@ -180,7 +180,7 @@ PULL = np.dtype(
         ("dx", "f8"),
         ("dy", "f8"),
         ("scale", "f8"),
-        ("slowest", "f8"),  # of those who hold it, m per tick
+        ("slowest", "f8"),  # of the robots that hold it, m per tick
         ("sum_x", "i8"),
         ("sum_y", "i8"),
         ("count", "i8"),
@@ -228,7 +228,7 @@ STEP = np.dtype(
         ("noisy", "i8"),  # has noise, dropout or the like
         ("what", "i8"),  # as listed above
         ("place", "i8"),  # what is to be located first, as `what` has it; -1 nothing
-        ("signal", "i8"),  # that robots raise who are looked for, or who claim
+        ("signal", "i8"),  # that the wanted robots, or the claiming ones, raise
         ("index", "i8"),  # class, object slot, relation of a robot, source column of SINCE
         ("nearest", "i8"),
         ("sees", "i8"),  # WALLS | OBSTACLES | ROBOTS

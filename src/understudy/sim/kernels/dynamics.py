@@ -148,7 +148,7 @@ def move_pushed_boxes(c: Any, world: int) -> None:
 def limit_robot_step(c: Any, row: int, world: int) -> None:
     """Limit a robot's step by the other robots; fixed things have limited it before, boxes do so later."""
     move = c.moves[uint64(row - world * c.facts.count)]
-    # Clear by more than rounding can add, so that whoever is alone is out of reach of `limit_by_robots` too.
+    # Clear by more than rounding can add, so that a robot that is alone is out of reach of `limit_by_robots` too.
     apart = 2.0 * (c.facts.most_radius + c.facts.most_step) + CLEAR
     if move.alone >= apart * apart or (move.dx == 0.0 and move.dy == 0.0):
         return
@@ -272,8 +272,8 @@ def update_objects(c: Any, world: int) -> None:
                     _walk(c, thing, slot, kind, tick, seed, world)
             elif (comes or kind.respawn) and thing.due == tick + 1:
                 thing.appeared += 1
-                found, x, y = _new_place(c, world, slot, thing.appeared, kind)
-                if not found:
+                has_place, x, y = _new_place(c, world, slot, thing.appeared, kind)
+                if not has_place:
                     thing.due = tick + 2
                     continue
                 thing.x, thing.y, thing.present, thing.captured = x, y, 1, -1

@@ -14,7 +14,7 @@ CLOSE = 1e-9  # m; what rounding may do to the border between two cells
 MANY = 8  # robots in a cell; where there are more, its small cells are looked at one by one
 
 CROWDED = -2
-SIGNALED = 1 << 32  # a relation to those who raise a signal is one to all of them + SIGNALED * the signal
+SIGNALED = 1 << 32  # a relation to robots that raise a signal: the relation + SIGNALED * the signal
 
 
 @inlined
@@ -84,7 +84,7 @@ def count_cells(c: Any) -> None:
     Robots of one cell keep the order of their rows.
     """
     cells, robots = (c.facts.columns * c.facts.lines) << (2 * c.facts.shift), c.facts.count
-    start, spot_of = c.start, c.spot_of  # else they are looked up anew after every change
+    start, spot_of = c.start, c.spot_of  # local names, else they are looked up again after every change
     for cell in range(cells):
         start[cell] = 0
     for k in range(robots):
@@ -166,7 +166,7 @@ def _nearer_in_crowd(
 def _nearer_in_line(
     c: Any, row: int, relation: int, line: int, low: int, high: int, best: int, best_squared: float
 ) -> Any:
-    """Return the nearer one of `best` and the robots of the cells in columns `low` to `high` of a line."""
+    """Return row and squared distance of the nearest of `best` and the robots in columns `low` to `high` of a line."""
     if line < 0 or line >= c.facts.lines:
         return best, best_squared
     low, high = max(low, 0), min(high, c.facts.columns - 1)

@@ -44,8 +44,8 @@ GROUP = np.dtype(
         ("circle", "f8"),  # radius of the circle in that box; NaN for the box
         ("due_least", "f8"),  # ticks; NaN for what is there from the beginning
         ("due_most", "f8"),
-        ("sort", "i4"),
-        ("first", "i4"),  # its first slot among those of its sort
+        ("thing", "i4"),
+        ("first", "i4"),  # its first slot among things of its kind
         ("least", "i4"),
         ("most", "i4"),
         ("place", "i4"),  # its first given place; -1 for random ones
@@ -164,7 +164,7 @@ def _keeps_off(
         if thing.slot >= 0 and thing.slot == group.near:
             if other.solid == 0:
                 return True
-            apart = -1e-9  # right at its rim is free, whatever rounding does
+            apart = -1e-9  # right at its rim is free, in spite of rounding
     if thing.first < 0 and first < 0:
         dx, dy = x - thing.x, y - thing.y
         least = radius + group.radius + apart
@@ -259,7 +259,7 @@ def _propose(
     objects: Records,
 ) -> tuple[float, float]:
     """Return a random place (x, y) to try: in the group's region, or beside the object that the group is near."""
-    streams = FIRST_STREAM + STREAMS * group.sort
+    streams = FIRST_STREAM + STREAMS * group.thing
     if group.near >= 0:
         near = objects[group.near]
         spread = TAU / 8.0 + (TAU - TAU / 8.0) * max(0, attempt - 50) / (ATTEMPTS - 50)
@@ -271,7 +271,7 @@ def _propose(
             angle = (compute_angle(dy, dx) if dx != 0.0 or dy != 0.0 else 0.0) + turned
         cosine, sine = _compute_direction(angle, generator)
         return near.x + group.near_m * cosine, near.y + group.near_m * sine
-    away = group.apart + (group.radius if group.sort != POLYGON else 0.0)
+    away = group.apart + (group.radius if group.thing != POLYGON else 0.0)
     x0, x1 = max(group.x0, away), min(group.x1, width - away)
     y0, y1 = max(group.y0, away), min(group.y1, height - away)
     x = x0 + draw_uniform(seed, item, attempt, streams + X) * (x1 - x0)
@@ -291,17 +291,17 @@ def _fill(
     discs: Records,
 ) -> None:
     """Write a thing at its place into the state of its world, and draw its remaining properties."""
-    streams = FIRST_STREAM + STREAMS * group.sort
+    streams = FIRST_STREAM + STREAMS * group.thing
     if math.isnan(heading):
         heading = TAU * draw_uniform(seed, item, 0, streams + ANGLE)
-    if group.sort == DISC:
+    if group.thing == DISC:
         discs[item].x, discs[item].y, discs[item].radius = x, y, group.radius
         discs[item].height, discs[item].color = group.height, group.color
-    elif group.sort == ROBOT:
+    elif group.thing == ROBOT:
         robot = robots[item]
         robot.x, robot.y, robot.heading = x, y, heading
         robot.id, robot.type, robot.stored = item, group.type, group.stored
-    elif group.sort == OBJECT:
+    elif group.thing == OBJECT:
         thing = objects[item]
         thing.x, thing.y, thing.heading = x, y, heading
         thing.amount = scale_to_integer(
@@ -349,7 +349,7 @@ def _find_place(
     for attempt in range(ATTEMPTS):
         x, y = _propose(group, seed, item, attempt, generator, width, height, objects)
         if first >= 0:
-            turned = TAU * draw_uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.sort + ANGLE)
+            turned = TAU * draw_uniform(seed, item, attempt, FIRST_STREAM + STREAMS * group.thing + ANGLE)
             _turn_polygon(x, y, turned, generator, corners, segments, first)
         if _in_bounds(x, y, group, width, height, segments, first) and (
             is_place_free(grid, groups, x, y, group, segments, first, end)
@@ -377,7 +377,7 @@ def _lay_out_world(
     thing = blank(1, ENTRY)
     for g in range(groups.shape[0]):
         group = groups[g]
-        streams = FIRST_STREAM + STREAMS * group.sort
+        streams = FIRST_STREAM + STREAMS * group.thing
         corners = points[group.point : group.end_point]
         reach = group.radius + group.apart
         comes = not math.isnan(group.due_least)
@@ -386,7 +386,7 @@ def _lay_out_world(
             scale_to_integer(group.least, group.most, draw_uniform(seed, group.first, 0, streams + COUNT))
         ):
             item = group.first + k
-            first = group.segment + k * corners.shape[0] if group.sort == POLYGON else -1
+            first = group.segment + k * corners.shape[0] if group.thing == POLYGON else -1
             x, y, heading = 0.0, 0.0, math.nan
             if group.place >= 0:
                 place = group.place + k
@@ -394,7 +394,7 @@ def _lay_out_world(
                 if first >= 0:
                     _turn_polygon(x, y, heading, generator, corners, segments, first)
             elif not comes:
-                found, x, y = _find_place(
+                has_place, x, y = _find_place(
                     grid,
                     groups,
                     group,
@@ -408,12 +408,12 @@ def _lay_out_world(
                     segments,
                     first,
                 )
-                if not found:
+                if not has_place:
                     return g, k, grid
             _fill(group, item, seed, x, y, heading, robots, objects, discs)
             if group.alone and not comes:
                 thing[0].x, thing[0].y, thing[0].first = x, y, first
-                thing[0].slot = item if group.sort == OBJECT else -1
+                thing[0].slot = item if group.thing == OBJECT else -1
                 grid = insert_into_grid(grid, x, y, reach, reach, thing)
     return -1, -1, grid
 

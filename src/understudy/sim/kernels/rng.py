@@ -21,7 +21,7 @@ Words: TypeAlias = NDArray[np.uint64]
 FORMER = 1
 """The generator of versions before 0.3."""
 SQRT_HALF = math.sqrt(0.5)
-# The logarithm of 2 in two parts, the first of so few digits that a thousand of it is exact.
+# The logarithm of 2 in two parts, the first with few digits, so that a thousand times it is exact.
 LOG_2_HIGH, LOG_2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 
 _WEYL = np.uint64(0x9E3779B97F4A7C15)

@@ -353,7 +353,7 @@ def run_sense_step(
                 a, b = add_sensor_noise(step, part, seed, robot.id, tick, c.facts.generator, a, b)
             if keep and part.held >= 0:
                 c.memory[held] = a
-                if part.b >= 0:  # else b is whatever was measured before
+                if part.b >= 0:  # else b has the value of an earlier measurement
                     c.memory[held + 1] = b
         else:
             a, b = c.memory[held], c.memory[held + 1]

@@ -37,7 +37,7 @@ def draw_failure_ticks(scenario: Scenario, seeds: Seeds) -> Ticks:
         The ticks; `NEVER` for robots that do not fail. A robot of several breakdowns fails at the first.
     """
     counts = [count_robots(group.count, group.at) for group in scenario.robots]
-    found = np.full((len(seeds), sum(counts)), NEVER, np.int64)
+    failure_ticks = np.full((len(seeds), sum(counts)), NEVER, np.int64)
     first, breakdowns = 0, 0
     for group, count in zip(scenario.robots, counts, strict=True):
         for breakdown in group.fails:
@@ -45,11 +45,11 @@ def draw_failure_ticks(scenario: Scenario, seeds: Seeds) -> Ticks:
             breakdowns += 1
             robots = range(first, first + count)
             ticks = _draw_ticks(breakdown, seeds, robots, scenario.tick_s, stream)
-            own = found[:, first : first + count]
+            own = failure_ticks[:, first : first + count]
             earlier = (ticks != NEVER) & ((own == NEVER) | (ticks < own))
             own[earlier] = ticks[earlier]
         first += count
-    return found
+    return failure_ticks
 
 
 def _draw_ticks(

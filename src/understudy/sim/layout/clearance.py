@@ -133,9 +133,9 @@ def find_overlap(
         discs = state.discs[world]
         if _hit(discs, discs["radius"] > 0, discs["radius"], x, y, least) is not None:
             return "an obstacle"
-        found = _segment(state.segments[world], x, y, least)
-        if found is not None:
-            return found
+        overlap = _segment(state.segments[world], x, y, least)
+        if overlap is not None:
+            return overlap
     objects = state.objects[world]
     classes = rules.classes[rules.class_of]
     there = (objects["present"] != 0) & (classes["solid"] != 0) & (np.arange(len(objects)) != slot)
@@ -165,5 +165,5 @@ def _segment(segments: Records, x: float, y: float, radius: float) -> str | None
 def _hit(things: Records, there: Records, radii: Records, x: float, y: float, radius: float) -> int | None:
     """Return the index of the first of the `there` discs that a disc overlaps; None if there is none."""
     apart = np.sqrt((things["x"] - x) ** 2 + (things["y"] - y) ** 2) - radii
-    found = np.flatnonzero(there & (apart < radius))
-    return int(found[0]) if len(found) else None
+    hits = np.flatnonzero(there & (apart < radius))
+    return int(hits[0]) if len(hits) else None

@@ -132,12 +132,12 @@ class _PlacementPlan:
         row["solid"] = 1
         row["color"] = self.names.color(obstacle.color)
         if obstacle.points is None:
-            row["sort"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
+            row["thing"], row["first"], row["radius"] = _space.DISC, self.discs, obstacle.radius or 0.0
             row["height"] = 2.0 * row["radius"] if obstacle.height is None else obstacle.height
             self.discs += most
         else:
             corners = orient_counter_clockwise(obstacle.points)
-            row["sort"], row["first"] = _space.POLYGON, self.segments
+            row["thing"], row["first"] = _space.POLYGON, self.segments
             row["radius"] = max(hypot(x, y) for x, y in corners)
             row["point"], row["end_point"] = len(self._corners), len(self._corners) + len(corners)
             row["segment"] = self.segments
@@ -147,7 +147,7 @@ class _PlacementPlan:
     def _objects(self, key: str, index: int, thing: ObjectClass) -> None:
         row = self._row(key, thing)
         kind = self.rules.classes[index]
-        row["sort"], row["first"], row["radius"] = _space.OBJECT, kind["first"], thing.radius
+        row["thing"], row["first"], row["radius"] = _space.OBJECT, kind["first"], thing.radius
         row["solid"] = kind["solid"]
         row["amount_least"], row["amount_most"] = get_count_range(thing.amount)
         if thing.presence is not None:
@@ -157,7 +157,7 @@ class _PlacementPlan:
     def _robots(self, key: str, first: int, group: RobotGroup) -> int:
         row = self._row(key, group)
         kind = self.scenario.types[group.type]
-        row["sort"], row["first"], row["radius"] = _space.ROBOT, first, kind.radius
+        row["thing"], row["first"], row["radius"] = _space.ROBOT, first, kind.radius
         row["type"], row["stored"] = self.names.types.index(group.type), group.stored
         row["solid"] = row["alone"] = kind.collides
         count = count_robots(group.count, group.at)
@@ -191,7 +191,7 @@ def order_placements(rows: Sequence[Any]) -> list[int]:
     """Return the order of placing: given places first, then each thing after the object that it is near."""
     left = sorted(range(len(rows)), key=lambda index: rows[index]["place"] < 0)
     order: list[int] = []
-    objects = {int(rows[index]["first"]): index for index in left if rows[index]["sort"] == _space.OBJECT}
+    objects = {int(rows[index]["first"]): index for index in left if rows[index]["thing"] == _space.OBJECT}
     while left:
         ready = (
             index

@@ -150,8 +150,8 @@ def _head(document: ScenarioDocument, path: Path | str) -> ScenarioDocument:
     """Check a document's format and version, and return it; raise FileError if it cannot be read here."""
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     if document.get("understudy") != FORMAT:
-        given = document.get("understudy")
-        problem = "is missing" if given is None else f"is {given!r:.60}: this is not a scenario file"
+        mark = document.get("understudy")
+        problem = "is missing" if mark is None else f"is {mark!r:.60}: this is not a scenario file"
         raise FileError(path=path, place="understudy", problem=problem, remedy=begin)
     version = document.get("version")
     if type(version) is not int or version < 1:

@@ -247,7 +247,7 @@ class ClaimSensor(SensorBase, frozen=True, kw_only=True, tag="claimed", tag_fiel
 
 
 class RandomSensor(SensorBase, frozen=True, kw_only=True, tag="random", tag_field="kind"):
-    """A reading of random numbers in [0, 1), drawn anew every `every_s` (by default every tick)."""
+    """A reading of random numbers in [0, 1), drawn every `every_s` (by default every tick)."""
 
     name: str = "random"
     every_s: float | None = None

@@ -17,12 +17,12 @@ class StrictStruct(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle without default values: a copied default would be another object, and be written to files."""
         values = {each.name: (getattr(self, each.name), each.default) for each in fields(self)}
-        given = {name: value for name, (value, default) in values.items() if value is not default}
-        return _make_struct, (type(self), given)
+        set_fields = {name: value for name, (value, default) in values.items() if value is not default}
+        return _make_struct, (type(self), set_fields)
 
 
-def _make_struct(kind: type[StrictStruct], given: dict[str, Any]) -> StrictStruct:
-    return kind(**given)
+def _make_struct(kind: type[StrictStruct], set_fields: dict[str, Any]) -> StrictStruct:
+    return kind(**set_fields)
 
 
 class RoleSpec(StrictStruct, frozen=True, kw_only=True):

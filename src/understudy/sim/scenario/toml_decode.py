@@ -56,22 +56,22 @@ def _key(key: str) -> str:
 def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodeProblem:
     problem, _, path = message.partition(" - at `$")
     steps = _real_steps(document, message, path.rstrip("`"), whole)
-    sort = _sort_at(document, steps, whole)
+    expected = _find_expected(document, steps, whole)
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", problem, re.DOTALL):
-        return _unknown_key(sort, (*steps, match[1]), match[1])
+        return _unknown_key(expected, (*steps, match[1]), match[1])
     if match := re.fullmatch(r"Object missing required field `(.*)`", problem):
-        choices = [word for option in _options(sort) for word in _choices(option)]
+        choices = [word for option in _options(expected) for word in _choices(option)]
         remedy = suggest_name("", choices, what="kind") if match[1] == "kind" else f"give {match[1]!r}"
         return DecodeProblem(format_key_path((*steps, match[1])), "is missing", remedy)
     if problem.startswith("Invalid"):
-        given = str(_walk(document, steps))
-        at = _sort_at(document, steps[:-1], whole) if steps and steps[-1] == "kind" else sort
+        text = str(_walk(document, steps))
+        at = _find_expected(document, steps[:-1], whole) if steps and steps[-1] == "kind" else expected
         choices = [word for option in _options(at) for word in _choices(option)]
         what = "kind of sensor" if steps and steps[-1] == "kind" else "word"
         return DecodeProblem(
             format_key_path(steps),
-            f"is {given!r:.60}, which is unknown",
-            suggest_name(given, choices, what=what),
+            f"is {text!r:.60}, which is unknown",
+            suggest_name(text, choices, what=what),
         )
     if match := _EXPECTED.fullmatch(problem):
         wanted = " or ".join(
@@ -86,11 +86,11 @@ def _explain(document: Any, message: str, whole: type[StrictStruct]) -> DecodePr
     )
 
 
-def _unknown_key(sort: Any, steps: KeySteps, key: str) -> DecodeProblem:
-    known = [
-        name for option in _options(sort) if _is_part(option) for name in option.__struct_encode_fields__
+def _unknown_key(expected: Any, steps: KeySteps, key: str) -> DecodeProblem:
+    keys = [
+        name for option in _options(expected) if _is_part(option) for name in option.__struct_encode_fields__
     ]
-    return DecodeProblem(format_key_path(steps), "is not a key here", suggest_name(key, known, what="key"))
+    return DecodeProblem(format_key_path(steps), "is not a key here", suggest_name(key, keys, what="key"))
 
 
 def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct]) -> KeySteps:
@@ -107,11 +107,11 @@ def _real_steps(document: Any, message: str, path: str, whole: type[StrictStruct
         table = _walk(document, steps)
         keys = list(table) if isinstance(table, Mapping) else []
         failing = (key for key in keys if _fails_alone(document, message, (*steps, key), whole))
-        found = next(failing, None)
-        if found is None:
+        failing_key = next(failing, None)
+        if failing_key is None:
             return steps
-        document = _alone(document, steps, found)
-        steps = (*steps, found)
+        document = _alone(document, steps, failing_key)
+        steps = (*steps, failing_key)
     return steps
 
 
@@ -140,32 +140,34 @@ def _walk(document: Any, steps: Sequence[str | int]) -> Any:
     return document
 
 
-def _sort_at(document: Any, steps: KeySteps, whole: type[StrictStruct]) -> Any:
+def _find_expected(document: Any, steps: KeySteps, whole: type[StrictStruct]) -> Any:
     """Return the type expected at these keys; None if the keys are unknown."""
-    sort: Any = whole
+    expected: Any = whole
     for number, step in enumerate(steps):
-        inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(sort))
-        sort = next((found for found in inside if found is not None), None)
-    options = [option for option in _options(sort) if _is_part(option)]
+        inside = (_inside(option, step, _walk(document, steps[:number])) for option in _options(expected))
+        expected = next((candidate for candidate in inside if candidate is not None), None)
+    options = [option for option in _options(expected) if _is_part(option)]
     if len(options) > 1:
         kind = _kind(_walk(document, steps))
-        return next((option for option in options if option.__struct_config__.tag == kind), sort)
-    return sort
+        return next((option for option in options if option.__struct_config__.tag == kind), expected)
+    return expected
 
 
-def _inside(sort: Any, step: str | int, value: Any) -> Any:
-    origin, arguments = get_origin(sort), get_args(sort)
-    if _is_part(sort) and isinstance(step, str):
-        tag = sort.__struct_config__.tag
-        fields = dict(zip(sort.__struct_encode_fields__, sort.__struct_fields__, strict=True))
-        return get_type_hints(sort).get(fields.get(step, "")) if tag is None or tag == _kind(value) else None
+def _inside(expected: Any, step: str | int, value: Any) -> Any:
+    origin, arguments = get_origin(expected), get_args(expected)
+    if _is_part(expected) and isinstance(step, str):
+        tag = expected.__struct_config__.tag
+        fields = dict(zip(expected.__struct_encode_fields__, expected.__struct_fields__, strict=True))
+        return (
+            get_type_hints(expected).get(fields.get(step, "")) if tag is None or tag == _kind(value) else None
+        )
     if origin is tuple and isinstance(step, int):
         return arguments[0] if arguments[-1] is Ellipsis else arguments[min(step, len(arguments) - 1)]
     return arguments[1] if arguments and isinstance(step, str) and origin is not tuple else None
 
 
-def _options(sort: Any) -> tuple[Any, ...]:
-    return get_args(sort) if get_origin(sort) in (Union, UnionType) else (sort,)
+def _options(expected: Any) -> tuple[Any, ...]:
+    return get_args(expected) if get_origin(expected) in (Union, UnionType) else (expected,)
 
 
 def _choices(option: Any) -> tuple[str, ...]:

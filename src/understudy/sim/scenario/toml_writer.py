@@ -63,9 +63,9 @@ def _are_tables(values: Any) -> bool:
 
 
 def _under(path: tuple[str, ...], key: str) -> tuple[str, ...]:
-    known = (*path, key)
-    every = {opened[: len(known)] for opened in (*OPENED, *LISTED)}
-    return known if known in every else (*path, "*")
+    extended = (*path, key)
+    every = {opened[: len(extended)] for opened in (*OPENED, *LISTED)}
+    return extended if extended in every else (*path, "*")
 
 
 def format_toml_key(key: str) -> str:

@@ -19,8 +19,8 @@ def check_boxes_and_signals(checker: ScenarioErrors) -> None:
     for index, thing in enumerate(scenario.objects):
         if thing.pull is not None:
             _check_box(checker, f"objects[{index}]", thing, thing.pull)
-    for name, kind in scenario.types.items():
-        for index, sensor in enumerate(kind.sensors):
+    for name, robot_type in scenario.types.items():
+        for index, sensor in enumerate(robot_type.sensors):
             if isinstance(sensor, ClaimSensor):
                 _check_claimed(checker, f"types.{name}.sensors[{index}]", sensor)
     for name, target in scenario.targets.items():
@@ -58,11 +58,13 @@ def _check_box(checker: ScenarioErrors, key: str, thing: ObjectClass, pull: Pull
 
 def _check_claimed(checker: ScenarioErrors, key: str, sensor: ClaimSensor) -> None:
     _check_raised(checker, f"{key}.signal", sensor.signal)
-    known = list_claimable_targets(checker.scenario)
+    claimable = list_claimable_targets(checker.scenario)
     if sensor.targets is not None and not sensor.targets:
         checker.fail(f"{key}.targets", "is empty", "leave it out for all targets, or name some")
     for name in sensor.targets or ():
-        checker.check_known(f"{key}.targets", name, known, what="target that is an object and may be claimed")
+        checker.check_known(
+            f"{key}.targets", name, claimable, what="target that is an object and may be claimed"
+        )
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
@@ -74,9 +76,9 @@ def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None
         remedy = "give the class of the objects as `nearest`"
         checker.fail(f"{key}.unclaimed", "is given without `nearest`", remedy)
     if (target.unclaimed is None) != (target.within is None):
-        given, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
-        remedy = f"give both or neither: {other} is {'the signal that claims' if given == 'within' else 'how near'}"
-        checker.fail(f"{key}.{given}", f"is given without `{other}`", remedy)
+        present, other = ("within", "unclaimed") if target.unclaimed is None else ("unclaimed", "within")
+        remedy = f"give both or neither: {other} is {'the signal that claims' if present == 'within' else 'how near'}"
+        checker.fail(f"{key}.{present}", f"is given without `{other}`", remedy)
 
 
 def _check_raised(checker: ScenarioErrors, key: str, signal: str) -> None:
@@ -98,7 +100,7 @@ def _check_goal(checker: ScenarioErrors, goal: Goal) -> None:
         checker.fail("goal.gathered", problem, f"give at most {most}, or let boxes respawn")
 
 
-def list_raised_signals(kind: RobotType) -> list[tuple[str, str]]:
+def list_raised_signals(robot_type: RobotType) -> list[tuple[str, str]]:
     """Return the behaviors of a type that raise a signal, each with its signal."""
-    found = ((name, each.get(SIGNAL)) for name, each in kind.behaviors.items())
-    return [(name, signal) for name, signal in found if isinstance(signal, str)]
+    signals = ((name, each.get(SIGNAL)) for name, each in robot_type.behaviors.items())
+    return [(name, signal) for name, signal in signals if isinstance(signal, str)]

@@ -44,10 +44,10 @@ def check_scenario_names(checker: ScenarioErrors) -> None:
     _once(checker, "objects", [thing.name for thing in scenario.objects])
     if not scenario.types:
         checker.fail("types", "is empty", "give at least one type of robot")
-    for name, kind in scenario.types.items():
-        _check_sensors(checker, f"types.{name}", kind)
-        _check_behaviors(checker, f"types.{name}.behaviors", kind)
-        _check_skills(checker, f"types.{name}.skills", kind)
+    for name, robot_type in scenario.types.items():
+        _check_sensors(checker, f"types.{name}", robot_type)
+        _check_behaviors(checker, f"types.{name}.behaviors", robot_type)
+        _check_skills(checker, f"types.{name}.skills", robot_type)
     for name, target in scenario.targets.items():
         _check_target(checker, f"targets.{name}", target)
     features = [feature.name for feature in make_features(scenario)] + [own.name for own in OWN_FEATURES]
@@ -115,35 +115,35 @@ def _once(checker: ScenarioErrors, key: str, names: list[str]) -> None:
             checker.fail(f"{key}[{index}].name", problem, "rename one of the two")
 
 
-def _check_sensors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
+def _check_sensors(checker: ScenarioErrors, key: str, robot_type: RobotType) -> None:
     """Raise SettingError for readings that occur twice, invalid sectors, or timed readings that do not exist."""
     read: dict[str, int] = {}
-    for index, sensor in enumerate(kind.sensors):
+    for index, sensor in enumerate(robot_type.sensors):
         for setting, problem, remedy in find_sensor_row(sensor).check(sensor):
             checker.fail(f"{key}.sensors[{index}].{setting}", problem, remedy)
-    _check_locators(checker, key, kind)
-    for index, reading in list_type_readings(kind):
-        both = (kind.sensors[index], kind.sensors[read.get(reading.name, index)])
+    _check_locators(checker, key, robot_type)
+    for index, reading in list_type_readings(robot_type):
+        both = (robot_type.sensors[index], robot_type.sensors[read.get(reading.name, index)])
         if reading.name in read and not all(isinstance(sensor, TargetLocator) for sensor in both):
             problem = f"reads {reading.name!r}, as does sensors[{read[reading.name]}]"
             checker.fail(f"{key}.sensors[{index}]", problem, "rename one of the two, or leave it out")
         read[reading.name] = index
     timed = [
         reading.name
-        for index, reading in list_type_readings(kind)
-        if not isinstance(kind.sensors[index], ElapsedSensor)
+        for index, reading in list_type_readings(robot_type)
+        if not isinstance(robot_type.sensors[index], ElapsedSensor)
         and (reading.of_targets or isinstance(reading.kind, Categorical))
     ]
-    for index, sensor in enumerate(kind.sensors):
+    for index, sensor in enumerate(robot_type.sensors):
         if isinstance(sensor, ElapsedSensor):
             at = f"{key}.sensors[{index}].of"
             checker.check_known(at, sensor.of, timed, what="reading of a target, or one that is yes or no")
 
 
-def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
+def _check_locators(checker: ScenarioErrors, key: str, robot_type: RobotType) -> None:
     """Raise SettingError if two locators of a type measure the same target."""
     taken: dict[str | None, int] = {}
-    for index, sensor in enumerate(kind.sensors):
+    for index, sensor in enumerate(robot_type.sensors):
         if not isinstance(sensor, TargetLocator):
             continue
         at = f"{key}.sensors[{index}]"
@@ -159,12 +159,12 @@ def _check_locators(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
             taken[target] = index
 
 
-def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
+def _check_behaviors(checker: ScenarioErrors, key: str, robot_type: RobotType) -> None:
     scenario = checker.scenario
     carries = any(each.capacity > 0 for each in scenario.types.values())
     carries = carries or any(thing.pull is not None for thing in scenario.objects)
     moving, carrying = [each.name for each in MOVING], [each.name for each in CARRYING]
-    for name, channels in kind.behaviors.items():
+    for name, channels in robot_type.behaviors.items():
         check_signal(checker, f"{key}.{name}", channels)
         for channel, value in channels.items():
             at = f"{key}.{name}.{channel}"
@@ -180,27 +180,27 @@ def _check_behaviors(checker: ScenarioErrors, key: str, kind: RobotType) -> None
                 )
 
 
-def _check_skills(checker: ScenarioErrors, key: str, kind: RobotType) -> None:
+def _check_skills(checker: ScenarioErrors, key: str, robot_type: RobotType) -> None:
     targets = checker.scenario.targets
-    for name, skill in kind.skills.items():
+    for name, skill in robot_type.skills.items():
         for parameter in skill.parameters:
             if parameter in targets or list(skill.parameters).count(parameter) > 1:
                 problem = f"has {parameter!r}, which is also the name of a target or of another parameter"
                 checker.fail(f"{key}.{name}.parameters", problem, "give each a name of its own, as A and B")
         if skill.ends is not None:
-            known = [*skill.parameters, *targets]
-            checker.check_known(f"{key}.{name}.ends", skill.ends, known, what="parameter or target")
+            names = [*skill.parameters, *targets]
+            checker.check_known(f"{key}.{name}.ends", skill.ends, names, what="parameter or target")
 
 
 def _check_target(checker: ScenarioErrors, key: str, target: TargetSpec) -> None:
     scenario = checker.scenario
     names = collect_names(scenario)
-    given = [name for name in _REFERENCES if getattr(target, name) is not None]
-    if len(given) != 1 and sorted(given) not in _TOGETHER:
+    references = [name for name in _REFERENCES if getattr(target, name) is not None]
+    if len(references) != 1 and sorted(references) not in _TOGETHER:
         remedy = f"give exactly one of {', '.join(_REFERENCES)}; a signal may be beside a team or a robot"
-        checker.fail(key, f"has {join_names(given)}", remedy)
+        checker.fail(key, f"has {join_names(references)}", remedy)
     for name in ("nearest", "object"):
-        if name in given:
+        if name in references:
             checker.check_known(
                 f"{key}.{name}", getattr(target, name), names.classes, what="class of objects"
             )

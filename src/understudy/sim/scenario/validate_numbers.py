@@ -139,8 +139,8 @@ def list_numbers(value: Any, key: str) -> Iterator[tuple[float, str]]:
 @cache
 def find_limit(part: type, name: str) -> Limit | None:
     """Return the limit of a field, from the part's class or a base of it; None if it has none."""
-    found = (LIMITS.get(sort, {}).get(name) for sort in part.__mro__)
-    return next((limit for limit in found if limit is not None), None)
+    limits = (LIMITS.get(base, {}).get(name) for base in part.__mro__)
+    return next((limit for limit in limits if limit is not None), None)
 
 
 def _leaves(value: Any, key: str) -> Iterator[tuple[Any, str]]:
@@ -165,13 +165,13 @@ def _check_number(checker: ScenarioErrors, key: str, number: float, limit: Limit
 def _check_times(checker: ScenarioErrors) -> None:
     """Raise SettingError if loading does not take whole ticks, or a robot turns half a circle in one tick."""
     tick_s = checker.scenario.tick_s
-    for name, kind in checker.scenario.types.items():
-        for key, seconds in (("load_s", kind.load_s), ("unload_s", kind.unload_s)):
+    for name, robot_type in checker.scenario.types.items():
+        for key, seconds in (("load_s", robot_type.load_s), ("unload_s", robot_type.unload_s)):
             ticks = seconds / tick_s
-            if kind.capacity > 0 and (round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-6):
+            if robot_type.capacity > 0 and (round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-6):
                 checker.fail(
                     f"types.{name}.{key}", f"is {seconds} s", f"give a multiple of tick_s, {tick_s} s"
                 )
-        if kind.turning_deg * tick_s >= 180:
-            problem = f"is {kind.turning_deg}: half a circle or more in a tick of {tick_s} s"
+        if robot_type.turning_deg * tick_s >= 180:
+            problem = f"is {robot_type.turning_deg}: half a circle or more in a tick of {tick_s} s"
             checker.fail(f"types.{name}.turning_deg", problem, "give less, or a shorter tick_s")

@@ -169,8 +169,8 @@ def _check_objects(checker: ScenarioErrors, key: str, thing: ObjectClass) -> Non
             f"{key}.aloft", "is given for what robots bump into", "leave it out, or leave out `solid`"
         )
     region = checker.scenario.regions.get(thing.within or "")
-    for word, given in (("presence", thing.presence), ("walk", thing.walk)):
-        if given is not None and region is not None and region.box is None:
+    for word, setting in (("presence", thing.presence), ("walk", thing.walk)):
+        if setting is not None and region is not None and region.box is None:
             checker.fail(
                 f"{key}.within", f"is a circle for things with a {word}", "give a region that is a box"
             )
@@ -229,9 +229,9 @@ def _check_order(checker: ScenarioErrors) -> None:
     """Raise SettingError if an object is near itself, directly or through others."""
     near = {thing.name: thing.near for thing in checker.scenario.objects}
     for index, thing in enumerate(checker.scenario.objects):
-        at, seen = thing.near, {thing.name}
-        while at is not None and at not in seen:
-            seen.add(at)
+        at, visited = thing.near, {thing.name}
+        while at is not None and at not in visited:
+            visited.add(at)
             at = near[at]
         if at == thing.name:
             remedy = "place one of them without the other"

@@ -30,23 +30,25 @@ def check_squad_sorts(checker: ScenarioErrors) -> None:
         _check_members(checker, name)
     order = sort_squads_bottom_up(checker)
     read: dict[str, Read] = {
-        name: {reading.name: reading for _, reading in list_type_readings(kind)}
-        for name, kind in scenario.types.items()
+        name: {reading.name: reading for _, reading in list_type_readings(robot_type)}
+        for name, robot_type in scenario.types.items()
     }
-    known = {reading.name: (reading, "a robot") for reading in list_readings(scenario)}
+    first_uses = {reading.name: (reading, "a robot") for reading in list_readings(scenario)}
     ordered: dict[str, frozenset[str]] = dict.fromkeys(scenario.types, frozenset(make_behaviors(scenario)))
     for name in order:
         squad = make_squad(checker, name)
         _check_statistics(checker, squad, read)
         below = [reading for role in squad.roles for reading in read[role.of].values()]
         if squad.drops is not None:
-            asked = [reading.name for reading in below if reading.kind == BOOLEAN and not reading.of_targets]
+            yes_or_no = [
+                reading.name for reading in below if reading.kind == BOOLEAN and not reading.of_targets
+            ]
             checker.check_known(
-                f"squads.{name}.drops", squad.drops, asked, what="yes-or-no reading of its members"
+                f"squads.{name}.drops", squad.drops, yes_or_no, what="yes-or-no reading of its members"
             )
         readings = readings_of_squad(squad, below)
         read[name] = {reading.name: reading for reading in readings}
-        _check_sorts(checker, name, known, readings)
+        _check_sorts(checker, name, first_uses, readings)
         ordered[name] = _check_orders(checker, squad, ordered)
     count_team_members(checker, order)
 
@@ -84,8 +86,8 @@ def _check_members(checker: ScenarioErrors, name: str) -> None:
 
 def _check_sizes(checker: ScenarioErrors, key: str, member: RoleSpec) -> None:
     sizes = {"least": member.least, "preferred": member.preferred, "most": member.most}
-    given = [(name, size) for name, size in sizes.items() if size is not None]
-    for (name, size), (above, bound) in pairwise(given):
+    sizes_in_order = [(name, size) for name, size in sizes.items() if size is not None]
+    for (name, size), (above, bound) in pairwise(sizes_in_order):
         if size > bound:
             problem = f"is {size}, above {above}, {bound}"
             checker.fail(f"{key}.{name}", problem, "give least ≤ preferred ≤ most")
@@ -113,24 +115,27 @@ def _check_statistics(checker: ScenarioErrors, squad: Squad, read: Mapping[str, 
 def _check_reading(
     checker: ScenarioErrors, key: str, statistic: Statistic, squad: Squad, read: Mapping[str, Read]
 ) -> None:
-    name, asked = statistic.reading or "", statistic.role
-    roles = {role.name: read[role.of] for role in squad.roles if asked in (None, role.name)}
+    name, role_name = statistic.reading or "", statistic.role
+    roles = {role.name: read[role.of] for role in squad.roles if role_name in (None, role.name)}
     having = [role for role, readings in roles.items() if name in readings]
     if not having:
-        who = "none of its members" if asked is None else f"nobody in the role {asked!r}"
-        known = dict.fromkeys(reading for readings in roles.values() for reading in readings)
-        checker.fail(key, f"is of {name!r}, which {who} reads", suggest_name(name, known, what="reading"))
+        who = "none of its members" if role_name is None else f"nobody in the role {role_name!r}"
+        names = dict.fromkeys(reading for readings in roles.values() for reading in readings)
+        checker.fail(key, f"is of {name!r}, which {who} reads", suggest_name(name, names, what="reading"))
     if len(having) < len(roles):
         problem = f"is of {name!r}, which only members in {join_names(map(repr, having))} read"
         checker.fail(key, problem, f"give one role, such as role = {having[0]!r}")
 
 
 def _check_sorts(
-    checker: ScenarioErrors, squad: str, known: dict[str, tuple[Reading, str]], readings: tuple[Reading, ...]
+    checker: ScenarioErrors,
+    squad: str,
+    first_uses: dict[str, tuple[Reading, str]],
+    readings: tuple[Reading, ...],
 ) -> None:
     """Raise SettingError if a name stands for different kinds of readings."""
     for reading in readings:
-        before, of = known.setdefault(reading.name, (reading, f"the squad {squad!r}"))
+        before, of = first_uses.setdefault(reading.name, (reading, f"the squad {squad!r}"))
         if replace(before, doc="") != replace(reading, doc=""):
             own = checker.scenario.squads[squad].statistics
             name = reading.name if reading.name in own else reading.name[:-2]
@@ -142,15 +147,15 @@ def _check_orders(
     checker: ScenarioErrors, squad: Squad, ordered: Mapping[str, frozenset[str]]
 ) -> frozenset[str]:
     """Check the orders of a kind of squads; return all that its coordinators can order."""
-    known = frozenset[str]().union(*(ordered[role.of] for role in squad.roles))
+    behaviors = frozenset[str]().union(*(ordered[role.of] for role in squad.roles))
     for name, order in squad.orders.items():
         key = f"squads.{squad.name}.orders.{name}"
-        if name in known:
+        if name in behaviors:
             checker.fail(key, "has the name of what its members do already", "give another name")
         if not order.duties:
             checker.fail(key, "is empty", "give the behavior that members run")
         _check_duties(checker, key, order.duties, squad)
-    return known | set(squad.orders)
+    return behaviors | set(squad.orders)
 
 
 def _check_duties(checker: ScenarioErrors, key: str, duties: tuple[Assignment, ...], squad: Squad) -> None:

@@ -37,6 +37,6 @@ def _check_types(checker: ScenarioErrors) -> None:
         plain = msgspec.to_builtins(checker.scenario)
     except (TypeError, ValueError, OverflowError) as error:
         checker.fail("scenario", f"cannot be: {error}", "give plain numbers, texts, tuples and mappings")
-    found = decode_toml_values(plain, Scenario)
-    if isinstance(found, DecodeProblem):
-        checker.fail(*found)
+    decoded = decode_toml_values(plain, Scenario)
+    if isinstance(decoded, DecodeProblem):
+        checker.fail(*decoded)

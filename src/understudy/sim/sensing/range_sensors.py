@@ -73,7 +73,7 @@ def _list_sonar_channels(sensor: Sonar, context: SensorContext) -> Iterator[Sens
         yield SensorChannel(((name, None),), step, sector=make_sector(radians(low), radians(high)))
 
 
-def _sweep_sonar(sensor: Sonar, kind: RobotType) -> RangeScan:
+def _sweep_sonar(sensor: Sonar, robot_type: RobotType) -> RangeScan:
     arcs = tuple(RangeArc(name, low, high) for name, (low, high) in sensor.sectors.items())
     names = tuple(sensor.sectors)
     return RangeScan(
@@ -81,7 +81,7 @@ def _sweep_sonar(sensor: Sonar, kind: RobotType) -> RangeScan:
     )
 
 
-def _list_sonar_topics(sensor: Sonar, kind: RobotType) -> tuple[SensorTopic, ...]:
+def _list_sonar_topics(sensor: Sonar, robot_type: RobotType) -> tuple[SensorTopic, ...]:
     """Return a topic of messages Range for each sector; ranges without an echo are infinite (REP 117)."""
     return tuple(
         SensorTopic(
@@ -183,36 +183,36 @@ def _list_lidar_channels(sensor: Lidar, context: SensorContext) -> Iterator[Sens
         yield SensorChannel(((f"{name}_width", None),), step, part={"of": dtypes.WIDEST_OPENING, **row})
 
 
-def _sweep_lidar(sensor: Lidar, kind: RobotType) -> RangeScan:
+def _sweep_lidar(sensor: Lidar, robot_type: RobotType) -> RangeScan:
     start, spacing = _aim_beams(sensor)
     names = [f"{sensor.name}_{beam}" for beam in range(sensor.beams)]
     arcs = (RangeArc(name, at, at) for k, name in enumerate(names) for at in (start + k * spacing,))
 
     def summarize(far: Sequence[float]) -> Mapping[str, float]:
-        found = dict(zip(names, far, strict=True))
+        values = dict(zip(names, far, strict=True))
         for name, (low, high) in sensor.sectors.items():
             first, count = _select_beams(sensor, low, high) or (0, 0)
             beam = find_nearest_beam(far, first, count, sensor.beams)
             hit = beam >= 0 and far[beam] < sensor.range
-            found[name] = far[beam] if beam >= 0 else nan
-            found[f"{name}_bearing"] = radians(start + beam * spacing) % tau if hit else nan
-            found[f"{name}_width"] = nan if beam < 0 else measure_widest_opening(
-                far, first, count, sensor.beams, radians(spacing), kind.radius, sensor.clear
+            values[name] = far[beam] if beam >= 0 else nan
+            values[f"{name}_bearing"] = radians(start + beam * spacing) % tau if hit else nan
+            values[f"{name}_width"] = nan if beam < 0 else measure_widest_opening(
+                far, first, count, sensor.beams, radians(spacing), robot_type.radius, sensor.clear
             )  # fmt: skip
-        return found
+        return values
 
     return RangeScan(tuple(arcs), sensor.range, sensor.noise, sensor.sees, summarize)
 
 
-def _list_lidar_topics(sensor: Lidar, kind: RobotType) -> tuple[SensorTopic, ...]:
+def _list_lidar_topics(sensor: Lidar, robot_type: RobotType) -> tuple[SensorTopic, ...]:
     """Return a topic LaserScan from the robot's center; its robot file subtracts the robot's radius."""
     start, spacing = _aim_beams(sensor)
     readings: dict[str, dict[str, Any]] = {}
     for beam in range(sensor.beams):
         at = start + beam * spacing
-        readings[f"{sensor.name}_{beam}"] = {"sector_deg": [at, at], "offset_m": kind.radius}
+        readings[f"{sensor.name}_{beam}"] = {"sector_deg": [at, at], "offset_m": robot_type.radius}
     for name, sector in sensor.sectors.items():
-        of = {"sector_deg": list(sector), "offset_m": kind.radius}
+        of = {"sector_deg": list(sector), "offset_m": robot_type.radius}
         readings[name] = of
         readings[f"{name}_bearing"] = {"field": "bearing", **of}
         readings[f"{name}_width"] = {"field": "width", **of, "clear_m": sensor.clear}
@@ -221,8 +221,8 @@ def _list_lidar_topics(sensor: Lidar, kind: RobotType) -> tuple[SensorTopic, ...
         far = np.array([values[f"{sensor.name}_{beam}"] for beam in range(sensor.beams)])
         return {
             "angle_min": radians(start), "angle_max": radians(start + (sensor.beams - 1) * spacing),
-            "angle_increment": radians(spacing), "range_min": 0.0, "range_max": sensor.range + kind.radius,
-            "ranges": np.where(far >= sensor.range, inf, far + kind.radius).astype(np.float32),
+            "angle_increment": radians(spacing), "range_min": 0.0, "range_max": sensor.range + robot_type.radius,
+            "ranges": np.where(far >= sensor.range, inf, far + robot_type.radius).astype(np.float32),
         }  # fmt: skip
 
     return (SensorTopic(f"scan/{sensor.name}", SCAN, readings, make_fields),)
@@ -244,7 +244,7 @@ def _list_bumper_channels(sensor: Bumper, context: SensorContext) -> Iterator[Se
         yield SensorChannel(((name, None),), {"what": dtypes.BUMPER, "sees": 7}, sector=sector)
 
 
-def _list_bumper_topics(sensor: Bumper, kind: RobotType) -> tuple[SensorTopic, ...]:
+def _list_bumper_topics(sensor: Bumper, robot_type: RobotType) -> tuple[SensorTopic, ...]:
     return tuple(
         SensorTopic(f"bumper/{name}", BOOL, {name: {"field": "data"}}, partial(make_bool_fields, name))
         for name in sensor.sectors

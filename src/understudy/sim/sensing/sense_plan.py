@@ -142,12 +142,12 @@ class SensePlanner:
     ) -> None:
         """Add the steps of one sensor: a single one if all its parts are measured together."""
         together = find_sensor_row(measure.sensor).in_one_step
-        asked = any(key in columns for part in measure.parts for key in part.keys)
+        is_needed = any(key in columns for part in measure.parts for key in part.keys)
         opened = False
         for number, part in enumerate(measure.parts):
-            found = [columns.get(key, []) for key in part.keys]
-            if part.always and asked and not any(found):
-                found = [[NOWHERE]]
+            places = [columns.get(key, []) for key in part.keys]
+            if part.always and is_needed and not any(places):
+                places = [[NOWHERE]]
             step = {
                 "place": NOWHERE,
                 **part.step,
@@ -157,7 +157,7 @@ class SensePlanner:
                 "noisy": measure.sensor.dropout > 0 or any(part.step.get(name, 0) for name in DISTURBING),
             }
             held = self._slots.get((kind, part.keys[0]), NOWHERE)
-            for a, b in zip_longest(*found, *[()] * (2 - len(found)), fillvalue=NOWHERE):
+            for a, b in zip_longest(*places, *[()] * (2 - len(places)), fillvalue=NOWHERE):
                 if part.timed is not None:
                     step["index"] = columns[part.timed][0]
                 if not (together and opened):
@@ -174,7 +174,7 @@ class SensePlanner:
 
     def _remember(self) -> None:
         """Assign memory to the readings of slow sensors, and to the times when something was last present."""
-        kept: dict[ReadingKey, None] = {}
+        needed: dict[ReadingKey, None] = {}
         for kind, measures in enumerate(self._by_type):
             slot = 0
             for measure in measures:
@@ -183,5 +183,5 @@ class SensePlanner:
                         continue
                     self._slots[kind, part.keys[0]] = slot
                     slot += 2
-                    kept.update((key, None) for key in part.keys)
-        self.kept = tuple(kept)
+                    needed.update((key, None) for key in part.keys)
+        self.kept = tuple(needed)

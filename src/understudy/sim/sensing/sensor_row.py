@@ -27,7 +27,7 @@ class SensorContext:
     type_name: str
 
     @property
-    def kind(self) -> RobotType:
+    def robot_type(self) -> RobotType:
         """The type of robots that carries the sensor."""
         return self.scenario.types[self.type_name]
 
@@ -133,9 +133,9 @@ class SensorRow(Generic[S]):
     kernels: Literal["camera", "ranging"] | None = None
     """The optional part of the kernels that it needs, which is not compiled for worlds without such sensors."""
     reach: Callable[[S], float] = lambda sensor: 0.0
-    """A function that returns how far beyond the rim it detects things, m."""
+    """A function that returns the largest distance from the robot's rim at which a sensor detects things, m."""
     scan: Callable[[S, RobotType], RangeScan] | None = None
-    topics: Callable[[S, RobotType], tuple[SensorTopic, ...]] = lambda sensor, kind: ()
+    topics: Callable[[S, RobotType], tuple[SensorTopic, ...]] = lambda sensor, robot_type: ()
 
 
 def find_target_color(scenario: Scenario, target: TargetSpec, type_name: str) -> str | None:
@@ -147,7 +147,7 @@ def find_target_color(scenario: Scenario, target: TargetSpec, type_name: str) ->
     if thing is not None:
         return next((each.color for each in scenario.objects if each.name == thing), None)
     if target.team is not None:
-        return next((kind.color for name, kind in types.items() if (kind.team or name) == target.team), None)
+        return next((each.color for name, each in types.items() if (each.team or name) == target.team), None)
     return types[type_name].color if target.robot == "teammate" else None
 
 

@@ -89,7 +89,7 @@ def _list_camera_channels(sensor: Camera, context: SensorContext) -> Iterator[Se
 
 
 def _list_locator_channels(sensor: TargetLocator, context: SensorContext) -> Iterator[SensorChannel]:
-    locators = [each for each in context.kind.sensors if isinstance(each, TargetLocator)]
+    locators = [each for each in context.robot_type.sensors if isinstance(each, TargetLocator)]
     named = {name for each in locators for name in each.targets or ()}
     targets = context.scenario.targets
     if sensor.targets is None:
@@ -139,7 +139,7 @@ def _make_float_fields(name: str, values: Mapping[str, float]) -> Mapping[str, A
     return {"data": values[name]}
 
 
-def _list_cargo_topics(sensor: CargoSensor, kind: RobotType) -> tuple[SensorTopic, ...]:
+def _list_cargo_topics(sensor: CargoSensor, robot_type: RobotType) -> tuple[SensorTopic, ...]:
     def make_topic(reading: Reading) -> SensorTopic:
         is_number = bool(reading.unit)
         settings = {"field": "data", "unit": reading.unit} if is_number else {"field": "data"}
@@ -187,7 +187,7 @@ def _list_elapsed_channels(sensor: ElapsedSensor, context: SensorContext) -> Ite
 
     There is one for each target of that reading, or a single one if it has no targets.
     """
-    others = [each for each in context.kind.sensors if not isinstance(each, ElapsedSensor)]
+    others = [each for each in context.robot_type.sensors if not isinstance(each, ElapsedSensor)]
     channels = (part for each in others for part in find_sensor_row(each).channels(each, context))
     keys = [key for part in channels for key in part.keys]
     is_yes_or_no = any(
@@ -271,7 +271,7 @@ def find_sensor_row(sensor: SensorBase) -> SensorRow[Any]:
     return _BY_SPEC[type(sensor)]
 
 
-def list_range_scans(kind: RobotType) -> list[RangeScan]:
+def list_range_scans(robot_type: RobotType) -> list[RangeScan]:
     """Return the arcs of all range sensors of a type of robots, in order."""
-    rows = ((find_sensor_row(sensor).scan, sensor) for sensor in kind.sensors)
-    return [scan(sensor, kind) for scan, sensor in rows if scan is not None]
+    rows = ((find_sensor_row(sensor).scan, sensor) for sensor in robot_type.sensors)
+    return [scan(sensor, robot_type) for scan, sensor in rows if scan is not None]

@@ -62,7 +62,7 @@ def assign_team_members(scenario: Scenario) -> TeamTree:
 
 def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
     """Sort the kinds of squads so that each follows its members' sorts; raise SettingError if there is a cycle."""
-    left, found = dict(checker.scenario.squads), list[str]()
+    left, ordered = dict(checker.scenario.squads), list[str]()
     while left:
         ready = [name for name, squad in left.items() if not _within(squad, left)]
         if not ready:
@@ -74,10 +74,10 @@ def sort_squads_bottom_up(checker: ScenarioErrors) -> tuple[str, ...]:
             problem = f"leads back to its own squad: {' -> '.join(cycle)}"
             remedy = "let squads have members that are of no squad above"
             checker.fail(f"squads.{cycle[0]}.members.{role}.of", problem, remedy)
-        found += ready
+        ordered += ready
         for name in ready:
             del left[name]
-    return tuple(found)
+    return tuple(ordered)
 
 
 def count_team_members(checker: ScenarioErrors, order: Sequence[str]) -> Mapping[str, int]:

@@ -58,14 +58,14 @@ def collect_libraries(
         If the squads of the scenario contradict each other or there are not enough robots for them.
     """
     of_types = dict.fromkeys(scenario.types, robots) if isinstance(robots, Library) else robots
-    found: dict[str, Library] = {name: of_types[name] for name in scenario.types}
+    libraries: dict[str, Library] = {name: of_types[name] for name in scenario.types}
     readings: dict[str, Sequence[Reading]] = dict.fromkeys(scenario.types, list_readings(scenario))
     for squad, _ in assign_team_members(scenario).squads:
         below = [reading for role in squad.roles for reading in readings[role.of]]
         readings[squad.name] = readings_of_squad(squad, below)
-        kit = make_squad_kit(squad, below, {role.of: found[role.of] for role in squad.roles})
-        found[squad.name] = squads(squad.name, kit)
-    return MappingProxyType(found)
+        kit = make_squad_kit(squad, below, {role.of: libraries[role.of] for role in squad.roles})
+        libraries[squad.name] = squads(squad.name, kit)
+    return MappingProxyType(libraries)
 
 
 def find_type_folders(scenario: Scenario, folder: Path | str, kit: Kit) -> Mapping[str, tuple[Path, Kit]]:
@@ -89,8 +89,8 @@ def load_type_libraries(
 ) -> Mapping[str, Library]:
     """Load the library of each type of robots by calling `look(folder, kit)`, once for types that share a folder."""
     places = find_type_folders(scenario, folder, kit)
-    found = {where: look(where, own) for where, own in dict(places.values()).items()}
-    return {name: found[where] for name, (where, _) in places.items()}
+    libraries = {where: look(where, own) for where, own in dict(places.values()).items()}
+    return {name: libraries[where] for name, (where, _) in places.items()}
 
 
 def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
@@ -108,13 +108,13 @@ def find_behavior_sort(libraries: Libraries, behavior: str | None) -> str:
     taught = [name for name in names if behavior in libraries[name].taught]
     leading = [name for name in taught if _leads(libraries[name])]
     able = [name for name in names if behavior in libraries[name].kit.behaviors]
-    found = leading or taught or able[:1] or names[:1]
-    if any(libraries[name] is not libraries[found[0]] for name in found) or len(leading) > 1:
+    candidates = leading or taught or able[:1] or names[:1]
+    if any(libraries[name] is not libraries[candidates[0]] for name in candidates) or len(leading) > 1:
         sorts = "squads" if leading else "robots"
-        remedy = f"name it as {join_names(f'{name}/{behavior}' for name in found)}"
+        remedy = f"name it as {join_names(f'{name}/{behavior}' for name in candidates)}"
         problem = f"belongs to several sorts of {sorts}"
         raise SettingError(where="team", setting=repr(behavior), problem=problem, remedy=remedy)
-    return found[0]
+    return candidates[0]
 
 
 def list_running_sorts(libraries: Libraries, sort: str, behavior: str) -> list[str]:
@@ -205,7 +205,7 @@ def make_team(
     libraries
         The library of each sort of agents; see `collect_libraries`.
     roots
-        By sort of agents, the name of the behavior that those who are in no squad run, and the target for each of its
+        By sort of agents, the name of the behavior that agents outside of any squad run, and the target for each of its
         parameters. Sorts without an entry idle until a coordinator orders something.
 
     Returns

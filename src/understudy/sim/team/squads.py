@@ -41,13 +41,13 @@ def make_statistics(
     checker: ScenarioErrors, key: str, name: str, spelled: StatisticSpec
 ) -> tuple[Statistic, ...]:
     """Make the statistics that one entry of a scenario describes: itself, or the two means of a centroid."""
-    given = {field: getattr(spelled, field) for field in spelled.__struct_fields__}
-    how, reading = given.pop("how"), given.pop("reading")
+    settings = {field: getattr(spelled, field) for field in spelled.__struct_fields__}
+    how, reading = settings.pop("how"), settings.pop("reading")
     try:
         if how != "centroid":
-            return (Statistic(name, how, reading, **given),)
+            return (Statistic(name, how, reading, **settings),)
         of = "" if reading is None else f"{reading}_"
-        return tuple(Statistic(f"{name}_{axis}", "mean", f"{of}{axis}", **given) for axis in AXES)
+        return tuple(Statistic(f"{name}_{axis}", "mean", f"{of}{axis}", **settings) for axis in AXES)
     except DefinitionError as error:
         checker.fail(key, error.problem.removeprefix("it "), error.remedy)
 

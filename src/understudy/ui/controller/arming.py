@@ -33,7 +33,7 @@ class RobotStatus(Struct, frozen=True, kw_only=True):
 class RobotArming:
     """Arm and stop the real robots of a session; with simulated ones, do nothing, and refuse to arm.
 
-    `place` ("the studio") names the interface in the log of stops, and as who armed.
+    `place` ("the studio") names the interface in the log of stops, and as the one that armed.
     """
 
     def __init__(self, ground: Ground, wall: Callable[[], float], *, place: str) -> None:

@@ -178,9 +178,10 @@ class CoachController:
         self.asking.when = self.chosen_policy = when
 
     def describe_new_mark(self, before: Sequence[Question]) -> str:
-        """Describe what was marked since the last mark, `before`, if all that follows is about it; empty otherwise.
+        """Return the sentence of the newest marked question if it is new and the robot repeats itself; empty otherwise.
 
-        A robot that repeats itself goes on doing so. Its demonstrator has a whole round to say where it should not.
+        `before` are the questions that were marked before. A robot that repeats itself goes on doing so, so its
+        demonstrator has a whole round to press what it should do.
         """
         newest = self.asking.marked[-1:]
         repeats = newest and newest[0].doubt.because is DoubtReason.REPEATING
@@ -205,7 +206,7 @@ class CoachController:
 
 
 OTHER_WORLDS = 4
-"""So many further worlds are looked through for a situation that this one does not have."""
+"""The number of further worlds that are searched for a situation if the present one does not have it."""
 
 
 def set_up_advised_situation(trainer: Trainer, wanted: SituationSpec | None = None) -> SetupResult:
@@ -254,7 +255,7 @@ def skip_ahead(trainer: Trainer) -> StatusMessage:
 
 
 SEARCHED_WORLDS = 40
-"""In so many further worlds the situation is looked for in which an answer matters most."""
+"""The number of further worlds that are searched for the situation in which an answer matters most."""
 
 
 @keep_status

@@ -14,7 +14,7 @@ from understudy.segmentation.driver_contradictions import (
 
 
 class DriverSettlement(NamedTuple):
-    """The decision who of two drivers is right about a state and the next states that they chose.
+    """The decision which of two drivers is right about a state and the next states that they chose.
 
     It also holds for the contradiction that is found when the labels changed, and the lesson was made again.
     """

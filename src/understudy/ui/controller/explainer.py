@@ -132,7 +132,7 @@ class DecisionExplainer:
         latest = self._switches[-1].time_s
         switch = next(each for each in self._switches if each.time_s == latest)
         if switch.before not in self._taught(switch.automaton).automaton.state_names:
-            return None  # states were chosen anew
+            return None  # the states were replaced
         return switch, explain_query(switch.call, switch.query, self._taught(switch.automaton))
 
     def _taught(self, name: str) -> TrainedAutomaton:

@@ -257,7 +257,7 @@ class LessonContinuation:
         return f"{when}: {mistake.why}.{inner} Press what it should do, and resume"
 
     def _find_caution(self) -> str:
-        """Say that a flag was counted wherever it is raised, if its presses have nothing in common."""
+        """Say that a raised flag counted as success in every situation, if its presses have nothing in common."""
         lesson = self._trainer.session.lesson
         flag = find_success(lesson)
         return (
@@ -267,7 +267,7 @@ class LessonContinuation:
         )
 
     def _go_to(self, mistake: Mistake) -> float:
-        """Run its world until shortly before the mistake, with nobody watching, and pause; return the time, s."""
+        """Run its world until shortly before the mistake, without learning, and pause; return the time, s."""
         trainer, session = self._trainer, self._trainer.session
         trainer.load_world(mistake.seed)
         if dict(session.view().targets) != dict(mistake.binding):
@@ -287,7 +287,10 @@ class LessonContinuation:
 
 
 def describe_teaching(lesson: Lesson) -> object:
-    """Return what differs after each change by a person of what is learned, wherever the record has its moments."""
+    """Return a value that changes with each press or edit that changes what is learned, and with nothing else.
+
+    The moments of examples in the record are left out.
+    """
     presses = [replace(each, moment=None) for each in lesson.examples if each.is_from_press]
     return lesson.automaton, lesson.options, lesson.goal, presses
 

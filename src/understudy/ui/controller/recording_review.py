@@ -162,7 +162,7 @@ class RecordingReview:
         return self._labels.trust
 
     def find_driver(self, tick: int) -> str:
-        """Return the name of who drove at a tick; empty if it is not known."""
+        """Return the name of the driver at a tick; empty if it is not known."""
         return self.drivers[self._find_part(tick)[0]]
 
     def _find_part(self, tick: int) -> tuple[int, int]:

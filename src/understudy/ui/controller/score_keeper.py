@@ -30,7 +30,7 @@ MOST_ROBOTS, FEWEST_WORLDS = 6_000, 30
 FIRST_SEED = 500_000_000
 """The first seed of new worlds. Each is used once, and for nothing else: no lesson was taught there."""
 MOST_BINDINGS = 4
-"""With how many targets a behavior is run in each world, at most: those that it was taught with first."""
+"""The largest number of targets with which a behavior is run in each world, the ones taught first."""
 COMPARED_CHANCE = 0.7
 """The largest p-value of the range by which two versions are compared: of a press that lies beyond two others."""
 YIELD_S = 0.0002
@@ -259,10 +259,10 @@ class LessonScoreKeeper:
 
 
 def find_compared_range(former: TrainedAutomaton | None, taught: TrainedAutomaton) -> ShownRange | None:
-    """Find where a flag counts for two versions: where it was shown before the last press, also if only once.
+    """Find the range in which a flag counts as success when two versions of a lesson are compared.
 
-    The last press may be a slip, which says that something far off is right, too. Without presses for the flag before
-    it, the range is that of the present lesson; None if there is none.
+    It is the range of the former version, even of a single press, since the last press may be a slip far outside. If
+    the former version has no press for the flag, it is the range of the present one; None if there is none.
     """
     flag = None if taught.lesson is None else find_success(taught.lesson)
     if taught.lesson is None or not isinstance(flag, str):

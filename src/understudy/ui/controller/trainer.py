@@ -319,7 +319,7 @@ class Trainer:
         return 0 if self.seed is None else self.seed + 1
 
     def take_next_seeds(self, count: int) -> range:
-        """Return the seeds of the next worlds, to choose a situation among them: no test counts them from now on."""
+        """Return the seeds of the next worlds, which a person is about to see: later tests leave these worlds out."""
         seeds = range(self.seed_after, self.seed_after + count)
         self.seen_seeds.update(seeds)
         return seeds

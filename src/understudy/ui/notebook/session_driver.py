@@ -22,7 +22,7 @@ from understudy.ui.notebook.widget_request import ACTIONS, WidgetRequest, parse_
 REPORT_S = 2.0
 """How often a view that is on a screen reports it, s; the page's script has the same number."""
 SILENT_S = 3 * REPORT_S
-"""After so much silence a view counts as hidden, s."""
+"""The time without a report after which a view counts as hidden, s."""
 
 
 class SessionDriver:
@@ -129,8 +129,8 @@ class SessionDriver:
 
     def _notice_score(self) -> None:
         """Show a score that was taken since the last beat, in a thread of its own."""
-        score, (shown, *others) = self.trainer.score, self._score
-        if score.change is not shown or [score.problem, score.is_running] != others:
+        score, (change, *others) = self.trainer.score, self._score
+        if score.change is not change or [score.problem, score.is_running] != others:
             self._score = score.change, score.problem, score.is_running
             self.version += 1
 

@@ -61,8 +61,8 @@ def show_session(
         raise SessionError(
             "show_session works in a cell of a notebook only: a program has no event loop"
         ) from None
-    shown = session_widget.find_widget(session)
-    if shown is not None:
-        return shown
+    widget = session_widget.find_widget(session)
+    if widget is not None:
+        return widget
     folder = None if library_folder is None else Path(library_folder)
     return session_widget.SessionWidget(SessionDriver(session, speed=speed, folder=folder, wall=monotonic))

@@ -17,7 +17,7 @@ from understudy.ui.tui.panels import DIM, TITLE, TONES
 from understudy.verification.finding import Finding, Severity
 
 MOST_ADVICE = 8
-"""So many suggestions are listed; the rest is less useful."""
+"""The number of suggestions that are listed; the rest is less useful."""
 
 
 class AdviceScreen(ModalScreen[bool]):

@@ -18,18 +18,18 @@ ABSENT = "–"
 
 def render_body_readings(body: BodyWorld, agent: int, *, lines: int) -> Text:
     """Render all readings of an agent, as far as there are lines, and say that there is no drawing."""
-    known = {reading.name: reading for reading in body.readings}
+    reading_of = {reading.name: reading for reading in body.readings}
     text = Text.assemble(("No drawing here. Readings:\n" if lines > 2 else "", DIM))
     keys = list_reading_keys(body)
-    shown = keys[: max(0, lines - 2)]
-    percept = body.sense(shown)
-    for name, target in shown:
+    listed = keys[: max(0, lines - 2)]
+    percept = body.sense(listed)
+    for name, target in listed:
         label = format_names(name if target is None else f"{name}({target})")
         value = float(percept[name, target][agent])
         text.append(f"{label:<{NAME_WIDTH}.{NAME_WIDTH}} ")
-        text.append(f"{format_reading(known[name], value)}\n", "bold")
-    if len(shown) < len(keys):
-        text.append(f"and {len(keys) - len(shown)} more", DIM)
+        text.append(f"{format_reading(reading_of[name], value)}\n", "bold")
+    if len(listed) < len(keys):
+        text.append(f"and {len(keys) - len(listed)} more", DIM)
     return text
 
 

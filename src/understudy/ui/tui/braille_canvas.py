@@ -19,7 +19,7 @@ BRAILLE = 0x2800
 DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 """The bit of a dot, by its column and line within a character."""
 DENSE = (2, 6)
-"""More than so many points in a character are dense, densest."""
+"""The number of points in a character beyond which it is drawn as dense, and as densest."""
 
 
 class BrailleCanvas:
@@ -48,7 +48,7 @@ class BrailleCanvas:
     def line(
         self, start: tuple[float, float], end: tuple[float, float], style: str = "", *, every: float
     ) -> None:
-        """Draw a line of dots, one `every` so many m."""
+        """Draw a line of dots, `every` m apart."""
         length = hypot(end[0] - start[0], end[1] - start[1])
         for step in range(int(length / every) + 1):
             part = step * every / length if length else 0.0
@@ -66,7 +66,7 @@ class BrailleCanvas:
         )
 
     def fill(self, inside: Callable[[Floats, Floats], Bools], style: str = "") -> None:
-        """Draw a dot wherever a test of places holds."""
+        """Draw a dot at each place that passes a test."""
         x = (np.arange(self.columns * 2) + 0.5) * self._width / (self.columns * 2)
         y = self._height - (np.arange(self.lines * 4) + 0.5) * self._height / (self.lines * 4)
         grid_x, grid_y = np.meshgrid(x, y)

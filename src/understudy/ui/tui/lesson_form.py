@@ -191,13 +191,13 @@ class LessonForm(Screen[LessonChoices | None]):
         behaviors = [*library.kit.behaviors, *(name for name in library.taught if name != self._name)]
         calls = [call for name in behaviors for call in _calls(name, library.parameters(name), names)]
         self._written |= {format_names(call): call for call in calls}
-        found = (
+        offers = (
             call
             for name, feature in library.features.items()
             for call in _calls(name, feature.parameters, names)
         )
         self._offer("#states", calls, states)
-        self._offer("#features", found, features)
+        self._offer("#features", offers, features)
 
     def _offer(self, which: str, offered: Iterable[str], chosen: Sequence[str]) -> None:
         every = dict.fromkeys([*chosen, *offered])
@@ -262,9 +262,9 @@ def _row(label: str, name: str, value: str, placeholder: str) -> ComposeResult:
         yield Input(value, placeholder=placeholder, id=name, compact=True)
 
 
-def _calls(name: str, parameters: Sequence[str], known: Sequence[str]) -> list[str]:
+def _calls(name: str, parameters: Sequence[str], targets: Sequence[str]) -> list[str]:
     """List a name with its parameters bound in every way: distance_to(A), distance_to(station)."""
-    ways = product(known, repeat=len(parameters))
+    ways = product(targets, repeat=len(parameters))
     return [format_bound_name(name, dict(zip(parameters, way, strict=True))) for way in ways]
 
 
@@ -276,9 +276,9 @@ def _call(state: str | State, library: Library) -> str:
     return call if state.name == state.behavior else f"{state.name}={call}"
 
 
-def _named(calls: Sequence[str], kept: dict[str, State], library: Library) -> list[str | State]:
+def _named(calls: Sequence[str], states: dict[str, State], library: Library) -> list[str | State]:
     """Make states from their behaviors; of a behavior that occurs more than once, each name contains its targets."""
-    written = {_call(state, library): state for state in kept.values()}
+    written = {_call(state, library): state for state in states.values()}
     plain = [call.partition("(")[0] for call in calls if "=" not in call]
     named: list[str | State] = []
     for call in calls:
@@ -294,14 +294,14 @@ def _named(calls: Sequence[str], kept: dict[str, State], library: Library) -> li
 
 def _suggested(plan: TrainingPlan) -> LessonChoices:
     """Return the choices, with defaults as most lessons have: a parameter, its target, and a flag."""
-    said, kit_targets = plan.choices, plan.library.kit.targets
-    parameters = ["A"] if said.parameters is None else said.parameters
+    choices, kit_targets = plan.choices, plan.library.kit.targets
+    parameters = ["A"] if choices.parameters is None else choices.parameters
     stand = {parameter: next(iter(kit_targets)) for parameter in parameters if kit_targets}
     return replace(
-        said,
+        choices,
         parameters=parameters,
-        targets={**stand, **said.targets},
-        flags=["done"] if said.flags is None else said.flags,
+        targets={**stand, **choices.targets},
+        flags=["done"] if choices.flags is None else choices.flags,
     )
 
 

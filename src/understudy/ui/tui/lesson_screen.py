@@ -52,7 +52,7 @@ class LessonScreen(Screen[None]):
         self.query_one(DataTable).focus()
         self._fill("")
 
-    def _fill(self, told: str) -> None:
+    def _fill(self, status: str) -> None:
         self.query_one("#rules Static", Static).update(self._rules())
         self._fill_table()
         keys = Text()
@@ -60,7 +60,7 @@ class LessonScreen(Screen[None]):
             keys.append(f"{key} ", "bold").append(f"{what}  ", DIM)
         keys.append("◆ correction  ! contradicts another example", DIM)
         self.query_one("#told", Static).update(
-            Text.assemble((format_names(told), "bold"), "\n" if told else "", keys)
+            Text.assemble((format_names(status), "bold"), "\n" if status else "", keys)
         )
 
     def _rules(self) -> Text:
@@ -80,10 +80,10 @@ class LessonScreen(Screen[None]):
         for example in reversed(self.trainer.session.examples):
             mark = "! " if example.number in torn else "◆ " if example.correction else ""
             number = str(example.number)
-            shown = [describe.format_value(*pair) for pair in zip(features, example.values, strict=True)]
+            values = [describe.format_value(*pair) for pair in zip(features, example.values, strict=True)]
             what = Text(f"{mark}{example.kind}", TONES["correction"] if mark else "")
             states = map(format_names, (example.state, example.next))
-            table.add_row(number, *states, *shown, what, key=number)
+            table.add_row(number, *states, *values, what, key=number)
         table.move_cursor(row=max(0, min(at, table.row_count - 1)))
 
     def action_delete(self) -> None:

@@ -47,11 +47,11 @@ def render_header(trainer: Trainer, width: int) -> Text:
     if trainer.paused:
         left.append(" ")
         left.append(" PAUSED ", LIT)
-    shown = view.examples
+    count = view.examples
     right = Text.assemble(
-        f"{shown} example{'s' * (shown != 1)}  {formatting.format_minutes(view.time_s)}  "
+        f"{count} example{'s' * (count != 1)}  {formatting.format_minutes(view.time_s)}  "
         f"{'fastest' if trainer.pace.speed == FASTEST else f'{trainer.pace.speed:g}×'}  ",
-        ("unsaved ", "bold") if trainer.has_unsaved_changes else ("saved " if shown else ""),
+        ("unsaved ", "bold") if trainer.has_unsaved_changes else ("saved " if count else ""),
     )
     left.truncate(max(0, width - right.cell_len - 1))
     left.pad_right(max(1, width - left.cell_len - right.cell_len))
@@ -116,31 +116,31 @@ def render_readings(trainer: Trainer, width: int) -> Text:
 
 def render_examples(trainer: Trainer, width: int, height: int) -> Text:
     """Render the last examples, newest first, a line for each press."""
-    shown = [example for example in trainer.session.examples if example.is_from_press]
-    watched = len(trainer.session.examples) - len(shown)
-    note = f"{len(shown)} shown" + (f", {watched} watched" if watched else "")
+    pressed = [example for example in trainer.session.examples if example.is_from_press]
+    watched = len(trainer.session.examples) - len(pressed)
+    note = f"{len(pressed)} shown" + (f", {watched} watched" if watched else "")
     lines = [_title("Examples", note if trainer.session.examples else "", width)]
-    if not shown:
+    if not pressed:
         return lines[0] + Text(
             "\nNo examples yet. Press the key of a state: what the robot senses then, and that state, "
             "become an example. Then press t to test what it learned.",
             DIM,
         )
-    presses = list(reversed(_presses(shown)))[: max(0, height - 1)]
+    presses = list(reversed(_presses(pressed)))[: max(0, height - 1)]
     if not presses:
         return lines[0]  # no room for any
-    told = [
+    numbers_of = [
         [
             describe.format_value(*pair, unit=False)
             for pair in zip(trainer.features, press[0].values, strict=True)
         ]
         for press in presses
     ]
-    wides = [max(map(len, column)) for column in zip(*told, strict=True)]
+    wides = [max(map(len, column)) for column in zip(*numbers_of, strict=True)]
     steps = [format_names(formatting.format_example(press[0])) for press in presses]
     wide = max(map(len, steps))
     digits = len(str(presses[0][0].number))
-    for press, step, numbers in zip(presses, steps, told, strict=True):
+    for press, step, numbers in zip(presses, steps, numbers_of, strict=True):
         aligned = "  ".join(f"{text:>{column}}" for text, column in zip(numbers, wides, strict=True))
         mark, style = _mark(press)
         number = f"{press[0].number:>{digits}}"
@@ -157,10 +157,10 @@ def _mark(press: Sequence[Example]) -> tuple[str, str]:
     return "+" if len(press) > 1 else "=" if first.state == first.next else " ", ""
 
 
-def _presses(shown: Sequence[Example]) -> list[list[Example]]:
+def _presses(examples: Sequence[Example]) -> list[list[Example]]:
     """Group examples by press: a default belongs to the directive before it."""
     presses: list[list[Example]] = []
-    for example in shown:
+    for example in examples:
         if example.kind is ExampleKind.DEFAULT and presses and presses[-1][-1].number == example.number - 1:
             presses[-1].append(example)
         else:
@@ -188,7 +188,7 @@ def render_changes(trainer: Trainer, width: int) -> Text:
 
 
 def render_status(trainer: Trainer) -> Text:
-    """Render the status, what the last press or edit changed beyond what it says, and the score in new worlds."""
+    """Render the status, the decisions that the last press or edit changed elsewhere, and the score in new worlds."""
     tone, score, change = trainer.status.tone, trainer.score, trainer.session.last_change
     text = Text(f" {MARKS[tone]} {format_names(trainer.status.text)}", TONES[tone])
     if (better := trainer.continuation.better) is not None:
@@ -196,11 +196,11 @@ def render_status(trainer: Trainer) -> Text:
     if change is not None:
         text.append(f"\n {CHANGED} Changed: {format_names(str(change))}", "bold yellow")
         text.append("  u", "bold").append(" undo", DIM).append("  D", "bold").append(" show me", DIM)
-    said = score.describe()
-    if said and score.offers:
-        said += f". Success: {score.goal or score.offers[0].name + ' (S chooses)'}"
-    if said:
-        text.append(f"\n   {format_names(said)}", TONES["error"] if score.trend == "falling" else DIM)
+    sentence = score.describe()
+    if sentence and score.offers:
+        sentence += f". Success: {score.goal or score.offers[0].name + ' (S chooses)'}"
+    if sentence:
+        text.append(f"\n   {format_names(sentence)}", TONES["error"] if score.trend == "falling" else DIM)
     return text
 
 
@@ -208,19 +208,19 @@ def render_commands(trainer: Trainer, width: int) -> Text:
     """Render the keys of the commands, in two lines if that is possible."""
     useless = {"p" if not trainer.session.automaton.parameters else "", "" if trainer.can_watch else "w"}
     named = {"t": "teach"} if trainer.session_view.mode is Mode.TESTING else {}
-    shown = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
+    commands = [(key, named.get(key, what)) for key, what in COMMANDS if key not in useless]
     for spare in SPARE:
-        if len(lines := _lines(shown, width)) <= 2:
+        if len(lines := _lines(commands, width)) <= 2:
             break
-        shown = [command for command in shown if command[0] != spare]
+        commands = [command for command in commands if command[0] != spare]
     else:
-        lines = _lines(shown, width)
+        lines = _lines(commands, width)
     return Text("\n").join(lines)
 
 
-def _lines(shown: Sequence[tuple[str, str]], width: int) -> list[Text]:
+def _lines(commands: Sequence[tuple[str, str]], width: int) -> list[Text]:
     lines = [Text("")]
-    for key, what in shown:
+    for key, what in commands:
         if lines[-1].cell_len + len(key) + len(what) + 2 > width:
             lines.append(Text(""))
         lines[-1].append(f" {key}", "bold").append(f" {what} ", DIM)

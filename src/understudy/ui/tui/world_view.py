@@ -33,7 +33,7 @@ STYLES = {FOOD: "bold green", HOME: "bold magenta", THING: "bold", SOLID: "brigh
 """Colors that terminals have their own shades of, which fit light and dark ones."""
 AIM_DOTS_M, NOSE_M = 0.55, 0.9
 MOST_ARROWS = 40
-"""So many robots are arrows; more are dots."""
+"""The largest number of robots that are drawn as arrows; more are dots."""
 
 
 def fit_arena(view: WorldView, columns: int, lines: int) -> tuple[int, int]:
@@ -59,15 +59,15 @@ def render_world(
         for aim in aims:
             canvas.line(_place(view, robot), aim, AIM, every=AIM_DOTS_M)
     canvas.dots(trail, TRAIL)
-    near, shown = measure_loading_reach(view), list_object_marks(view)
-    for thing in shown:
+    near, marks = measure_loading_reach(view), list_object_marks(view)
+    for thing in marks:
         if thing.served and thing.full and near is not None:
             canvas.circle(thing.x, thing.y, near, _style(thing.color))
     if few:
         _noses(canvas, view, robot)
     else:
         canvas.scatter(view.robots.x, view.robots.y, CROWD)
-    for thing in shown:
+    for thing in marks:
         canvas.text(*_beside_robots(view, thing, near or 0.0), *_sign(view, thing))
     if few:
         _arrows(canvas, view, robot)
