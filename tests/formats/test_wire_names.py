@@ -115,7 +115,7 @@ COMMANDS = {
     "drive": "--name -n --behaviors --features --agent -a --seed --no-record [SCENARIO] --world -w --library -l "
     "--kit --host --port --token --no-browser --json",
     "eval": "--behavior --library -l --seeds --goal --metric --limit --against --against-behavior --jobs -j --each "
-    "--format [SCENARIO] --world -w --bind -b --kit --json",
+    "--format --json [SCENARIO] --world -w --bind -b --kit",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
     "export": "",

@@ -29,6 +29,7 @@ PAIRS = [
     ("agent no.toml --name one", "team agent no.toml --name one"),
     ("export goto --to c99 --out out", "export automaton goto --to c99 --out out"),
     ("export data lesson.csv --out no.txt", "export table lesson.csv --out no.txt"),
+    ("test --library no", "test no"),
     ("export data no.mcap --to lerobot --out out", "export dataset no.mcap --to lerobot --out out"),
 ]
 

@@ -193,7 +193,7 @@ class LibraryTestOptions(CommandOptions):
     ] = None
     same: Annotated[
         Path | None,
-        typer.Option("--library", "-l", help="Folder of the library, as an option.", show_default=False),
+        typer.Option("--library", "-l", help="Old spelling of the argument LIBRARY.", hidden=True),
     ] = None
     world: FoundWorld = None
     failures: Annotated[

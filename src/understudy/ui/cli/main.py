@@ -226,7 +226,7 @@ def _of_typer(error: Exception) -> bool:
 def report_error(error: UnderstudyError) -> int:
     """Print the error on stderr, and with `--json` as an object on stdout; return its exit code."""
     typer.echo(f"Error: {error}", err=True)
-    if "--json" in sys.argv:
+    if "--json" in sys.argv or "--format json" in " ".join(sys.argv).replace("=", " "):
         print_json({"error": {"type": error.json_type, "message": str(error), **_fields(error)}})
     return error.exit_code
 

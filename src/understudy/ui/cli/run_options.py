@@ -19,6 +19,8 @@ from understudy.ui.cli.options import (
     SeedOption,
 )
 
+JSON = "json"
+
 
 class RunOptions(CommandOptions):
     """Options that say what runs."""
@@ -197,10 +199,18 @@ class EvaluateOptions(ScenarioOptions, RunOptions):
         typer.Option(
             "--format",
             metavar="FORMAT",
-            help="Print a table for a paper: markdown, latex or csv.",
+            help="Print json, or a table for a paper: markdown, latex or csv.",
             show_default=False,
         ),
     ] = None
+    as_json: Annotated[bool, typer.Option("--json", help="Old spelling of --format json.", hidden=True)] = (
+        False
+    )
+
+    @property
+    def prints_json(self) -> bool:
+        """Whether one JSON object is printed."""
+        return self.as_json or self.layout == JSON
 
 
 class WhyOptions(CommandOptions):

@@ -28,7 +28,7 @@ from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.options import LIBRARY, WORLD
 from understudy.ui.cli.progress_bar import show_progress
-from understudy.ui.cli.run_options import EvaluateOptions
+from understudy.ui.cli.run_options import JSON, EvaluateOptions
 
 if TYPE_CHECKING:
     from understudy.adapters.body_maker import BodyMaker
@@ -82,7 +82,7 @@ class Judging:
 
     def judge(self, assigned: Sequence[RunAssignment]) -> list[Evaluation]:
         """Evaluate behaviors one after another, all in the same worlds."""
-        with show_progress("Worlds run", quiet=self.options.as_json) as report:
+        with show_progress("Worlds run", quiet=self.options.prints_json) as report:
             total = len(assigned) * len(self.seeds)
             return [
                 self._judge_one(ran, partial(_report_after, index * len(self.seeds), total, report))
@@ -118,7 +118,7 @@ def _print_results(
     """Print one evaluation, or two and their comparison, as a table for a paper, as JSON or as text."""
     one, compared = judged[0], compare(*judged) if len(judged) > 1 else None
     output.show_problems([problem for evaluation in judged for problem in evaluation.problems])
-    if options.layout is not None:
+    if options.layout not in (None, JSON):
         table = output.format_results(one, options.layout, each=options.each)
         typer.echo(table if compared is None else compared.to_table(options.layout, names=names), nl=False)
         return
@@ -128,7 +128,7 @@ def _print_results(
         seconds=seconds,
         comparison=UNSET if compared is None else output.make_comparison_result(compared, names[1]),
     )
-    if options.as_json:
+    if options.prints_json:
         print_json(found)
         return
     output.show_results(found, watch, wanted=one.flag or one.goal)
@@ -151,10 +151,10 @@ def _report_after(before: int, total: int, report: Callable[[int, int], None], t
 def _check_layout(options: EvaluateOptions) -> None:
     """Refuse a format that does not exist, or that of a table beside --json, before anything runs."""
     layout = options.layout
-    if layout is None:
+    if layout in (None, JSON):
         return
     if layout not in LAYOUTS:
-        problem, remedy = "is unknown", "give markdown, latex or csv"
+        problem, remedy = "is unknown", "give markdown, latex or csv for a table, or json"
     elif options.as_json:
         problem, remedy = "is a table, and --json no table", "give one of them"
     else:
