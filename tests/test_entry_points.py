@@ -11,7 +11,7 @@ from understudy import evaluate
 from understudy.entry_points import KITS, STUDIES, WORLDS, list_entry_points
 from understudy.errors import SettingError
 from understudy.sim.catalog import find_scenario, list_scenarios, locate_scenario
-from understudy.ui.cli.options import find_kit
+from understudy.ui.cli.named_inputs import find_kit
 from understudy_lab.study import find_experiment, list_questions
 
 MODULE = """

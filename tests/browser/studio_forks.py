@@ -90,18 +90,17 @@ def load_studio() -> None:
     """Import what studios need, and load the kernels of a short lesson."""
     from tempfile import TemporaryDirectory
 
+    import understudy.ui.cli.commands.studio
     import understudy.ui.cli.commands.studio_drive
     import understudy.ui.web.drive_app
     import understudy.ui.web.recording_app  # noqa: F401
     from understudy.sim.catalog import find_scenario
     from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.main import make_command_line
     from understudy.ui.controller.training_plan import LessonChoices
     from understudy.ui.web.actions import session
     from understudy.ui.web.server import StudioServer
     from understudy.ui.web.session_host import SessionHost
 
-    make_command_line(["studio", "--help"])
     scenario = find_scenario("forage")
     with TemporaryDirectory() as folder:
         host = SessionHost(scenario, Path(folder) / "library", make_scenario_kit(scenario))

@@ -22,7 +22,7 @@ from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy.training.journal import RobotMoved, read_journal
-from understudy.ui.cli.options import assign_run
+from understudy.ui.cli.named_inputs import assign_run
 
 RUNS, JOURNALS = FOLDER / "runs", FOLDER / "journals"
 DIRECTIVE, CONFIRMATION = ExampleKind.DIRECTIVE, ExampleKind.CONFIRMATION

@@ -186,7 +186,7 @@ PARTS: Parts = {
             "name": "name of the team",
             "about": "a sentence about it",
             "robots": "paths of the robots' files, relative to this file; at least one",
-            "agents": "how the robots run if each decides for itself (`understudy agent`)",
+            "agents": "how the robots run if each decides for itself (`understudy team agent`)",
         },
     ),
     TeamSettings: (

@@ -17,7 +17,6 @@ from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.ui.cli.commands.export import insert_command
 from understudy.ui.cli.main import make_command_line
 
 HEADER = "state,next,kind"
@@ -96,8 +95,6 @@ def find_faults(command_line: Any, command: str) -> Iterator[str]:
     while words and hasattr(found, "commands"):
         if words[0].startswith("-"):
             break
-        if found.name == "export":
-            words = insert_command(words)
         if words[0] not in found.commands:
             yield f"understudy has no command {words[0]}"
             return

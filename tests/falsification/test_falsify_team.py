@@ -20,7 +20,7 @@ from understudy.properties.property_file import HEAD, load_properties
 from understudy.properties.run_property import make_property_task
 from understudy.sim.team.libraries import make_scenario_team
 from understudy.sim.world import World
-from understudy.ui.cli.options import open_team_libraries
+from understudy.ui.cli.named_inputs import open_team_libraries
 
 NEAR_M = 0.7
 PROPERTY = f"""

@@ -27,7 +27,10 @@ from understudy.learning.change_attribution import ConditionChange, ExampleAttri
 from understudy.learning.pruning_suggestions import PruningSuggestion
 from understudy.model.automaton import State
 from understudy.storage.library_folder import SavedVersion
+from understudy.ui.cli.command_group import CommandTable
 from understudy.ui.cli.main import make_command_line
+from understudy.ui.cli.old_spellings import OLD_SPELLINGS
+from understudy.ui.cli.plugins import CommandEntry
 from understudy_lab.ablation.feature_variants import kit as ablation_kit
 
 PAGE = Path(__file__).parents[2] / "page/src"
@@ -90,17 +93,8 @@ TAGS = {  # the field that says which sort of struct it is: the sorts, where the
     ],
 }  # fmt: skip
 COMMANDS = {
-    "agent": "TEAM --name --library --seconds --record --json",
-    "team": "",
-    "team status": "TEAM --json",
-    "team stop": "TEAM --name --json",
-    "team arm": "TEAM --name --json",
-    "team logs": "TEAM --name --json",
-    "team merge": "OUT RECORDING... --reference --json",
-    "team push": "TEAM --library --json",
     "": "--version --debug",
-    "advise": "NAME --library -l --world -w --kit --bind -b --most --json",
-    "check": "[LIBRARY] [NAME]... --world -w --worlds --kit --fail-on --all --json",
+    "advise": "NAME --bind -b --most --library -l --world -w --kit --json",
     "bench": "--json",
     "bench crowding": "--json",
     "bench environments": "--json",
@@ -114,47 +108,90 @@ COMMANDS = {
     "bench squads": "--json",
     "bench start": "--json",
     "bench swarm": "--json",
+    "check": "[LIBRARY] [NAME]... --world -w --worlds --kit --fail-on --all --json",
     "demo": "TASK --seed --out -o --method --json",
-    "diff": "NAME --from --to --library -l --world -w --kit --all --json",
+    "diff": "NAME --from --to --all --library -l --world -w --kit --json",
     "draw": "NAME --out -o --children --force --library -l --world -w --kit --json",
-    "export": "",
-    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
-    "export data": "SOURCE... --out -o --table --to --json",
-    "eval": "[SCENARIO] --behavior --library -l --world -w --seeds --bind -b --kit --goal --metric --limit --against "
-    "--against-behavior --jobs -j --each --format --json",
-    "falsify": "LIBRARY NAME --world -w --property --seconds --worlds --seed --limit --goal --vary --jobs -j --out -o "
-    "--bind -b --kit --json",
+    "drive": "--name -n --behaviors --features --agent -a --seed --no-record [SCENARIO] --world -w --library -l "
+    "--kit --host --port --token --no-browser --json",
+    "eval": "--behavior --library -l --seeds --goal --metric --limit --against --against-behavior --jobs -j --each "
+    "--format --json [SCENARIO] --world -w --bind -b --kit",
     "experiment": "list|all|NAME --seeds --quick --data --out -o --jobs -j --part --gather --cluster "
     "--cluster-option --json",
-    "learn": "[LESSON.csv] --predict --library -l --name -n --recording --driver --trust --presses --states "
-    "--features --flags --parameters --targets --reaction --agent -a --session --map "
-    "--behaviors --define --split --kit --json",
+    "export": "",
+    "export automaton": "NAME --to --out -o --library -l --bind -b --float32 --world -w --kit --robot --json",
+    "export dataset": "SOURCE... --to --out -o --json",
+    "export table": "SOURCE --out -o --table --json",
+    "export why": "TRACE --time -t --library -l --world -w --exported --agent -a --kit --json",
+    "falsify": "LIBRARY NAME --world -w --property --vary --limit --seconds --worlds --seed --jobs -j --out -o "
+    "--bind -b --kit --json",
+    "falsify-body": "LIBRARY NAME MODULE:NAME --goal --limit --seconds --worlds --seed --jobs -j --out -o --bind -b "
+    "--kit --json",
+    "learn": "",
+    "learn drive": "FILE... --driver --map --behaviors --define --split --features --targets --reaction --agent -a "
+    "--kit --predict --library -l --name -n --json",
+    "learn drivers": "FILE... --driver --trust --map --behaviors --define --split --features --targets --reaction "
+    "--agent -a --kit --predict --library -l --name -n --json",
+    "learn recording": "FILE.mcap --presses --states --features --flags --parameters --targets --reaction --agent -a "
+    "--session --kit --predict --library -l --name -n --json",
+    "learn table": "LESSON.csv --flags --predict --library -l --name -n --json",
     "list": "--library -l --world -w --kit --json",
+    "more": "--json",
     "prepare": "[SCENARIO]... --json",
     "rebuild": "[NAME]... --library -l --world -w --kit --json",
+    "replay": "FILE.mcap --library -l --behavior --bind -b --kit --json",
+    "review": "FILE... --driver --trust --map --name -n --behaviors --features --targets --agent -a --library -l "
+    "--kit --host --port --token --no-browser --json",
     "robots": "",
     "robots check": "FILE --seconds --json",
     "robots color": "FOLDER --name -n --robot --json",
     "robots layout": "FILE --json",
-    "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds "
-    "--json",
+    "robots run": "FILE --behavior --library -l --record -r --seconds --bind -b --kit --json",
+    "robots simulate": "WORLD --seed --domain --rate --router --write-files --apart --only --parent --seconds --json",
     "robots stop": "FILE --json",
     "robots stops": "FILE --last --json",
-    "run": "[SCENARIO] --behavior --library -l --world -w --seed --record -r --trace --seconds --speed --replay "
-    "--bind -b --robot --team --no-record --kit --json",
-    "show": "NAME --library -l --world -w --kit --all --json",
-    "simplify": "NAME --library -l --pruning -p --keep --world -w --kit --json",
-    "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --failures --robot "
-    "--team --no-record --recording --driver --trust --map --name -n --behaviors --features --targets --agent -a "
-    "--drive --json",
-    "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched --plain "
-    "--reaction --seed --failures --robot --no-record --kit --json",
+    "robots studio": "FILE --no-record --library -l --kit --host --port --token --no-browser --json",
+    "robots teach": "FILE --no-record NAME --library -l --states --features --parameters --targets --flags --watched "
+    "--plain --reaction --kit --json",
+    "run": "--behavior --library -l --seed --record -r --trace --seconds --speed [SCENARIO] --world -w --bind -b "
+    "--kit --json",
+    "show": "NAME --all --library -l --world -w --kit --json",
+    "simplify": "NAME --pruning -p --keep --library -l --world -w --kit --json",
+    "studio": "--seed --failures [SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --json",
+    "teach": "--world -w --seed --failures NAME --library -l --states --features --parameters --targets --flags "
+    "--watched --plain --reaction --kit --json",
+    "team": "",
+    "team agent": "--name --library --seconds --record TEAM --json",
+    "team arm": "--name TEAM --json",
+    "team logs": "--name TEAM --json",
+    "team merge": "OUT RECORDING... --reference --json",
+    "team push": "--library TEAM --json",
+    "team status": "TEAM --json",
+    "team stop": "--name TEAM --json",
     "test": "[LIBRARY] --library -l --world -w --failures --jobs -j --kit --json",
     "validate": "[NAME]... --library -l --world -w --kit --json",
-    "why": "RUN --time -t --agent -a --library -l --world -w --exported --kit --json",
+    "why": "RUN --time -t --agent -a --library -l --world -w --kit --json",
     "worlds": "[SCENARIO] --json",
 }
 """Commands, their arguments as the help shows them, and their options."""
+OLD_COMMANDS = {
+    "agent": "TEAM --name --library --seconds --record --json",
+    "export data": "SOURCE... --out -o --table --to --json",
+    "falsify": "LIBRARY NAME --world -w --property --seconds --worlds --seed --limit --goal --vary --jobs -j "
+    "--out -o --bind -b --kit --json",
+    "learn": "[LESSON.csv] --predict --library -l --name -n --recording --driver --trust --presses --states "
+    "--features --flags --parameters --targets --reaction --agent -a --session --map --behaviors "
+    "--define --split --kit --json",
+    "run": "[SCENARIO] --behavior --library -l --world -w --seed --record -r --trace --seconds --speed "
+    "--replay --bind -b --robot --team --no-record --kit --json",
+    "studio": "[SCENARIO] --world -w --library -l --kit --host --port --token --no-browser --seed --failures "
+    "--robot --team --no-record --recording --driver --trust --map --name -n --behaviors --features "
+    "--targets --agent -a --drive --json",
+    "teach": "NAME --world -w --library -l --states --features --parameters --targets --flags --watched "
+    "--plain --reaction --seed --failures --robot --no-record --kit --json",
+    "why": "RUN --time -t --agent -a --library -l --world -w --exported --kit --json",
+}
+"""Commands that were renamed or parted, with all their arguments and options, which keep working."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -256,6 +293,15 @@ def commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, st
 
 def test_commands_and_their_options() -> None:
     assert dict(commands(typer.main.get_command(make_command_line()))) == COMMANDS
+
+
+def test_old_commands_take_their_options() -> None:
+    assert OLD_COMMANDS.keys() == OLD_SPELLINGS.keys() - {"export"}
+    for name, words in OLD_COMMANDS.items():
+        spelling = OLD_SPELLINGS[name]
+        old = CommandTable([]).load(CommandEntry(name, spelling.run, "", options=spelling.options))
+        ((_, taken),) = commands(old)
+        assert {word for word in words.split() if word.startswith("-")} <= set(taken.split()), name
 
 
 def test_features_that_are_functions() -> None:

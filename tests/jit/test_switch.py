@@ -20,7 +20,7 @@ from understudy.jit import cache, switch
 from understudy.jit.decorators import Kernel
 from understudy.jit.dispatchers import make_dispatcher
 from understudy.jit.settings import AUTO, MODE
-from understudy.ui.cli.output import show_progress
+from understudy.ui.cli.progress_bar import show_progress
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0

@@ -31,7 +31,7 @@ from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy.ui.cli.running_team import watch_team
+from understudy.ui.cli.commands.studio import watch_team
 
 ROBOTS = ("pioneer_1", "pioneer_2")
 TRAINED = "pioneer_2"

@@ -16,13 +16,13 @@ from tests.robots.test_load_plan import write_team
 from tests.ui.cli.commands import run
 from typer.testing import Result
 
-from understudy.robots.team_network import agent_process, zenoh_network
+from understudy.robots.team_network import agent_process
 from understudy.robots.team_network.agent_process import AgentProcess
 from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
 from understudy.robots.team_network.library_push import Files, read_library_files
 from understudy.robots.team_network.load_plan import load_team_plan
 from understudy.robots.team_network.team_push import WhichLibrary, describe_push, push_library
-from understudy.ui.cli.commands import team as team_commands
+from understudy.ui.cli.commands import team_orders
 
 AGENTS = ("one", "two", "three")
 
@@ -107,8 +107,8 @@ def memory_team(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Mem
         name: write_library(tmp_path / FOLDERS.get(name, "shared") / "library", OLD) for name in team.agents
     }
     memory = MemoryTeam(team, folders)
-    monkeypatch.setattr(zenoh_network, "ZenohNetwork", lambda team, options: memory.network.join())
-    monkeypatch.setattr(team_commands, "FOUND_S", 0.0)
+    monkeypatch.setattr(team_orders, "ZenohNetwork", lambda team, options: memory.network.join())
+    monkeypatch.setattr(team_orders, "FOUND_S", 0.0)
     for name in team.agents:
         memory.make(name, has_robot=False)
     with memory.run_agents():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from understudy.ui.cli.plugins import MEASURING, TEACHING, CommandEntry
-from understudy_lab.commands import bench, demo, experiment
+from understudy.ui.cli.plugins import RARE, TEACH, CommandEntry
 
-demo_command = CommandEntry("demo", demo.demo, TEACHING)
-experiment_command = CommandEntry("experiment", experiment.experiment, MEASURING)
-bench_command = CommandEntry("bench", bench.app, MEASURING)
+HERE = "understudy_lab.commands"
+demo_command = CommandEntry("demo", f"{HERE}.demo:demo", TEACH, "See simulated robots be taught, and tested")
+experiment_command = CommandEntry(
+    "experiment", f"{HERE}.experiment:experiment", RARE, "Run a published experiment again, and compare"
+)
+bench_command = CommandEntry("bench", f"{HERE}.bench:app", RARE, "Measure speed beside peers, in one run")

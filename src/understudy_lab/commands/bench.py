@@ -68,7 +68,8 @@ for _name in ABOUT:
 def _measure(*names: str, as_json: bool) -> None:
     """Run measurements by name, importing each module only when it is needed."""
     from understudy.jit.settings import compile_on_first_call
-    from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.json_output import print_json
+    from understudy.ui.cli.output import make_console
 
     compile_on_first_call()
     tables, results = import_module("understudy_lab.commands.bench_tables"), dict[str, dict[str, Any]]()

@@ -70,7 +70,8 @@ def demo(
     from time import perf_counter
 
     from understudy.errors import SettingError, UnknownName
-    from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.json_output import print_json
+    from understudy.ui.cli.output import make_console
 
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)

@@ -13,7 +13,7 @@ from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.raised_range import describe_raised, find_shown_goal
 from understudy.model.library import Library
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.ui.cli.output import show_progress
+from understudy.ui.cli.progress_bar import show_progress
 from understudy.viz.path_png import draw_path_png
 from understudy_lab.commands.demo import (
     format_lasting,

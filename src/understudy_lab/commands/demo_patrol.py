@@ -9,7 +9,8 @@ from rich.console import Console
 
 from understudy.sim.view import RunFrame
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.ui.cli.output import make_table, show_progress
+from understudy.ui.cli.output import make_table
+from understudy.ui.cli.progress_bar import show_progress
 from understudy.viz.run_gif import draw_run_gif
 from understudy_lab.commands.demo import (
     format_lasting,

@@ -12,7 +12,8 @@ from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.view import RunFrame
 from understudy.storage.atomic_write import convert_os_errors
-from understudy.ui.cli.output import make_table, show_progress
+from understudy.ui.cli.output import make_table
+from understudy.ui.cli.progress_bar import show_progress
 from understudy.viz.appearance import format_thousands
 from understudy.viz.path_png import draw_path_png
 from understudy.viz.run_gif import draw_run_gif

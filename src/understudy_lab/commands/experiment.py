@@ -93,7 +93,8 @@ def experiment(
     from rich.markup import escape
 
     from understudy.ui.cli.commands.eval import parse_seeds
-    from understudy.ui.cli.output import make_console, print_json
+    from understudy.ui.cli.json_output import print_json
+    from understudy.ui.cli.output import make_console
     from understudy_lab.parts import Part, gather
     from understudy_lab.study import find_experiment
 
@@ -139,7 +140,8 @@ def experiment(
 
 
 def _list(*, as_json: bool) -> None:
-    from understudy.ui.cli.output import make_console, make_table, print_json
+    from understudy.ui.cli.json_output import print_json
+    from understudy.ui.cli.output import make_console, make_table
 
     if as_json:
         rows = [{"name": name, "question": question} for name, question in list_questions().items()]
@@ -184,8 +186,9 @@ def _prepare(study: Study, *, quiet: bool) -> None:
     from rich.markup import escape
 
     from understudy.jit.settings import compile_on_first_call
-    from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import compile_once, make_console
+    from understudy.sim.catalog import find_scenario
+    from understudy.ui.cli.output import make_console
+    from understudy_lab.commands.kernel_compilation import compile_once
     from understudy_lab.runner import find_missing_modules
 
     for module, install in find_missing_modules(study).items():
@@ -194,7 +197,7 @@ def _prepare(study: Study, *, quiet: bool) -> None:
     compile_on_first_call()
     compile_once(learner=True, quiet=quiet)
     for world in study.worlds:
-        compile_once(world=open_scenario(world), quiet=quiet)
+        compile_once(world=find_scenario(world), quiet=quiet)
 
 
 @contextmanager
@@ -218,7 +221,7 @@ def _open_rows(study: Study, folder: Path, *file_name: str) -> Iterator[RowCache
 
 def _run(study: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
     """Run an experiment and write its result and its figure into the folder."""
-    from understudy.ui.cli.output import show_progress
+    from understudy.ui.cli.progress_bar import show_progress
     from understudy_lab import figures, results
     from understudy_lab.runner import run
 
@@ -239,7 +242,8 @@ def _run_part(
     study: Study, plan: StudyPlan, folder: Path, part: Part, *, jobs: int, quiet: bool
 ) -> dict[str, Any]:
     """Run one part of an experiment, and say where its rows are."""
-    from understudy.ui.cli.output import make_console, show_progress
+    from understudy.ui.cli.output import make_console
+    from understudy.ui.cli.progress_bar import show_progress
     from understudy_lab.parts import run_part
 
     with _open_rows(study, folder, part.file_name) as cache:
@@ -263,7 +267,7 @@ def _run_on_cluster(
     parts: int,
     quiet: bool,
 ) -> None:
-    from understudy.ui.cli.output import show_progress
+    from understudy.ui.cli.progress_bar import show_progress
     from understudy_lab.cluster import run_on_cluster
 
     _prepare(study, quiet=quiet)

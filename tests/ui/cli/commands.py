@@ -20,7 +20,7 @@ def run(*arguments: object, monkeypatch: pytest.MonkeyPatch | None = None) -> Re
     if monkeypatch is not None:
         monkeypatch.setattr(sys, "argv", ["understudy", *given])
     return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1", "TERM": "dumb"}).invoke(
-        make_command_line(given), given
+        make_command_line(), given
     )
 
 

@@ -13,7 +13,7 @@ from tests.ui.cli.forage_parts import AUTOMATA
 
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
-from understudy.ui.cli.commands.draw import list_automata_below
+from understudy.ui.cli.commands.show import list_automata_below
 from understudy.viz.automaton_file import ENDINGS
 
 LEVELS = ["forage", "harvest", "deposit", "goto"]

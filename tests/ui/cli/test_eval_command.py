@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from io import StringIO
 from pathlib import Path
 
@@ -36,6 +37,23 @@ def test_goals_and_metrics_by_name(library: Path) -> None:
     text = run("eval", "-l", library, *GOTO, "--goal", "at_station", "--metric", "distance_to(A)").stdout
     assert "at_station in time  100%" in text
     assert f"distance_to(A)      {metric['median']:.2f} (median; 95 % interval [" in text
+
+
+def test_json_is_a_format(library: Path) -> None:
+    """--json is the old spelling of it; errors are printed as JSON, too."""
+    options = ("-l", library, *GOTO, "--limit", "5")
+    old, new = run_json("eval", *options), json.loads(run("eval", *options, "--format", "json").stdout)
+    assert {**old, "seconds": 0} == {**new, "seconds": 0}
+    assert run("eval", *options, "--format", "json", "--json").exit_code == 0
+    assert "--json" not in run("eval", "--help").stdout
+
+
+@pytest.mark.parametrize("words", [("--format", "json"), ("--format=json",), ("--json",)])
+def test_an_error_in_any_spelling_of_json(
+    words: tuple[str, ...], library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = run("eval", "-l", library, "--behavior", "nothing", *words, monkeypatch=monkeypatch)
+    assert json.loads(result.stdout)["error"]["type"] == "UnknownName"
 
 
 def test_a_time_limit(library: Path) -> None:

@@ -37,7 +37,7 @@ from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.ui.cli.commands.run_robot import LiveRun
-from understudy.ui.cli.options import find_kit
+from understudy.ui.cli.named_inputs import find_kit
 from understudy_lab.bench.patrol import lead
 
 
@@ -374,4 +374,4 @@ def test_a_lesson_that_cannot_be_is_refused(
 
 
 def test_a_table_or_a_recording_is_needed() -> None:
-    assert "LESSON.csv is missing; give either a table, or --recording" in run("learn").stderr
+    assert "LESSON.csv is missing; give either a table, or --recording" in run("learn", "--json").stderr

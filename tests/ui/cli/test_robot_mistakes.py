@@ -11,7 +11,7 @@ from tests.ui.cli.commands import run
 
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Transport
-from understudy.ui.cli.robot_options import connect_twin
+from understudy.ui.cli.robot_connection import connect_twin
 
 for module in ("cyclonedds", "rosbags", "mcap"):
     pytest.importorskip(module, reason="needs the extra ros2")

@@ -19,7 +19,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
 from understudy.storage.library_folder import save_automaton
-from understudy.ui.cli.options import choose_behavior, find_kit, open_behavior_library
+from understudy.ui.cli.named_inputs import choose_behavior, find_kit, open_behavior_library
 from understudy_lab.bench.patrol import lead
 
 

@@ -7,8 +7,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from inspect import signature
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import pytest
@@ -16,8 +18,10 @@ import typer
 from typer.testing import CliRunner, Result
 
 from understudy.ui.cli import run_command_line
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.main import COMMANDS as BUILTIN
 from understudy.ui.cli.main import make_command_line
-from understudy.ui.cli.output import print_json
+from understudy.ui.cli.plugins import CommandEntry
 
 ROOT = Path(__file__).parents[3]
 SELF = "state,next,kind,x:continuous\nloop,other,directive,1\n"
@@ -66,7 +70,7 @@ OBJECTS = {
 def test_what_is_printed_for_programs_is_one_object(name: str, library: Path) -> None:
     arguments, key = OBJECTS[name]
     of = () if name in ("worlds", "experiment") else ("-l", str(library))
-    done = CliRunner().invoke(make_command_line([name]), [name, *arguments, *of, "--json"])
+    done = CliRunner().invoke(make_command_line(), [name, *arguments, *of, "--json"])
     assert done.exit_code == 0, done.output
     assert key in json.loads(done.stdout)
 
@@ -131,7 +135,7 @@ def test_a_reader_that_leaves_early(library: Path) -> None:
 
 def run(*arguments: object) -> Result:
     given = [*map(str, arguments)]
-    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(make_command_line(given), given)
+    return CliRunner(env={"COLUMNS": "80", "NO_COLOR": "1"}).invoke(make_command_line(), given)
 
 
 @pytest.mark.parametrize("taken", ["out", "out/library", "out/pictures"])
@@ -175,9 +179,51 @@ def test_learning_an_automaton_without_a_name(tmp_path: Path) -> None:
 
 
 def test_a_command_is_called_without_the_others() -> None:
-    alone = typer.main.get_command(make_command_line(["list", "--library", "show"]))
-    assert list(alone.commands) == ["list"]  # type: ignore[attr-defined]
-    for arguments in ([], ["--help"], ["demo"], ["no such command"]):
-        assert {"list", "show", "demo"} <= typer.main.get_command(
-            make_command_line(arguments)
-        ).commands.keys()  # type: ignore[attr-defined]
+    program = """
+import sys
+from understudy.ui.cli import run_command_line
+
+sys.argv = ["understudy", *sys.argv[1:]]
+try:
+    run_command_line()
+except SystemExit:
+    print(*(name for name in sys.modules if name.startswith(("understudy.ui.cli.commands.", "understudy_lab"))))
+"""
+    for arguments, modules in (
+        (["--help"], ["understudy_lab", "understudy_lab.commands"]),
+        (["show", "--help"], []),
+        (["list", "--library", "show"], ["understudy.ui.cli.commands.list"]),
+    ):
+        done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True)
+        assert done.stdout.splitlines()[-1].split() == modules
+
+
+PARTED = [entry for entry in BUILTIN if entry.options is not None]
+
+
+@pytest.mark.parametrize("entry", PARTED, ids=[entry.name for entry in PARTED])
+def test_a_command_takes_an_instance_of_its_options(entry: CommandEntry) -> None:
+    run, options = resolve_name(str(entry.run)), resolve_name(str(entry.options))
+    (parameter,) = signature(run).parameters.values()
+    assert parameter.annotation == options.__name__
+
+
+def test_all_commands_are_listed() -> None:
+    names = typer.main.get_command(make_command_line()).commands.keys()  # type: ignore[attr-defined]
+    assert {"list", "show", "demo"} <= names
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [((), 2), (("--help",), 0), (("robots",), 2), (("robots", "-h"), 0)]
+)
+def test_groups_list_their_commands(arguments: tuple[str, ...], code: int) -> None:
+    done = run(*arguments)
+    assert done.exit_code == code
+    assert done.stdout.startswith("Usage: ")
+    assert ("  stop " in done.stdout) == ("robots" in arguments)
+
+
+def test_the_help_fits_on_one_screen() -> None:
+    lines = run("--help").stdout.splitlines()
+    assert len(lines) <= 30
+    assert max(map(len, lines)) <= 80

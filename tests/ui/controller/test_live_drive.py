@@ -19,7 +19,8 @@ from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.segmentation.segment import UNEXPLAINED
-from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
+from understudy.ui.cli.commands.studio_drive import make_drive_server
+from understudy.ui.cli.studio_options import DrivingOptions
 from understudy.ui.controller import live_drive
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.stick import AT_REST, StickPosition
@@ -43,7 +44,7 @@ class Scripted:
     """A drive in a world, which a script advances by pictures of 1/60 s."""
 
     def __init__(self, folder: Path, *, world: str = "forage", features: str | None = None) -> None:
-        options = DrivingOptions(world, 3, folder / "library", None, None, None, features, 0, kept=True)
+        options = DrivingOptions(scenario=world, seed=3, library=folder / "library", features=features)
         self.wall = Wall()
         server, self.files = make_drive_server(options, wall=self.wall)
         self.live = server.live

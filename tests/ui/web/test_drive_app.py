@@ -13,7 +13,8 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 from tests.make.studios import Wall
 
-from understudy.ui.cli.commands.studio_drive import DrivingOptions, make_drive_server
+from understudy.ui.cli.commands.studio_drive import make_drive_server
+from understudy.ui.cli.studio_options import DrivingOptions
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web.drive_app import make_drive_app
 from understudy.ui.web.drive_server import TAKEN, DriveServer
@@ -24,7 +25,7 @@ FRAME_S = 1 / 60
 
 
 def make_server(folder: Path, wall: Wall) -> DriveServer:
-    options = DrivingOptions("forage", 3, folder / "library", None, None, None, None, 0, kept=False)
+    options = DrivingOptions(scenario="forage", seed=3, library=folder / "library", no_record=True)
     return make_drive_server(options, wall=wall)[0]
 
 

@@ -23,8 +23,9 @@ from understudy.model.library import Library
 from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
 from understudy.segmentation.segment import segment
 from understudy.storage.library_folder import open_each_automaton
-from understudy.ui.cli.commands.learn_from_drive import DriveOptions, SegmentedDrive
+from understudy.ui.cli.commands.learn_from_drive import SegmentedDrive
 from understudy.ui.cli.commands.learn_from_drivers import segment_drivers
+from understudy.ui.cli.lesson_options import DriveOptions
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.web.recording_app import make_recording_app
 
@@ -40,7 +41,7 @@ def segment_tables(*tables: tuple[str, str]) -> Mapping[str, SegmentedDrive]:
         paths = {name: [Path(folder, f"{name or 'drive'}.csv")] for name, _ in tables}
         for name, table in tables:
             paths[name][0].write_text(table)
-        options = DriveOptions("driven", None, mapping, None, "range(ball)", None, None, 0)
+        options = DriveOptions(mapping=mapping, features="range(ball)")
         return segment_drivers(paths, options)
 
 

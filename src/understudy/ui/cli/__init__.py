@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import sys
 
-INTERRUPTED = 130
+FAULT, INTERRUPTED = 70, 130
+"""Exit codes for a fault in Understudy itself and for Ctrl-C; 2 means wrong input, 1 an unfavorable result."""
 
 
 def run_command_line() -> None:
@@ -16,7 +17,7 @@ def run_command_line() -> None:
     try:
         from understudy.ui.cli.main import make_command_line
 
-        make_command_line(sys.argv[1:])(prog_name="understudy")
+        make_command_line()(prog_name="understudy")
     except KeyboardInterrupt:  # before a command began, or after it ended
         sys.exit(INTERRUPTED)
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+import typer
 from msgspec import UNSET, UnsetType
+from rich.markup import escape
+
+from understudy.analysis.raised_range import RaisedRange, describe_raised
+from understudy.analysis.result_table import Limits, format_cell, format_table
+from understudy.ui.cli.output import make_console, make_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from understudy.analysis.comparison import Comparison, MetricComparison, SuccessComparison
     from understudy.analysis.evaluation import Evaluation
     from understudy.analysis.intervals import MedianEstimate
-    from understudy.analysis.raised_range import RaisedRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +91,6 @@ def summarize_evaluation(
     comparison: ComparisonResult | UnsetType = UNSET,
 ) -> EvaluationResult:
     """Summarize an evaluation over all worlds; `seconds` is its computing time (s)."""
-    import numpy as np
-
     taught, expert = judged.taught, judged.expert
     times = taught.seconds[taught.finished]
     return EvaluationResult(
@@ -143,8 +146,6 @@ def make_world_rows(judged: Evaluation) -> list[WorldRow]:
 
 def format_results(judged: Evaluation, layout: str, *, each: bool = False) -> str:
     """Format the results as a table in a layout, of all worlds together or with a row for each."""
-    from understudy.analysis.result_table import format_table
-
     if not each:
         return judged.to_table(layout)
     columns = judged.columns
@@ -157,12 +158,6 @@ def show_results(found: EvaluationResult, watch: str, *, wanted: str | None) -> 
 
     `wanted` is the flag or reading that counted as success. None: the scenario's goal did.
     """
-    from rich.markup import escape
-
-    from understudy.analysis.raised_range import describe_raised
-    from understudy.analysis.result_table import Limits, format_cell
-    from understudy.ui.cli.output import make_console
-
     out, seeds = make_console(), f"{found.seeds[0]}:{found.seeds[1]}"
     ended = "finished in time" if wanted is None else f"{wanted} in time"
     ended = f"it {wanted}:" if wanted is not None and " " in wanted else ended  # a chosen goal is a statement
@@ -203,12 +198,6 @@ def make_comparison_result(found: Comparison, against: str) -> ComparisonResult:
 
 def show_comparison(found: Comparison, names: tuple[str, str]) -> None:
     """Print a paired comparison, one line for each result."""
-    from rich.markup import escape
-
-    from understudy.analysis.raised_range import describe_raised
-    from understudy.analysis.result_table import format_cell
-    from understudy.ui.cli.output import make_console
-
     out = make_console()
     out.print(
         f"[bold]{escape(names[0])}[/] and [bold]{escape(names[1])}[/] in the same worlds", soft_wrap=True
@@ -231,8 +220,6 @@ PROBLEMS_SHOWN = 3
 
 def show_problems(problems: Sequence[str]) -> None:
     """Print on stderr why values of metrics are absent."""
-    import typer
-
     for problem in problems[:PROBLEMS_SHOWN]:
         typer.echo(f"Note: {problem}.", err=True)
     if len(problems) > PROBLEMS_SHOWN:
@@ -240,10 +227,6 @@ def show_problems(problems: Sequence[str]) -> None:
 
 
 def _show_each(rows: Sequence[WorldRow]) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import make_console, make_table
-
     columns = {
         "seconds": ("#seconds", 1),
         "expert_seconds": ("#yardstick", 1),

@@ -17,6 +17,7 @@ from understudy.analysis.process_pool import run_calls
 from understudy.errors import UnderstudyError
 from understudy.falsification.failing_world import FailingWorld
 from understudy.falsification.rerun_failures import rerun_failing_world
+from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.property import Property
 from understudy.properties.lesson_tests import (
@@ -28,19 +29,14 @@ from understudy.properties.lesson_tests import (
 from understudy.properties.library_properties import FittingLibraries, open_properties, try_property
 from understudy.properties.property_file import FILE, load_properties
 from understudy.properties.run_property import PropertyResult, describe_result
+from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import find_type_folders
 from understudy.storage.library_folder import list_versions, read_document
-from understudy.ui.cli.options import (
-    WORLD,
-    find_kit,
-    find_optional_scenario,
-    import_learner,
-    open_scenario,
-    open_team_libraries,
-)
-from understudy.ui.cli.output import show_progress
+from understudy.ui.cli.named_inputs import find_kit, find_optional_scenario, open_team_libraries
+from understudy.ui.cli.options import WORLD
+from understudy.ui.cli.progress_bar import show_progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +215,7 @@ class _OpenLibraries(NamedTuple):
 def _open(setting: LibrarySetting) -> _OpenLibraries:
     """Open the libraries of a setting, once in each process."""
     scenario, parts = find_optional_scenario(setting.world), find_kit(setting.kit, setting.world)
-    where = scenario or open_scenario(WORLD)  # a body of one's own has no team
+    where = scenario or find_scenario(WORLD)  # a body of one's own has no team
     known = open_team_libraries(where, None, setting.folder, parts)
     places = list(_places(where, setting.folder, parts, known))
     formers = {place: _former(place, of) for place, of in places}
@@ -245,7 +241,7 @@ def _open_properties(setting: LibrarySetting) -> list[tuple[Property, FittingLib
 @lru_cache(maxsize=8)
 def _open_world(setting: LibrarySetting, world: str) -> FittingLibraries:
     """Open a scenario and the libraries for it, once in each process."""
-    where = open_scenario(world)
+    where = find_scenario(world)
     parts = find_kit(setting.kit, world)
     return FittingLibraries(where, open_team_libraries(where, None, setting.folder, parts))
 
@@ -331,7 +327,7 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
             try:
                 found[name] = (
                     kept[-1].number,
-                    read_document(kept[-1].file, library.kit, import_learner()).taught,
+                    read_document(kept[-1].file, library.kit, learn).taught,
                 )
             except UnderstudyError as error:
                 typer.echo(f"Note: {name} is compared with no former version: {error}", err=True)

@@ -1,28 +1,24 @@
-"""Options and arguments that several commands share, and functions that resolve them."""
+"""Options that several commands share, and functions that parse their values.
+
+The options of a command are the fields of a class whose docstring is its help. These modules import nothing of what
+commands do, so that help is quick.
+"""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypeVar, dataclass_transform
 
 import typer
 
-from understudy.errors import SettingError, join_names
+from understudy.errors import SettingError
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from understudy.adapters.body_maker import BodyMaker
-    from understudy.model.automaton import Transition
-    from understudy.model.lesson import Lesson
-    from understudy.model.library import Kit
-    from understudy.model.library import Library as Taught
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.sim.team.libraries import Libraries
-    from understudy.storage.document import Learn
-    from understudy.storage.library_folder import LoadedLibrary
+LIBRARY = Path("library")
+FAILURES = Path("failures")
+"""The folder in which `understudy falsify` keeps failing worlds."""
+WORLD = "forage"
 
 LibraryOption: TypeAlias = Annotated[Path, typer.Option("--library", "-l", help="Folder of the library.")]
 ScenarioName: TypeAlias = Annotated[
@@ -33,10 +29,6 @@ ScenarioName: TypeAlias = Annotated[
         "a body or a Gymnasium environment; forage if left out.",
         show_default=False,
     ),
-]
-WorldOption: TypeAlias = Annotated[
-    str,
-    typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario that defines the kit."),
 ]
 SomeWorld: TypeAlias = Annotated[
     str | None,
@@ -58,8 +50,10 @@ FoundWorld: TypeAlias = Annotated[
     ),
 ]
 SameWorld: TypeAlias = Annotated[
-    str | None, typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario, as an option.")
+    str | None,
+    typer.Option("--world", "-w", metavar="SCENARIO", help="Scenario, as an option.", hidden=True),
 ]
+"""Old spelling of the argument SCENARIO."""
 KitName: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -75,9 +69,6 @@ BehaviorName: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
-AutomatonNames: TypeAlias = Annotated[
-    list[str] | None, typer.Argument(metavar="[NAME]...", help="Names of automata; all if left out.")
-]
 Json: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Bind: TypeAlias = Annotated[
     list[str] | None,
@@ -85,221 +76,66 @@ Bind: TypeAlias = Annotated[
         "--bind", "-b", metavar="PARAMETER=TARGET", help="Bind a parameter of the behavior to a target."
     ),
 ]
-
 FailuresOption: TypeAlias = Annotated[
     Path,
     typer.Option(
         "--failures", metavar="FOLDER", help="Folder of failing worlds, which are listed to be corrected."
     ),
 ]
-
-LIBRARY = Path("library")
-FAILURES = Path("failures")
-"""The folder in which `understudy falsify` keeps failing worlds."""
-WORLD = "forage"
-MAIN = "forage"
-ALONE = "robot"
-"""Name of the sort of robots that have no scenario."""
-KIT_REMEDY = "name a Kit as MODULE:NAME, such as mylab.robots:kit, that Python finds from this folder"
+SeedOption: TypeAlias = Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")]
+NoRecording: TypeAlias = Annotated[
+    bool, typer.Option("--no-record", help="Do not record the messages of real robots.")
+]
+RobotsFile: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="FILE", help="File of a robot or a team.", show_default=False)
+]
 
 
-def open_scenario(name: str) -> Scenario:
-    """Return the scenario of this name, or load it from a file or from a function MODULE:NAME."""
-    from understudy.sim.catalog import find_scenario as find
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+@dataclass(frozen=True, kw_only=True)
+class CommandOptions:
+    """Options of every command; classes derived from it are dataclasses, frozen and with fields given by keyword."""
 
-    return find(name)
+    as_json: Json = False
 
-
-def open_world(name: str) -> Scenario | BodyMaker:
-    """Return what `open_scenario` returns, or the function MODULE:NAME if it makes a body or an environment."""
-    from understudy.adapters.body_maker import find_world
-
-    return find_world(name)
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
 
 
-def find_optional_scenario(name: str | None) -> Scenario | None:
-    """Return the scenario of this name; None if there is no name, or if it is a function that makes a body."""
-    from understudy.sim.scenario.schema import Scenario
+class ScenarioOptions(CommandOptions):
+    """The scenario of a command, as an argument or in an old spelling as an option."""
 
-    found = None if name is None else open_world(name)
-    return found if isinstance(found, Scenario) else None
-
-
-def choose_scenario_name(argument: str | None, option: str | None) -> str:
-    """Return the scenario given as argument or as option, or the default if neither was given.
-
-    Raises SettingError if both were given and differ.
-    """
-    if argument is not None and option is not None and argument != option:
-        raise SettingError(
-            where="--world",
-            setting=repr(option),
-            problem=f"is another scenario than {argument!r}",
-            remedy="name one of them",
-        )
-    return argument or option or WORLD
-
-
-def find_kit(named: str | None, world: str) -> Kit:
-    """Return the kit named as MODULE:NAME or by its entry point, or that of the world if `named` is None."""
-    from understudy.entry_points import KITS, load_object
-    from understudy.model.library import Kit
-
-    if named is None:
-        return make_world_kit(open_world(world))
-    found = load_object(named, KITS, where="--kit", remedy=KIT_REMEDY)
-    if not isinstance(found, Kit):
-        problem = f"is a {type(found).__name__}"
-        raise SettingError(where="--kit", setting=repr(named), problem=problem, remedy=KIT_REMEDY)
-    return found
-
-
-def make_world_kit(world: Scenario | BodyMaker) -> Kit:
-    """Return the kit of a scenario, or that of the body that a function makes; SettingError if the body has none."""
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.sim.scenario.schema import Scenario
-
-    return make_scenario_kit(world) if isinstance(world, Scenario) else world.find_kit()
-
-
-def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
-    """Return the kit if a kit or a world is named; otherwise None, and the documents define the features."""
-    return None if named is None and world is None else find_kit(named, world or WORLD)
-
-
-def open_library_with_notes(library: Path, kit: Kit) -> LoadedLibrary:
-    """Open a library, and report on stderr which transition functions were learned again."""
-    from understudy.storage.library_folder import open_library
-
-    found = open_library(library, kit, import_learner())
-    for name, reason in found.rebuilt.items():
-        if "classifier" not in reason:
-            typer.echo(f"Note: {name} was learned again from its examples: {reason}.", err=True)
-    return found
-
-
-def open_behavior_library(behavior: str | None, folder: Path, kit: Kit) -> Taught:
-    """Open the library in a folder; without the folder, return an empty one with the kit's basic behaviors.
-
-    Raises UnknownName if there is no folder and `behavior` is not a basic one.
-    """
-    from understudy.errors import UnknownName
-    from understudy.model.library import Library
-
-    if folder.exists():
-        return open_library_with_notes(folder, kit).library
-    if behavior is not None and behavior not in kit.behaviors:
-        where = f"there is no folder {folder} with automata, and the kit"
-        raise UnknownName(what="behavior", name=behavior, where=where, known=list(kit.behaviors))
-    return Library(kit)
-
-
-def open_team_libraries(
-    scenario: Scenario, behavior: str | None, folder: Path, kit: Kit
-) -> Mapping[str, Taught]:
-    """Open the libraries of all sorts of agents in a scenario.
-
-    Squads, and robot types that differ, have subfolders of their names in `folder`.
-    """
-    from understudy.model.library import Library
-    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
-
-    def look(where: Path, kit: Kit) -> Taught:
-        return open_library_with_notes(where, kit).library if where.is_dir() else Library(kit)
-
-    if not folder.exists():
-        open_behavior_library(behavior, folder, kit)
-    robots = load_type_libraries(scenario, folder, kit, look)
-    return collect_libraries(scenario, robots, lambda name, kit: look(folder / name, kit))
-
-
-def choose_behavior(library: Taught, named: str | None, folder: Path) -> str:
-    """Return the behavior that was named, or else the only automaton that no other automaton uses.
-
-    If there are several such automata, `forage` is chosen if it is among them. Otherwise SettingError lists them.
-    """
-    if named is not None:
-        return named
-    tops = [name for name in library.taught if not library.find_users(name)]
-    if len(tops) == 1:
-        return tops[0]
-    if MAIN in tops:
-        return MAIN
-    automata = f"the automata of {folder} are {join_names(library.taught)}"
-    if not folder.exists():
-        automata = f"there is no folder {folder} with automata"
-    raise SettingError(
-        where="command line",
-        setting="--behavior",
-        problem="is missing",
-        remedy=f"give --behavior NAME: {automata}, and the basic behaviors are {join_names(library.kit.behaviors)}",
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class RunAssignment:
-    """Behavior to run, the sort of agents it belongs to, all libraries, and what each sort runs (`roots`)."""
-
-    libraries: Libraries
-    sort: str
-    behavior: str
-    binding: dict[str, str]
-    roots: dict[str, tuple[str, dict[str, str]]]
+    scenario: ScenarioName = None
+    world: SameWorld = None
 
     @property
-    def flags(self) -> set[str]:
-        """Names of the behavior's states that raise a flag and so end it."""
-        from understudy.model.automaton import Automaton
-
-        root = self.libraries[self.sort].behavior(self.behavior)
-        states = root.states if isinstance(root, Automaton) else ()
-        return {state.name for state in states if state.flag is not None}
-
-
-def assign_run(
-    world: Scenario | BodyMaker,
-    behavior: str | None,
-    folder: Path,
-    kit: Kit,
-    bind: list[str] | None,
-    *,
-    bound_for_others: bool = False,
-) -> RunAssignment:
-    """Find the behavior that the options name and the agents that run it.
-
-    With `bound_for_others`, bindings of parameters that it does not have are meant for another behavior. Mistakes are
-    reported here, before anything is compiled or moves. Raises the errors of `open_team_libraries`, `choose_behavior`
-    and `link`.
-    """
-    from understudy.runtime.program import link
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
-
-    bound = parse_bindings(bind)
-    if isinstance(world, Scenario):
-        known = open_team_libraries(world, behavior, folder, kit)
-    else:
-        known = {ALONE: open_behavior_library(behavior, folder, kit)}
-    sort = find_behavior_sort(known, behavior)
-    found = choose_behavior(known[sort], behavior and behavior.removeprefix(f"{sort}/"), folder)
-    if bound_for_others:
-        parameters = known[sort].parameters(found)
-        bound = {name: target for name, target in bound.items() if name in parameters}
-    link(known[sort], found, bound)
-    return RunAssignment(
-        known, sort, found, bound, dict.fromkeys(list_running_sorts(known, sort, found), (found, bound))
-    )
+    def world_name(self) -> str:
+        """Name of the scenario, or the default if none was given; SettingError if two were given that differ."""
+        if self.scenario is not None and self.world is not None and self.scenario != self.world:
+            raise SettingError(
+                where="--world",
+                setting=repr(self.world),
+                problem=f"is another scenario than {self.scenario!r}",
+                remedy="name one of them",
+            )
+        return self.scenario or self.world or WORLD
 
 
-def import_learner() -> Learn:
-    """Return the function that learns transition functions from a lesson, imported on its first call."""
+class LibraryOptions(CommandOptions):
+    """The library that a command reads, and what defines the features of its automata."""
 
-    def learn(lesson: Lesson) -> Mapping[str, Transition]:
-        from understudy.learning.fit import learn
+    library: LibraryOption = LIBRARY
+    world: SomeWorld = None
+    kit: KitName = None
 
-        return learn(lesson)
 
-    return learn
+Options = TypeVar("Options", bound=CommandOptions)
+
+
+def choose_options(kind: type[Options], given: CommandOptions, **more: Any) -> Options:
+    """Make options of a class of those that others have by the same names, and of `more`."""
+    names = [each.name for each in fields(kind) if each.name not in more and hasattr(given, each.name)]
+    return kind(**{name: getattr(given, name) for name in names}, **more)
 
 
 def parse_bindings(bound: list[str] | None) -> dict[str, str]:

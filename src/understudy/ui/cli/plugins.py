@@ -1,11 +1,11 @@
-"""Registry of commands: built-in ones, and those that other packages add by entry points."""
+"""Entries of the table of commands: built-in ones, and those that other packages add by entry points."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pkgutil import resolve_name
+from importlib.metadata import entry_points
 from typing import Any
 
 import typer
@@ -13,35 +13,45 @@ import typer
 PLUGINS = "understudy.commands"
 """Name of the entry point group; each entry point is a `CommandEntry`."""
 
-TEACHING, RUNNING, LIBRARY, MEASURING = "Teach", "Run", "Look into a library", "Measure"
-PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
+TEACH, RUN, LOOK, CHECK, SHARE, ROBOTS = HEADINGS = ("Teach", "Run", "Look", "Check", "Share", "Robots")
 """Headings of `understudy --help`, in order."""
+
+RARE = "Rarely needed"
+"""Heading of commands that only `understudy more` lists, as it does those under a heading of their own."""
 
 
 @dataclass(frozen=True)
 class CommandEntry:
-    """Command or group of commands, with the heading under which the help lists it.
+    """Command, where it is, and how the help lists it.
 
-    `run` is a function, a group, or the place of one, written `package.module:name`, which is imported when needed.
+    Parameters
+    ----------
+    name
+        The words after `understudy`: `teach`, or `robots stop` for a command of the group `robots`.
+    run
+        The function, or a typer application, or the place of one, written `package.module:name`. A place is imported
+        when the command is called, so that its module can import at its top what the command needs. None: a group, of
+        the commands whose names begin with this one.
+    panel
+        The heading of the help under which it is listed.
+    summary
+        A line for the help, of 60 characters at most. By default the first sentence of the docstring, for which the
+        command is imported.
+    options
+        The class of its options, or its place: a dataclass whose fields are annotated as parameters are for typer, and
+        whose docstring is the help. The function takes an instance of it, and is only imported when the command is
+        called, not for its help. None: the function has the options as parameters.
     """
 
     name: str
-    run: Callable[..., Any] | typer.Typer | str
+    run: Callable[..., Any] | typer.Typer | str | None
     panel: str
-
-    def add_to(self, app: typer.Typer) -> None:
-        """Add this command to a command line."""
-        run = resolve_name(self.run) if isinstance(self.run, str) else self.run
-        if isinstance(run, typer.Typer):
-            app.add_typer(run, name=self.name, rich_help_panel=self.panel)
-        else:
-            app.command(self.name, rich_help_panel=self.panel)(run)
+    summary: str = ""
+    options: type | str | None = None
 
 
 def load_plugins() -> list[CommandEntry]:
     """Load the commands of installed packages; report one that fails on stderr, and skip it."""
-    from importlib.metadata import entry_points
-
     found = []
     for entry in entry_points(group=PLUGINS):
         try:
@@ -51,11 +61,3 @@ def load_plugins() -> list[CommandEntry]:
         else:
             found.append(command)
     return found
-
-
-def order_commands(
-    builtin: Sequence[CommandEntry], plugins: Sequence[CommandEntry]
-) -> Iterator[CommandEntry]:
-    """Order commands by heading; under one heading, those of other packages come first."""
-    for panel in PANELS:
-        yield from (command for command in (*plugins, *builtin) if command.panel == panel)

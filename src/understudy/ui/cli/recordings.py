@@ -1,25 +1,49 @@
-"""Recordings in commands: record a simulated run, and find the scenario and kit of a recording."""
+"""Recordings in commands: record a simulated run, and find the scenario, the kit and the libraries of a recording."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+from understudy.adapters.body_maker import find_world
+from understudy.analysis.explain_run import RunNotReproducible
+from understudy.analysis.run_header import fingerprint_libraries, fingerprint_programs
+from understudy.errors import FileError, UnderstudyError
+from understudy.learning.fit import learn
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.robots.recording.header import SCENARIO, RunInfo
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.runtime.body import Body, Commands, list_reading_keys
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.scenario.files import format_scenario, parse_scenario
+from understudy.sim.team.libraries import Libraries, find_type_folders
+from understudy.sim.world import World
+from understudy.storage.document import fingerprint_automaton
+from understudy.storage.library_folder import list_versions, load_version
+from understudy.ui.cli.named_inputs import (
+    ALONE,
+    RunAssignment,
+    find_kit,
+    find_optional_scenario,
+    make_world_kit,
+    open_behavior_library,
+    open_team_libraries,
+)
+from understudy.ui.cli.options import WORLD
 
+if TYPE_CHECKING:
     from understudy.model.library import Kit
-    from understudy.robots.recording.header import RunInfo
     from understudy.robots.recording.reader import Recording
-    from understudy.runtime.body import Body, Commands
     from understudy.runtime.program import Program
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.cli.options import RunAssignment
+
 
 SUFFIX = ".mcap"
+PICTURES = (".gif", ".png")
+"""Endings of files in which a run is drawn."""
 
 
 @contextmanager
@@ -30,10 +54,6 @@ def record_team_ticks(
 
     `ran` returns the description of the run for the recording's header.
     """
-    from understudy.robots.recording.header import SCENARIO
-    from understudy.sim.scenario.files import format_scenario
-    from understudy.sim.world import World
-
     body = team.ground
     if not isinstance(body, World):
         raise TypeError("a team of real robots")
@@ -70,9 +90,6 @@ def record_ticks(
     if path is None or not is_recording(path):
         yield advance
         return
-    from understudy.robots.recording.recorder import RunRecorder
-    from understudy.runtime.body import list_reading_keys
-
     keys = list_reading_keys(body)
     with RunRecorder(path, clock=lambda: body.time_s) as recorder:
         recorder.begin(body, ran=ran(), files=files)
@@ -95,9 +112,6 @@ def make_run_info(
     kit: str | None,
 ) -> RunInfo:
     """Describe a team's run, in which agents may run `programs`, for the header of a recording or a trace."""
-    from understudy.analysis.run_header import fingerprint_libraries
-    from understudy.robots.recording.header import RunInfo
-
     return RunInfo(
         scenario=scenario,
         seed=seed,
@@ -110,6 +124,23 @@ def make_run_info(
     )
 
 
+def describe_body_run(
+    program: Program, assigned: RunAssignment, *, world: str, seed: int, library: Path, kit: str | None
+) -> RunInfo:
+    """Describe a run on a body of the user's own for the header of its recording."""
+    automata = fingerprint_programs([program], assigned.libraries[assigned.sort])
+    return RunInfo(
+        scenario=world,
+        seed=seed,
+        kit=kit,
+        library=str(library.resolve()),
+        sorts=[assigned.sort],
+        behavior=assigned.behavior,
+        binding=assigned.binding,
+        automata={assigned.sort: automata},
+    )
+
+
 def is_recording(path: Path) -> bool:
     """Return whether the file name ends as that of a recording."""
     return path.suffix.lower() == SUFFIX
@@ -117,10 +148,6 @@ def is_recording(path: Path) -> bool:
 
 def read_recorded_scenario(recording: Recording) -> Scenario | None:
     """Return the scenario stored in a recording, or the one it names; None if it has neither, as of a robot."""
-    from understudy.robots.recording.header import SCENARIO
-    from understudy.sim.scenario.files import parse_scenario
-    from understudy.ui.cli.options import find_optional_scenario
-
     kept, ran = recording.head.files.get(SCENARIO), recording.head.ran
     if kept is not None:
         return parse_scenario(kept, f"{recording.path} ({SCENARIO})")
@@ -129,16 +156,60 @@ def read_recorded_scenario(recording: Recording) -> Scenario | None:
 
 def choose_recording_kit(recording: Recording, named: str | None, where: Scenario | None) -> Kit:
     """Return the kit named, else the kit that the recording names, else that of its scenario or body."""
-    from understudy.errors import FileError
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import WORLD, find_kit, make_world_kit, open_world
-
     named = named or recording.head.ran.kit
     if named is not None:
         return find_kit(named, WORLD)
     if where is None and recording.head.ran.scenario is not None:
-        return make_world_kit(open_world(recording.head.ran.scenario))
+        return make_world_kit(find_world(recording.head.ran.scenario))
     if where is None:
         problem, remedy = "it names neither its world nor its kit", "give --kit MODULE:NAME"
         raise FileError(path=recording.path, place="", problem=problem, remedy=remedy)
     return make_scenario_kit(where)
+
+
+def load_current_libraries(where: Scenario | None, behavior: str | None, folder: Path, kit: Kit) -> Libraries:
+    """Load the current library of every sort of agents in a scenario, or of a single robot without one."""
+    if where is None:
+        return {ALONE: open_behavior_library(behavior, folder, kit)}
+    return open_team_libraries(where, behavior, folder, kit)
+
+
+def load_recorded_libraries(
+    where: Scenario | None,
+    behavior: str | None,
+    folder: Path,
+    kit: Kit,
+    automata: Mapping[str, Mapping[str, str]],
+) -> tuple[Libraries, dict[str, int]]:
+    """Load the libraries of all sorts as they were when a run was made.
+
+    `automata` holds the fingerprints of the run, by sort and name. Also returns the version number of each automaton
+    that has changed since. Raises RunNotReproducible if no stored version has the fingerprint.
+    """
+    known = dict(load_current_libraries(where, behavior, folder, kit))
+    places = {} if where is None else find_type_folders(where, folder, kit)
+    former: dict[str, int] = {}
+    for sort, marks in automata.items():
+        place = folder if where is None else places[sort][0] if sort in places else folder / sort
+        for name, mark in marks.items():
+            library, version = _as_it_was(known[sort], place, name, mark)
+            if version is not None:
+                known = {each: library if it is known[sort] else it for each, it in known.items()}
+                former[name] = version
+    return known, former
+
+
+def _as_it_was(library: Library, place: Path, name: str, mark: str) -> tuple[Library, int | None]:
+    """Return the library with the automaton of this fingerprint, and its version number (None: current)."""
+    now = library.taught.get(name)
+    if now is not None and fingerprint_automaton(now) == mark:
+        return library, None
+    for version in reversed(list_versions(place, name)):
+        try:
+            taught: TrainedAutomaton = load_version(place, name, version.number, library.kit, learn).taught
+        except UnderstudyError:
+            continue  # of another kit, or damaged: it is none of what was run, as far as anybody can tell
+        if fingerprint_automaton(taught) == mark:
+            return library.with_automaton(taught), version.number
+    problem = f"{name} in {place} {'is another by now' if now else 'is gone'}, and no former version is what was run"
+    raise RunNotReproducible(problem=problem, remedy="run it again with --trace, and ask that")

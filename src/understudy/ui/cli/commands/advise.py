@@ -4,17 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from math import isinf
+from typing import TYPE_CHECKING, Any
 
-import typer
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, Bind, Json, KitName, LibraryOption, SomeWorld
+from understudy.coaching.give_advice import give_advice
+from understudy.coaching.pose_sampling import sample_posed_situations
+from understudy.errors import SettingError
+from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
+from understudy.falsification.new_worlds import NewWorlds
+from understudy.falsification.session_setup import SessionSetup
+from understudy.learning.fit import learn, learn_automaton
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.tree_regions import make_full_value_set
+from understudy.properties.offered_goals import find_success
+from understudy.sim.catalog import find_scenario
+from understudy.sim.world import World
+from understudy.storage.library_folder import open_each_automaton
+from understudy.training.lesson_design import check_parameter_targets
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_optional_kit
+from understudy.ui.cli.library_options import AdviseOptions
+from understudy.ui.cli.options import parse_bindings
+from understudy.ui.cli.output import make_console
 
 if TYPE_CHECKING:
     from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
     from understudy.model.lesson import Lesson
-    from understudy.model.library import Library
-    from understudy.sim.world import World
 
 MOST = 8
 FIRST_SEED = 1_100_000_000
@@ -23,67 +41,46 @@ WORLDS, WORLDS_BY_GOAL = 100, 30
 """The number of new worlds for an automaton with a flag, and for one that is judged by the goal of the world."""
 
 
-def advise(
-    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
-    library: LibraryOption = LIBRARY,
-    world: SomeWorld = None,
-    kit: KitName = None,
-    bind: Bind = None,
-    most: Annotated[int, typer.Option("--most", min=1, help="Maximum number of suggestions.")] = MOST,
-    as_json: Json = False,
-) -> None:
-    """Suggest what to show next in a lesson, most useful first.
-
-    With --world, the automaton runs in new worlds, and what made it go wrong there comes first; situations are taken
-    from that world, and features that the lesson left out are tried on contradictions. Without it, situations are made
-    up from the examples.
-
-    [dim]understudy advise goto --library demo/library --world forage[/]
-    """
-    from understudy.coaching.give_advice import give_advice
-    from understudy.coaching.pose_sampling import sample_posed_situations
-    from understudy.learning.fit import learn
-    from understudy.storage.library_folder import open_each_automaton
-    from understudy.ui.cli.options import find_optional_kit, import_learner
-    from understudy.ui.cli.output import print_json
-
-    if bind and world is None:
-        raise _refused("--bind", bind[0], "needs a world", "add --world SCENARIO")
-    parts = find_optional_kit(kit, world)
-    listing = open_each_automaton(library, parts, import_learner())
-    if name not in listing.opened and (error := listing.problems.get(f"{name}.json")):
+def advise(options: AdviseOptions) -> None:
+    """Suggest what to show next in a lesson, most useful first."""
+    if options.bind and options.world is None:
+        raise _refused("--bind", options.bind[0], "needs a world", "add --world SCENARIO")
+    parts = find_optional_kit(options.kit, options.world)
+    listing = open_each_automaton(options.library, parts, learn)
+    if options.name not in listing.opened and (error := listing.problems.get(f"{options.name}.json")):
         raise error
-    listing.library.automaton(name)
-    lesson = listing.opened[name].taught.lesson
+    listing.library.automaton(options.name)
+    lesson = listing.opened[options.name].taught.lesson
     if lesson is None:
         raise _refused(
-            f"automaton {name!r}", "its lesson", "is missing: it was written by hand", "name a taught one"
+            f"automaton {options.name!r}",
+            "its lesson",
+            "is missing: it was written by hand",
+            "name a taught one",
         )
     situations, wrong = None, None
-    if world is not None:
-        body, targets = _place(lesson, world, bind)
+    if options.world is not None:
+        body, targets = _place(lesson, options.world, options.bind)
         situations = sample_posed_situations(body, lesson.automaton.features, targets)
-        wrong = _run_in_new_worlds(lesson, listing.library, body, _list_bindings(lesson, body, targets, bind))
+        wrong = _run_in_new_worlds(
+            lesson, listing.library, body, _list_bindings(lesson, body, targets, options.bind)
+        )
     found = give_advice(lesson, learn(lesson), kit=parts, situations=situations, wrong=wrong)
-    if as_json:
-        print_json({"name": name, "advice": [_make_row(each, lesson) for each in found[:most]]})
+    if options.as_json:
+        print_json(
+            {"name": options.name, "advice": [_make_row(each, lesson) for each in found[: options.most]]}
+        )
     else:
-        _show(name, found, most)
+        _show(options.name, found, options.most)
 
 
 def _refused(where: str, setting: str, problem: str, remedy: str) -> Exception:
-    from understudy.errors import SettingError
-
     return SettingError(where=where, setting=setting, problem=problem, remedy=remedy)
 
 
 def _place(lesson: Lesson, world: str, bind: list[str] | None) -> tuple[World, Mapping[str, str]]:
     """Return a world of a scenario, and the target of each parameter there: its first one if none was named."""
-    from understudy.sim.world import World
-    from understudy.training.lesson_design import check_parameter_targets
-    from understudy.ui.cli.options import open_scenario, parse_bindings
-
-    body = World(open_scenario(world))
+    body = World(find_scenario(world))
     targets = dict.fromkeys(lesson.automaton.parameters, body.targets[0]) | parse_bindings(bind)
     check_parameter_targets(lesson.automaton, targets, body.targets)
     return body, targets
@@ -103,13 +100,6 @@ def _run_in_new_worlds(
     lesson: Lesson, library: Library, body: World, bindings: Sequence[Mapping[str, str]]
 ) -> WrongDecisions | None:
     """Run what was learned in new worlds, with each of some targets; None if nothing says where it works."""
-    from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
-    from understudy.falsification.new_worlds import NewWorlds
-    from understudy.falsification.session_setup import SessionSetup
-    from understudy.learning.fit import learn_automaton
-    from understudy.model.library import TrainedAutomaton
-    from understudy.properties.offered_goals import find_success
-
     taught = TrainedAutomaton(learn_automaton(lesson), lesson)
     success = find_success(lesson)
     if not lesson.examples or not (success or body.scenario.goal):
@@ -153,10 +143,6 @@ def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
 
     For each feature that is restricted there, the result has the ranges of its values, and whether it may be absent.
     """
-    from math import isinf
-
-    from understudy.model.tree_regions import make_full_value_set
-
     found = {}
     for bound, part in zip(lesson.automaton.features, each.region or (), strict=True):
         if part != make_full_value_set(bound.kind):
@@ -166,11 +152,6 @@ def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
 
 
 def _show(name: str, found: tuple[Advice, ...], most: int) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from understudy.ui.cli.output import make_console
-
     out = make_console()
     out.print(f"[bold]{escape(name)}[/]")
     if not found:

@@ -4,100 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
+from math import isinf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, WORLD, Json, KitName
+from understudy.errors import join_names
+from understudy.falsification.finding_trials import try_findings
+from understudy.learning.fit import learn
+from understudy.model.describe import convert_to_plain
+from understudy.model.library import Kit, Library
+from understudy.sim.catalog import find_scenario
+from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries, collect_libraries, load_type_libraries
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_listed, find_optional_kit, open_documents
+from understudy.ui.cli.library_options import CheckOptions, FailOn
+from understudy.ui.cli.named_inputs import find_optional_scenario
+from understudy.ui.cli.options import WORLD
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.world_libraries import open_all_libraries
+from understudy.verification.chatter import HELD
+from understudy.verification.check_library import CheckReport, check_library, join_reports
+from understudy.verification.coordinators import SquadMembers
+from understudy.verification.finding import Finding, FindingCell, FindingKind, FindingTrial, Severity
+from understudy.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.model.library import Kit, Library
     from understudy.sim.scenario.schema import Scenario
-    from understudy.sim.team.libraries import Libraries
     from understudy.storage.library_folder import LoadedLibrary
-    from understudy.verification.check_library import CheckReport
-    from understudy.verification.coordinators import SquadMembers
-    from understudy.verification.finding import Finding, FindingCell, FindingKind, FindingTrial, Severity
 
 
-class FailOn(StrEnum):
-    """The least severity of a finding for which the exit code is 1."""
-
-    ERROR = "error"
-    WARNING = "warning"
-    NOTE = "note"
-    NEVER = "never"
-
-
-def check_automata(
-    folder: Annotated[
-        Path,
-        typer.Argument(metavar="[LIBRARY]", help="Folder of the library.", show_default=str(LIBRARY)),
-    ] = LIBRARY,
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="Names of automata; all if left out.", show_default=False),
-    ] = None,
-    world: Annotated[
-        str | None,
-        typer.Option(
-            "--world",
-            "-w",
-            metavar="SCENARIO",
-            help="Scenario whose sensors, squads and tick length are assumed; nothing is assumed if left out.",
-            show_default=False,
-        ),
-    ] = None,
-    worlds: Annotated[
-        int,
-        typer.Option(
-            "--worlds",
-            min=0,
-            metavar="N",
-            help="Number of new worlds of --world in which errors and warnings are tried; 0: none.",
-        ),
-    ] = 30,
-    kit: KitName = None,
-    fail_on: Annotated[
-        FailOn, typer.Option("--fail-on", help="Exit with 1 at a finding of this severity or above.")
-    ] = FailOn.ERROR,
-    everything: Annotated[
-        bool,
-        typer.Option(
-            "--all",
-            help="List every cell of one example, every assumption, and how to show what never happened.",
-        ),
-    ] = False,
-    as_json: Json = False,
-) -> None:
-    """Find what can go wrong with automata from their trees and examples.
-
-    States never entered or left, dead ends, flags never raised, switches that undo each other, branches without
-    examples, and more. With --world, errors and warnings are tried there, and say how often they happen. The exit code
-    is 0 if there is no finding at or above --fail-on, 1 if there is one, and 2 if the library cannot be used.
-
-    [dim]understudy check demo/library --world forage[/]
-    """
-    from understudy.ui.cli.output import make_console, print_json
-
-    report = _check(folder, names or [], world, kit, worlds=worlds)
-    failing = fail_on is not FailOn.NEVER and any(
-        each.severity.rank >= _rank(fail_on) for each in report.findings
+def check_automata(options: CheckOptions) -> None:
+    """Find what can go wrong with automata from their trees and examples."""
+    report = _check(options.folder, options.names or [], options.world, options.kit, worlds=options.worlds)
+    failing = options.fail_on is not FailOn.NEVER and any(
+        each.severity.rank >= _rank(options.fail_on) for each in report.findings
     )
-    if as_json:
-        print_json(_make_result(folder, world, report, holds=not failing))
+    if options.as_json:
+        print_json(_make_result(options.folder, options.world, report, holds=not failing))
     else:
-        _show(folder, world, report, make_console(), everything=everything)
+        _show(options.folder, options.world, report, make_console(), everything=options.everything)
     raise typer.Exit(1 if failing else 0)
 
 
 def _rank(fail_on: FailOn) -> int:
-    from understudy.verification.finding import Severity
-
     return Severity(fail_on.value).rank
 
 
@@ -108,21 +64,12 @@ def _check(
 
     Given a world, try what was found in new ones.
     """
-    from understudy.ui.cli.library_data import find_listed, open_all_libraries
-    from understudy.ui.cli.options import (
-        find_optional_kit,
-        find_optional_scenario,
-        import_learner,
-        open_scenario,
-    )
-    from understudy.verification.check_library import check_library, join_reports
-    from understudy.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
-
     scenario = find_optional_scenario(world)
     parts = find_optional_kit(kit, world)
-    listings = open_all_libraries(
-        folder, scenario or (open_scenario(WORLD) if parts else None), parts, import_learner()
-    )
+    if parts is None:
+        listings = open_documents(folder, None, learn)
+    else:
+        listings = open_all_libraries(folder, scenario or find_scenario(WORLD), parts, learn)
     wanted: dict[str, list[str]] = {}
     for name in names:
         prefix, own = find_listed(listings, name)
@@ -154,8 +101,6 @@ def _check(
     report = join_reports(reports)
     if scenario is None or libraries is None or not worlds:
         return report
-    from understudy.falsification.finding_trials import try_findings  # loads the simulator
-
     return try_findings(report, libraries, scenario, worlds=worlds)
 
 
@@ -163,8 +108,6 @@ def _collect(
     scenario: Scenario, folder: Path, kit: Kit, listings: Mapping[str, LoadedLibrary]
 ) -> Library | Libraries:
     """Return the library of all robots; or, of a team, that of each sort of agents."""
-    from understudy.model.library import Library
-    from understudy.sim.team.libraries import collect_libraries, load_type_libraries
 
     def look(place: Path, kit: Kit) -> Library:
         prefix = "" if place == folder else f"{place.name}/"
@@ -177,10 +120,6 @@ def _collect(
 
 def _find_squads(scenario: Scenario, libraries: Library | Libraries) -> dict[str, SquadMembers]:
     """Return the squads whose coordinators have automata, with their members' libraries, by prefix."""
-    from understudy.model.library import Library
-    from understudy.sim.team.assignment import assign_team_members
-    from understudy.verification.coordinators import SquadMembers
-
     if isinstance(libraries, Library):
         return {}
     return {
@@ -269,10 +208,6 @@ def _make_row(each: Finding) -> FindingRow:
 
 
 def _make_cell(cell: FindingCell) -> CellRow:
-    from math import isinf
-
-    from understudy.model.describe import convert_to_plain
-
     ranges = {
         str(bound): {
             "parts": [[None if isinf(end) else end for end in ends] for ends in region.parts],
@@ -291,12 +226,6 @@ COLORS = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
 def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *, everything: bool) -> None:
-    from rich.markup import escape
-
-    from understudy.errors import join_names
-    from understudy.ui.cli.output import format_count
-    from understudy.verification.chatter import HELD
-
     by_name: dict[str, list[Finding]] = {finding.automaton: [] for finding in report.findings}
     for finding in report.findings:
         by_name[finding.automaton].append(finding)
@@ -334,10 +263,6 @@ def _show(folder: Path, world: str | None, report: CheckReport, out: Console, *,
 
 def _show_finding(finding: Finding, out: Console, *, everything: bool) -> None:
     """Show a finding; of one that did not happen where it was tried only the sentence, without `everything`."""
-    from rich.markup import escape
-
-    from understudy.verification.chatter import HELD
-
     color, trial = COLORS[finding.severity], finding.trial
     said = escape(finding.sentence)
     if finding.severity == "note":
@@ -358,6 +283,4 @@ def _show_finding(finding: Finding, out: Console, *, everything: bool) -> None:
 
 
 def _print_indented(text: str, out: Console, *, by: int = 4) -> None:
-    from rich.padding import Padding
-
     out.print(Padding(text, (0, 0, 0, by), expand=False))

@@ -4,73 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
 from msgspec import Struct
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
+from understudy.errors import SettingError
+from understudy.learning.change_attribution import ConditionChange, attribute_condition_changes
+from understudy.learning.fit import learn
+from understudy.model.diff import diff_automata
+from understudy.storage.library_folder import list_versions, load_version, make_file_stem, read_document
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_optional_kit
+from understudy.ui.cli.library_options import DiffOptions
+from understudy.ui.cli.output import make_console
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.learning.change_attribution import ConditionChange
     from understudy.model.library import Kit, TrainedAutomaton
 
 
 SHOWN = 20
 
 
-def show_diff(
-    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
-    before: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="VERSION|FILE",
-            help="Version to compare from; the last former version if left out.",
-        ),
-    ] = None,
-    after: Annotated[
-        str | None,
-        typer.Option(
-            "--to", metavar="VERSION|FILE", help="Version to compare to; the current version if left out."
-        ),
-    ] = None,
-    library: LibraryOption = LIBRARY,
-    world: SomeWorld = None,
-    kit: KitName = None,
-    everything: Annotated[bool, typer.Option("--all", help="List all examples that changed.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Show what changed between two versions of an automaton, and which examples caused it.
-
-    [dim]understudy diff goto --from 1 --to 3 --library demo/library[/]
-    """
-    from understudy.errors import SettingError
-    from understudy.learning.change_attribution import attribute_condition_changes
-    from understudy.model.diff import diff_automata
-    from understudy.storage.library_folder import list_versions
-    from understudy.ui.cli.options import find_optional_kit
-    from understudy.ui.cli.output import print_json
-
-    parts = find_optional_kit(kit, world)
-    kept = list_versions(library, name)
+def show_diff(options: DiffOptions) -> None:
+    """Show what changed between two versions of an automaton, and which examples caused it."""
+    before = options.before
+    parts = find_optional_kit(options.kit, options.world)
+    kept = list_versions(options.library, options.name)
     if before is None:
         if not kept:
-            _taught(library, name, None, parts)  # an automaton that is not there is the first thing to say
-            where, problem = f"automaton {name!r} in {library}", "has no former version"
+            _taught(
+                options.library, options.name, None, parts
+            )  # an automaton that is not there is the first thing to say
+            where, problem = f"automaton {options.name!r} in {options.library}", "has no former version"
             raise SettingError(
                 where=where, setting="--from", problem=problem, remedy="name a document to compare with"
             )
         before = str(kept[-1].number)
-    former, later = _taught(library, name, before, parts), _taught(library, name, after, parts)
+    former, later = (
+        _taught(options.library, options.name, before, parts),
+        _taught(options.library, options.name, options.after, parts),
+    )
     changes, moved = diff_automata(former, later), attribute_condition_changes(former, later)
-    result = DiffResult(name=name, before=before, after=after or "current", changes=changes, moved=moved)
-    if as_json:
+    result = DiffResult(
+        name=options.name, before=before, after=options.after or "current", changes=changes, moved=moved
+    )
+    if options.as_json:
         print_json(result)
     else:
-        _show(result, most=None if everything else SHOWN)
+        _show(result, most=None if options.everything else SHOWN)
 
 
 class DiffResult(Struct, frozen=True, kw_only=True, rename={"before": "from", "after": "to"}):
@@ -85,22 +70,14 @@ class DiffResult(Struct, frozen=True, kw_only=True, rename={"before": "from", "a
 
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
-    from understudy.storage.library_folder import load_version, make_file_stem, read_document
-    from understudy.ui.cli.options import import_learner
-
     if which is None:
-        return read_document(library / f"{make_file_stem(name)}.json", kit, import_learner()).taught
+        return read_document(library / f"{make_file_stem(name)}.json", kit, learn).taught
     if which.isdecimal():
-        return load_version(library, name, int(which), kit, import_learner()).taught
-    return read_document(Path(which), kit, import_learner()).taught
+        return load_version(library, name, int(which), kit, learn).taught
+    return read_document(Path(which), kit, learn).taught
 
 
 def _show(result: DiffResult, *, most: int | None) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from understudy.ui.cli.output import make_console
-
     out = make_console()
     out.print(f"[bold]{escape(result.name)}[/] from {_called(result.before)} to {_called(result.after)}")
     if not result.changes:
@@ -120,9 +97,6 @@ def _show(result: DiffResult, *, most: int | None) -> None:
 
 
 def _show_lines(group: str, lines: Sequence[str], out: Console) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
     out.print(f"\n[bold]{group}[/]")
     for line in lines:
         color = {"+": "green", "-": "red"}.get(line[0], "default")

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+from rich.markup import escape
 
+from understudy.errors import SettingError, UnknownName
+from understudy.segmentation.propose_behaviors import make_constant_candidate
+from understudy.segmentation.split_states import split_state
+
+if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.library import Library
@@ -20,8 +26,6 @@ MOST_QUESTIONS = 5
 
 def parse_definition(text: str) -> tuple[str, dict[str, float]]:
     """Parse `NAME: CHANNEL VALUE, CHANNEL VALUE` of `--define`."""
-    from understudy.errors import SettingError
-
     name, colon, rest = (part.strip() for part in text.partition(":"))
     command = {}
     for part in filter(None, (each.strip() for each in rest.split(","))):
@@ -44,11 +48,6 @@ def define_behaviors(
     library: Library, drive: RecordedDrive, definitions: Sequence[str]
 ) -> tuple[Library, list[str]]:
     """Return the library with the behaviors of `--define`, and their names."""
-    from dataclasses import replace
-
-    from understudy.errors import SettingError, UnknownName
-    from understudy.segmentation.propose_behaviors import make_constant_candidate
-
     behaviors = dict(library.kit.behaviors)
     channels = [each.name for each in drive.channels]
     names = []
@@ -67,9 +66,6 @@ def define_behaviors(
 
 def apply_splits(found: Segmentation, splits: Iterable[str]) -> Segmentation:
     """Split the states of `--split 'STATE after STATE,STATE'`."""
-    from understudy.errors import SettingError
-    from understudy.segmentation.split_states import split_state
-
     for text in splits:
         state, after, former = (part.strip() for part in text.partition(" after "))
         names = [each.strip() for each in former.split(",") if each.strip()]
@@ -86,8 +82,6 @@ def apply_splits(found: Segmentation, splits: Iterable[str]) -> Segmentation:
 
 def print_drive_findings(out: Console, findings: DriveFindings) -> None:
     """Print latencies, proposals with the options that accept them, and the most useful questions."""
-    from rich.markup import escape
-
     for latency in findings.latencies:
         out.print(
             f"Motion follows {escape(latency.channel)} after {max(latency.seconds, 0.0):.2f} s "
@@ -110,7 +104,7 @@ def print_drive_findings(out: Console, findings: DriveFindings) -> None:
     if findings.questions:
         count = len(findings.questions)
         more = f", the {MOST_QUESTIONS} most useful to answer first" if count > MOST_QUESTIONS else ""
-        out.print(f"In doubt{more} [dim](answer in `understudy studio --recording`)[/]:")
+        out.print(f"In doubt{more} [dim](answer in `understudy review`)[/]:")
         for question in findings.questions[:MOST_QUESTIONS]:
             choices = ", ".join(f"{label} {chance:.0%}" for label, chance in question.chances.items())
             out.print(f"  {format_place(question.place)}: {escape(choices)}", soft_wrap=True)
@@ -123,6 +117,4 @@ def format_definition(command: Mapping[str, float]) -> str:
 
 def format_place(place: DrivePlace) -> str:
     """Format a span of a file."""
-    from rich.markup import escape
-
     return f"{escape(place.file)} from {place.from_s:.2f} to {place.to_s:.2f} s"

@@ -1,130 +1,53 @@
-"""Commands `understudy export`: write an automaton as code that runs without Understudy, or data."""
+"""Commands `understudy export automaton`: code that runs without Understudy, and `export why` about its traces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-from typer.core import TyperGroup
+from rich.markup import escape
 
+from understudy.analysis.explanation_text import MOST_EXAMPLES, describe_decision
 from understudy.errors import SettingError, join_names
-from understudy.export.targets import TARGETS
-from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
-from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
+from understudy.export.body_interface import BodyInterface, RobotInterface, describe_kit, describe_robot
+from understudy.export.export_automaton import (
+    ExportResult,
+    combine_fingerprints,
+    export_automaton,
+    fingerprint_automata,
+    link_ground,
+)
+from understudy.export.exported_trace import (
+    ExportedDecision,
+    ExportedTick,
+    check_trace,
+    find_tick,
+    read_exported_trace,
+)
+from understudy.learning.explain import Explanation, explain_leaf
+from understudy.learning.fit import learn
+from understudy.model.lesson import Lesson
+from understudy.model.library import Kit, Library
+from understudy.robots.robot import find_robot_scenario
+from understudy.robots.robot_file import load_robot
+from understudy.sim.catalog import find_scenario
+from understudy.sim.kit import list_readings, make_channels
+from understudy.ui.cli.export_options import ExportOptions, ExportWhyOptions
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_automaton
+from understudy.ui.cli.named_inputs import choose_kit, find_kit, find_optional_scenario
+from understudy.ui.cli.options import parse_bindings
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.robot_connection import find_robots_file
+from understudy.ui.cli.world_libraries import find_fitting_world, open_all_libraries
 
 if TYPE_CHECKING:
     from understudy.export.body_interface import BodyInterface, RobotInterface
-    from understudy.export.export_automaton import ExportResult
-    from understudy.model.library import Kit, Library
+    from understudy.export.hierarchy import Hierarchy
+    from understudy.model.library import Library
     from understudy.sim.scenario.schema import Scenario
-
-AUTOMATON, DATA = "automaton", "data"
-HELP = ("--help", "-h")
-
-
-class ExportGroup(TyperGroup):
-    """The group of export commands, in which `export NAME --to TARGET` is short for `export automaton NAME ...`."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments, with the command that is left out."""
-        return super().parse_args(ctx, insert_command(args))
-
-
-def insert_command(args: list[str]) -> list[str]:
-    """Insert the command `automaton` before the arguments of `export` if they do not begin with a command.
-
-    An automaton may have the name of a command: then the option `--to` tells what is meant.
-    """
-    if not args or args[0] in HELP:
-        return args
-    if args[0] == DATA:
-        has_source = len(args) > 1 and args[1][:1] != "-"
-        is_command = has_source or _find_target(args) in (None, LEROBOT, MINARI)
-    else:
-        is_command = args[0] == AUTOMATON and (len(args) < 2 or args[1][:1] != "-" or args[1] in HELP)
-    return args if is_command else [AUTOMATON, *args]
-
-
-def _find_target(args: Sequence[str]) -> str | None:
-    """Return the value of `--to`, or None if the option is missing."""
-    for place, each in enumerate(args):
-        name, _, value = each.partition("=")
-        if name == "--to":
-            return value or "".join(args[place + 1 : place + 2])
-    return None
-
-
-app = typer.Typer(
-    cls=ExportGroup,
-    no_args_is_help=True,
-    help="Export an automaton as code, or data. `export NAME` is short for `export automaton NAME`.",
-)
-app.command(DATA)(export_data)
-
-
-@app.command(AUTOMATON)
-def export_behavior(
-    name: Annotated[
-        str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
-    ],
-    to: Annotated[
-        str,
-        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(TARGETS, word='or')}."),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option("--out", "-o", metavar="DIR", help="Folder to write: new, empty, or an earlier export."),
-    ],
-    library: LibraryOption = LIBRARY,
-    bind: Bind = None,
-    float32: Annotated[
-        bool,
-        typer.Option(
-            "--float32", help="Single precision, and times in milliseconds, for small microcontrollers (c99)."
-        ),
-    ] = False,
-    world: FoundWorld = None,
-    kit: KitName = None,
-    robot: Annotated[
-        Path | None,
-        typer.Option(
-            "--robot",
-            metavar="FILE",
-            help="File of the robot to export for; ros2 needs it.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Export an automaton with everything below it, so that it runs without Understudy and decides the same.
-
-    The folder gets the code, a manifest of what it reads and commands, and rows of readings with the decisions of
-    Understudy, on which `make test` runs the exported code.
-
-    [dim]understudy export forage --library demo/library --to c99 --out forage-c[/]
-
-    [dim]understudy export goto --bind A=station --library demo/library --to python --out goto-python[/]
-
-    [dim]understudy export servo --library library --to ros2 --robot rover.toml --out servo-ros2[/]
-    """
-    from understudy.export.export_automaton import export_automaton
-    from understudy.ui.cli.options import parse_bindings
-    from understudy.ui.cli.output import print_json
-
-    body: BodyInterface | RobotInterface
-    if robot is None:
-        known, name, body = open_library_to_export(library, name, world, kit)
-    else:
-        known, name, body = open_library_for_robot(library, name, robot, world, kit)
-    found = export_automaton(
-        known, name, out, to=to, binding=parse_bindings(bind), body=body, single_precision=float32
-    )
-    if as_json:
-        print_json(_describe(name, found))
-    else:
-        _show(name, found)
 
 
 def open_library_to_export(
@@ -135,11 +58,6 @@ def open_library_to_export(
     Without a world, the first built-in scenario that fits is taken, or the kit alone if one is named. The same goes for
     a function that makes a body: it has no scenario.
     """
-    from understudy.export.body_interface import BodyInterface, describe_kit
-    from understudy.sim.kit import list_readings, make_channels
-    from understudy.ui.cli.library_data import find_fitting_world
-    from understudy.ui.cli.options import find_kit, find_optional_scenario
-
     named = world or (find_fitting_world(folder) if kit is None else None)
     where = find_optional_scenario(named)
     library, name = _open_library(folder, name, where, find_kit(kit, named or ""))
@@ -158,21 +76,13 @@ def open_library_for_robot(
 
     A world is named only if the file names none; without either, the first built-in scenario that fits is taken.
     """
-    from understudy.export.body_interface import describe_robot
-    from understudy.robots.robot import find_robot_scenario
-    from understudy.robots.robot_file import load_robot
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.library_data import find_fitting_world
-    from understudy.ui.cli.options import find_kit, open_scenario
-    from understudy.ui.cli.robot_options import find_robots_file
-
     file = load_robot(robot)
     where, _ = find_robot_scenario(file, robot)
     if where is not None:
         find_robots_file(robot, None, world=world)
     else:
-        where = open_scenario(world or find_fitting_world(folder))
-    parts = make_scenario_kit(where) if kit is None else find_kit(kit, "")
+        where = find_scenario(world or find_fitting_world(folder))
+    parts = choose_kit(kit, where)
     library, name = _open_library(folder, name, where, parts)
     if _is_for_coordinators(library):
         problem = f"is for one robot, and {name!r} coordinates a squad"
@@ -181,19 +91,38 @@ def open_library_for_robot(
 
 
 def _open_library(folder: Path, name: str, where: Scenario | None, parts: Kit) -> tuple[Library, str]:
-    from understudy.ui.cli.library_data import find_listed, open_all_libraries
-    from understudy.ui.cli.options import import_learner
-
-    listings = open_all_libraries(folder, where, parts, import_learner())
-    prefix, name = find_listed(listings, name)
-    listing = listings[prefix]
-    if name not in listing.opened:
-        raise listing.problems[f"{name}.json"]
+    listings = open_all_libraries(folder, where, parts, learn)
+    listing, name = find_automaton(listings, name)
     return listing.library, name
 
 
 def _is_for_coordinators(library: Library) -> bool:
     return any(each.order is not None for each in library.kit.behaviors.values())
+
+
+def export_behavior(options: ExportOptions) -> None:
+    """Export an automaton with everything below it, so that it runs without Understudy and decides the same."""
+    name = options.name
+    body: BodyInterface | RobotInterface
+    if options.robot is None:
+        known, name, body = open_library_to_export(options.library, name, options.world, options.kit)
+    else:
+        known, name, body = open_library_for_robot(
+            options.library, name, options.robot, options.world, options.kit
+        )
+    found = export_automaton(
+        known,
+        name,
+        options.out,
+        to=options.to,
+        binding=parse_bindings(options.bind),
+        body=body,
+        single_precision=options.float32,
+    )
+    if options.as_json:
+        print_json(_describe(name, found))
+    else:
+        _show(name, found)
 
 
 def _describe(name: str, found: ExportResult) -> dict[str, Any]:
@@ -212,10 +141,6 @@ def _describe(name: str, found: ExportResult) -> dict[str, Any]:
 
 
 def _show(name: str, found: ExportResult) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, make_console
-
     out = make_console()
     size = sum(found.files.values()) / 1000
     files = format_count(len(found.files), "file")
@@ -233,3 +158,98 @@ def _show(name: str, found: ExportResult) -> None:
     out.print(
         f"[dim]make -C {escape(str(found.folder))} test runs it on {found.ticks} ticks[/]", soft_wrap=True
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedReason:
+    """A decision of exported code, with its conditions and the numbers of the examples behind it."""
+
+    time: float
+    automaton: str
+    before: str
+    after: str
+    why: str
+    conditions: Sequence[str]
+    shown: bool
+    examples: Sequence[int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedReasons:
+    """The reasons of a tick of exported code, or of all switches."""
+
+    automaton: str
+    ticks: int
+    decisions: Sequence[ExportedReason]
+
+
+def explain_exported(options: ExportWhyOptions) -> None:
+    """Explain every switch in a trace of exported code, or all decisions of the tick at --time."""
+    read = read_exported_trace(options.trace)
+    library, name, body = open_library_to_export(options.folder, read.name, options.world, options.kit)
+    _, hierarchy = link_ground(library, name, read.binding, body)
+    check_trace(read, hierarchy, combine_fingerprints(fingerprint_automata(library, name)))
+    ticks = list(read.ticks)
+    if options.time is not None:
+        found = find_tick(ticks, options.time)
+        if found is None:
+            raise SettingError(
+                where=str(options.trace),
+                setting="--time",
+                problem=f"is {options.time:.15g}, before the trace begins",
+                remedy="give more",
+            )
+        ticks = [found]
+    reasons = [
+        _explain(tick, decision, hierarchy, library)
+        for tick in ticks
+        for decision in tick.decisions
+        if options.time is not None or decision.before != decision.after
+    ]
+    if options.as_json:
+        print_json(ExportedReasons(automaton=name, ticks=len(read.ticks), decisions=reasons))
+        return
+    out = make_console()
+    for reason in reasons:
+        out.print(
+            f"{reason.time:.15g} [cyan]{escape(reason.automaton)}[/] {escape(reason.why)}", soft_wrap=True
+        )
+    if not reasons:
+        out.print(f"no automaton changed its state in {len(read.ticks)} ticks")
+
+
+def _explain(
+    tick: ExportedTick, decision: ExportedDecision, hierarchy: Hierarchy, library: Library
+) -> ExportedReason:
+    automaton = hierarchy.automata[decision.automaton]
+    before, after = automaton.states[decision.before], automaton.states[decision.after]
+    found = _find_explanation(decision, hierarchy, library)
+    numbers = [each.number for each in found.examples if each.is_from_press] if found else []
+    why = f"stays in {before.name}: it has no tree there" if found is None else describe_decision(found)
+    if before.flag is not None:
+        why = f"stays in {before.name}: a flag state is never left"
+    if numbers:
+        more = [f"{len(numbers) - MOST_EXAMPLES} more"] if len(numbers) > MOST_EXAMPLES else []
+        why += f"; shown by {join_names([*map(str, numbers[:MOST_EXAMPLES]), *more])}"
+    return ExportedReason(
+        time=tick.time,
+        automaton=automaton.name,
+        before=before.name,
+        after=after.name,
+        why=why,
+        conditions=() if found is None else found.conditions,
+        shown=found is not None and found.shown,
+        examples=numbers,
+    )
+
+
+def _find_explanation(
+    decision: ExportedDecision, hierarchy: Hierarchy, library: Library
+) -> Explanation | None:
+    automaton = hierarchy.automata[decision.automaton]
+    state = automaton.states[decision.before]
+    if state.tree is None:
+        return None
+    taught = library.taught[automaton.automaton]
+    lesson = taught.lesson or Lesson(replace(taught.automaton, transitions={}))
+    return explain_leaf(lesson, state.name, state.tree, decision.leaf)

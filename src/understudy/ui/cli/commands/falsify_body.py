@@ -1,60 +1,55 @@
-"""Mode `understudy falsify` on a body of the user's own: seeds at random, and the run that fails is recorded."""
+"""Command `understudy falsify-body`: look for seeds with which a body of the user's own fails, and record a run."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from understudy.adapters.body_maker import find_world
+from understudy.analysis.evaluate import make_evaluation_task
+from understudy.analysis.evaluation_task import EvaluationFailed, EvaluationTask
 from understudy.errors import SettingError
+from understudy.extras import ExtraMissing
+from understudy.falsification.body_search import BodyMeasure, BodyReplay, falsify_on_body
+from understudy.falsification.failing_world import WHY_FILE, choose_folder
+from understudy.falsification.falsify import AT_RANDOM
+from understudy.runtime.body import close_body
+from understudy.sim.scenario.schema import Scenario
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
+from understudy.ui.cli.commands.falsify import check_settings, report_search
 from understudy.ui.cli.commands.falsify_output import (
     FailureResult,
     FalsifyResult,
     make_random_result,
     show_search,
 )
+from understudy.ui.cli.falsify_options import FalsifyBodyOptions
+from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
+from understudy.ui.cli.recordings import describe_body_run, record_ticks
 
 if TYPE_CHECKING:
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.analysis.evaluation_task import EvaluationTask
     from understudy.robots.recording.header import RunInfo
-    from understudy.ui.cli.options import RunAssignment
 
 RECORDING_FILE = "run.mcap"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BodyFalsifyOptions:
-    """Options of a falsification on a body of the user's own."""
-
-    library: Path
-    behavior: str
-    tested: str | None
-    seconds: float
-    worlds: int | None
-    seed: int
-    limit_s: float | None
-    goal: str | None
-    vary: Sequence[str] | None
-    jobs: int
-    out: Path
-    bind: Sequence[str]
-    kit: str | None
-    quiet: bool
+def falsify_own_body(options: FalsifyBodyOptions) -> None:
+    """Look for seeds with which a behavior misses its goal on a body of your own, and record a run that fails."""
+    check_settings(options)
+    opened = find_world(options.world)
+    if isinstance(opened, Scenario):
+        problem, remedy = "makes a scenario", f"give it to understudy falsify: --world {options.world}"
+        raise SettingError(where="falsify-body", setting=options.world, problem=problem, remedy=remedy)
+    report_search(falsify_body(options, opened), as_json=options.as_json)
 
 
-def falsify_body(options: BodyFalsifyOptions, maker: BodyMaker) -> FalsifyResult:
+def falsify_body(options: FalsifyBodyOptions, maker: BodyMaker) -> FalsifyResult:
     """Search for a seed with which the behavior fails; record and explain the run."""
-    from understudy.analysis.evaluate import make_evaluation_task
-    from understudy.analysis.evaluation_task import EvaluationFailed
-    from understudy.falsification.body_search import falsify_on_body
-    from understudy.ui.cli.options import assign_run, find_kit, make_world_kit
-
-    limit_s = _check_options(options, maker)
-    kit = make_world_kit(maker) if options.kit is None else find_kit(options.kit, maker.name)
-    assigned = assign_run(maker, options.behavior, options.library, kit, list(options.bind))
+    limit_s = _find_limit(options, maker)
+    kit = choose_kit(options.kit, maker)
+    assigned = assign_run(maker, options.behavior, options.library, kit, options.bind)
     task = make_evaluation_task(
         assigned.libraries[assigned.sort],
         assigned.behavior,
@@ -64,7 +59,7 @@ def falsify_body(options: BodyFalsifyOptions, maker: BodyMaker) -> FalsifyResult
         limit_s=limit_s,
     )
     try:
-        with show_search(quiet=options.quiet) as report:
+        with show_search(quiet=options.as_json) as report:
             found = falsify_on_body(
                 task,
                 seed=options.seed,
@@ -97,18 +92,12 @@ def falsify_body(options: BodyFalsifyOptions, maker: BodyMaker) -> FalsifyResult
     )
 
 
-def _check_options(options: BodyFalsifyOptions, maker: BodyMaker) -> float:
-    """Refuse what needs a scenario; return the time limit, s."""
+def _find_limit(options: FalsifyBodyOptions, maker: BodyMaker) -> float:
+    """Return the time limit, s; refuse one that is missing or no time."""
 
     def refuse(option: str, problem: str, remedy: str) -> SettingError:
         return SettingError(where="falsify", setting=option, problem=problem, remedy=remedy)
 
-    if options.tested is not None:
-        problem = f"is {options.tested!r:.60}, and properties are those of scenarios"
-        raise refuse("--property", problem, "name a flag or a reading with --goal")
-    if options.vary:
-        problem = f"is given, and {maker.name} makes a body whose worlds are known by their seeds only"
-        raise refuse("--vary", problem, "leave it out")
     if options.limit_s is None:
         problem = f"is missing, and {maker.name} makes a body, which has none"
         raise refuse("--limit", problem, "give the time limit in s: --limit 20")
@@ -121,17 +110,11 @@ def _keep(
     seed: int,
     task: EvaluationTask,
     assigned: RunAssignment,
-    options: BodyFalsifyOptions,
+    options: FalsifyBodyOptions,
     maker: BodyMaker,
     limit_s: float,
 ) -> FailureResult:
     """Run the failing world again, and write its recording and explanation to a new folder."""
-    from understudy.extras import ExtraMissing
-    from understudy.falsification.body_search import BodyMeasure
-    from understudy.falsification.failing_world import WHY_FILE, choose_folder
-    from understudy.falsification.falsify import AT_RANDOM
-    from understudy.storage.atomic_write import convert_os_errors, write_atomically
-
     folder = choose_folder(options.out, assigned.behavior)
     with convert_os_errors(folder, "writing the failing world", remedy="name a folder that you may write to"):
         folder.mkdir(parents=True)
@@ -145,7 +128,7 @@ def _keep(
         why = (*why, f"Run once more with seed {seed}, it did not fail: the seed does not decide everything.")
     settings = ["--library", str(options.library), "--seed", str(seed)]
     settings += [] if options.kit is None else ["--kit", options.kit]
-    bound = [word for pair in options.bind for word in ("--bind", pair)]
+    bound = [word for pair in options.bind or [] for word in ("--bind", pair)]
     where = ["--world", maker.name]
     command = shlex.join(
         [
@@ -186,17 +169,12 @@ def _record(
     seed: int,
     task: EvaluationTask,
     assigned: RunAssignment,
-    options: BodyFalsifyOptions,
+    options: FalsifyBodyOptions,
     maker: BodyMaker,
     limit_s: float,
     recording: Path | None,
 ) -> tuple[str, ...]:
     """Run a world to its end, recorded if there is a path for that; return why it failed."""
-    from understudy.falsification.body_search import BodyReplay
-    from understudy.runtime.body import close_body
-    from understudy.ui.cli.commands.run_body import describe_body_run
-    from understudy.ui.cli.recordings import record_ticks
-
     body = maker(seed)
     try:
         replay = BodyReplay(body, task, limit_s)

@@ -7,8 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from understudy.falsification.failing_world import SCENARIO_FILE, FailingWorld
+from understudy.ui.cli.output import format_count, make_console
+
 if TYPE_CHECKING:
-    from understudy.falsification.failing_world import FailingWorld
     from understudy.falsification.falsify import Falsification
 
 
@@ -66,10 +71,6 @@ class FalsifyResult:
 @contextmanager
 def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
     """Show the runs so far on stderr while the block runs; yield a function to call with (what, runs, failures)."""
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    from understudy.ui.cli.output import make_console
-
     out = make_console(err=True)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=out, transient=True, disable=quiet or not out.is_terminal) as bar:
@@ -101,8 +102,6 @@ def make_directed_result(found: Falsification) -> DirectedResult | None:
 
 def make_failure_result(kept: FailingWorld, command: str) -> FailureResult:
     """Return the result about a failing world; `command` runs it again."""
-    from understudy.falsification.failing_world import SCENARIO_FILE
-
     facts = kept.facts
     return FailureResult(
         folder=str(kept.folder),
@@ -119,10 +118,6 @@ def make_failure_result(kept: FailingWorld, command: str) -> FailureResult:
 
 def show_falsification(result: FalsifyResult) -> None:
     """Print the result as text."""
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, make_console
-
     out, random = make_console(), result.random
     if result.interrupted:
         out.print("[yellow]Interrupted; this is what was found until then.[/]")

@@ -1,40 +1,47 @@
-"""Part of `understudy learn`: make a lesson of a recording without presses, and print how it was segmented."""
+"""Command `understudy learn drive`: learn from recordings without presses, and print how they were segmented."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+import numpy as np
+from rich.markup import escape
 
-    import numpy as np
+from understudy.analysis.run_header import is_trace
+from understudy.data.trace_drive import read_trace_drive
+from understudy.errors import SettingError
+from understudy.model.library import Kit, Library
+from understudy.robots.recording.reader import has_own_header, read_recording
+from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
+from understudy.segmentation.drive_table import read_recorded_drive
+from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
+from understudy.segmentation.mapping_file import RecordingMap, load_recording_map
+from understudy.segmentation.propose_behaviors import discover_behaviors
+from understudy.segmentation.recorded_drive import RecordedDrive, find_places, join_drives
+from understudy.segmentation.recorded_run import make_recorded_drive
+from understudy.segmentation.segment import Segmentation, segment
+from understudy.segmentation.segmentation_report import DriveReport, make_drive_report
+from understudy.training.lesson_design import parse_feature
+from understudy.ui.cli.commands.drive_findings import (
+    apply_splits,
+    define_behaviors,
+    format_definition,
+    print_drive_findings,
+)
+from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
+from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
+from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
+from understudy.ui.cli.options import WORLD, parse_names, parse_targets
+from understudy.ui.cli.output import format_count, make_console, make_table
+from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
+
+if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from understudy.model.features import BoundFeature
-    from understudy.model.lesson import Lesson
-    from understudy.model.library import Kit, Library
-    from understudy.segmentation.mapping_file import RecordingMap
-    from understudy.segmentation.recorded_drive import RecordedDrive
-    from understudy.segmentation.segment import Segmentation
-    from understudy.segmentation.segmentation_report import DriveReport
-
-
-class DriveOptions(NamedTuple):
-    """Options that say what a drive is and what may explain it; None for those that were not given."""
-
-    name: str | None
-    library: Path | None
-    mapping: Path | None
-    behaviors: str | None
-    features: str | None
-    reaction_s: float | None
-    kit: str | None
-    robot: int
-    define: Sequence[str] = ()
-    split: Sequence[str] = ()
-    targets: Mapping[str, str] = MappingProxyType({})
 
 
 class OpenedDrives(NamedTuple):
@@ -57,33 +64,30 @@ class SegmentedDrive(NamedTuple):
     places: NDArray[np.float64] | None
 
 
-def learn_from_drive(
-    paths: Sequence[Path], asked: DriveOptions, *, driver: str = ""
-) -> tuple[Lesson, DriveReport]:
-    """Segment the drives of one driver, and return the lesson made of them with a report."""
-    from understudy.segmentation.lesson_from_drive import to_lesson
-    from understudy.segmentation.segmentation_report import make_drive_report
+def learn_drive(options: LearnDriveOptions) -> None:
+    """Learn from recordings of a person who drove: the commands say which behavior was meant at each tick."""
+    check_output_name(options)
+    drive = segment_opened_drives(options.recordings[0], open_drives(options.recordings, options), options)
+    made = make_drive_lesson(drive, options, driver=options.driver)
+    report = make_drive_report(drive.found, made)
+    learn_lesson(made.lesson, options, {"drive": report}, partial(print_drive_report, report))
 
-    drive = segment_opened_drives(paths[0], open_drives(paths, asked), asked)
-    made = to_lesson(
+
+def make_drive_lesson(drive: SegmentedDrive, asked: DriveOptions, *, driver: str) -> DriveLesson:
+    """Make the lesson of one driver."""
+    return to_lesson(
         drive.found,
         name=asked.name or "driven",
         driver=driver,
         library=drive.library,
         features=drive.features,
-        targets=asked.targets,
-        reaction_s=asked.reaction_s,
+        targets=parse_targets(asked.targets),
+        reaction_s=asked.reaction,
     )
-    return made.lesson, make_drive_report(drive.found, made)
 
 
 def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
     """Read the drives of one driver, and find the library whose behaviors may explain them."""
-    import numpy as np
-
-    from understudy.segmentation.mapping_file import load_recording_map
-    from understudy.segmentation.recorded_drive import join_drives
-
     mapping = None if asked.mapping is None else load_recording_map(asked.mapping)
     opened = [OpenedDrives(*_open(path, asked, mapping)) for path in paths]
     if len(opened) == 1:
@@ -98,14 +102,8 @@ def open_drives(paths: Sequence[Path], asked: DriveOptions) -> OpenedDrives:
 
 def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions) -> SegmentedDrive:
     """Find what may explain drives, and segment them; `path` is the first file, for errors."""
-    from understudy.segmentation.drive_kit import make_candidates
-    from understudy.segmentation.segment import segment
-    from understudy.training.lesson_design import parse_feature
-    from understudy.ui.cli.commands.drive_findings import apply_splits, define_behaviors
-    from understudy.ui.cli.options import parse_names
-
     drive, library, places = opened
-    library, defined = define_behaviors(library, drive, asked.define)
+    library, defined = define_behaviors(library, drive, asked.define or ())
     named = parse_names(asked.behaviors)
     candidates = make_candidates(library, drive, None if named is None else [*named, *defined])
     if not candidates:
@@ -114,7 +112,7 @@ def segment_opened_drives(path: Path, opened: OpenedDrives, asked: DriveOptions)
     features = None if names is None else [parse_feature(library, each) for each in names]
     # The readings say nothing about features of the automaton itself, such as the time in a state.
     sensed = [each for each in features or () if not each.is_own]
-    found = apply_splits(segment(drive, candidates, features=sensed), asked.split)
+    found = apply_splits(segment(drive, candidates, features=sensed), asked.split or ())
     return SegmentedDrive(found, library, features, places)
 
 
@@ -122,14 +120,6 @@ def _open(
     path: Path, asked: DriveOptions, mapping: RecordingMap | None
 ) -> tuple[RecordedDrive, Library, NDArray[np.float64] | None]:
     """Read a drive, find the library whose behaviors may explain it, and where the robot was."""
-    from understudy.analysis.run_header import is_trace
-    from understudy.model.library import Library
-    from understudy.robots.recording.reader import has_own_header
-    from understudy.segmentation.drive_kit import make_drive_kit
-    from understudy.segmentation.drive_table import read_recorded_drive
-    from understudy.segmentation.recorded_drive import find_places
-    from understudy.ui.cli.options import WORLD, find_kit, open_behavior_library
-
     places: NDArray[np.float64] | None
     if mapping is None and is_trace(path):
         drive, kit, places = _open_trace(path, asked)
@@ -148,11 +138,7 @@ def _open(
 
 def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, NDArray[np.float64]]:
     """Read the drive of a robot from a trace, and find the kit of its scenario."""
-    from understudy.data.trace_drive import read_trace_drive
-    from understudy.segmentation.drive_kit import make_drive_kit
-    from understudy.ui.cli.options import WORLD, find_kit
-
-    drive, header, places = read_trace_drive(path, robot=asked.robot)
+    drive, header, places = read_trace_drive(path, robot=asked.agent)
     ran = header.run
     named, world = (asked.kit, None) if ran is None else (asked.kit or ran.kit, ran.scenario)
     if named is None and world is None:
@@ -162,21 +148,13 @@ def _open_trace(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit, ND
 
 def _open_recording(path: Path, asked: DriveOptions) -> tuple[RecordedDrive, Kit]:
     """Read the drive of a robot from a recording of ours, and find the kit of its world or its own."""
-    from understudy.robots.recording.reader import read_recording
-    from understudy.segmentation.recorded_run import make_recorded_drive
-    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
-
     recording = read_recording(path)
     kit = choose_recording_kit(recording, asked.kit, read_recorded_scenario(recording))
-    return make_recorded_drive(recording, robot=asked.robot), kit
+    return make_recorded_drive(recording, robot=asked.agent), kit
 
 
 def _no_behaviors(path: Path, drive: RecordedDrive) -> Exception:
     """Return the error that no behavior is known, with those that the commands look like."""
-    from understudy.errors import SettingError
-    from understudy.segmentation.propose_behaviors import discover_behaviors
-    from understudy.ui.cli.commands.drive_findings import format_definition
-
     found = [format_definition(each.command) for each in discover_behaviors(drive)]
     options = " ".join(f"--define 'NAME: {each}'" for each in found)
     looks = f"its commands look like {options}; or " if found else ""
@@ -190,11 +168,6 @@ def _no_behaviors(path: Path, drive: RecordedDrive) -> Exception:
 
 def print_drive_report(report: DriveReport) -> None:
     """Print the labels of a drive, the driver, and what was left out."""
-    from rich.markup import escape
-
-    from understudy.ui.cli.commands.drive_findings import print_drive_findings
-    from understudy.ui.cli.output import format_count, make_console, make_table
-
     out = make_console()
     for sentence in report.omissions:
         out.print(f"[yellow]{escape(sentence)}.[/]", soft_wrap=True)

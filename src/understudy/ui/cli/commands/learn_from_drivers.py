@@ -1,26 +1,39 @@
-"""Part of `understudy learn`: recordings of several drivers, merged into one lesson, and their contradictions."""
+"""Command `understudy learn drivers`: merge drives of several people into one lesson, and show contradictions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
+
+from understudy.errors import SettingError, UnknownName
+from understudy.segmentation.driver_contradictions import (
+    DriverContradiction,
+    find_driver_contradictions,
+    settle_driver_contradictions,
+)
+from understudy.segmentation.driver_lessons import merge_driver_lessons
+from understudy.segmentation.recorded_drive import refuse_other_robot
+from understudy.segmentation.segmentation_report import DriveReport, make_drive_report
+from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
 from understudy.ui.cli.commands.learn_from_drive import (
-    DriveOptions,
     SegmentedDrive,
+    make_drive_lesson,
     open_drives,
     print_drive_report,
     segment_opened_drives,
 )
+from understudy.ui.cli.lesson_options import DriveOptions, LearnDriversOptions
+from understudy.ui.cli.output import format_count, make_console
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.lesson import Lesson
-    from understudy.segmentation.driver_contradictions import DriverContradiction
-    from understudy.segmentation.segmentation_report import DriveReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +72,6 @@ def group_recordings(
 
     SettingError if names do not fit the recordings, or the trusted driver is none of several.
     """
-    from understudy.errors import SettingError, UnknownName
-    from understudy.ui.cli.output import format_count
 
     def refuse(problem: str, remedy: str) -> SettingError:
         return SettingError(where=where, setting="--driver", problem=problem, remedy=remedy)
@@ -91,31 +102,24 @@ def group_recordings(
     return grouped
 
 
+def learn_drivers(options: LearnDriversOptions) -> None:
+    """Learn one lesson from drives of several people: it says who showed what, and where they contradict each other."""
+    check_output_name(options)
+    grouped = group_recordings(options.recordings, options.driver or (), options.trust)
+    lesson, report = learn_from_drivers(grouped, options, options.trust)
+    facts = {each.name: getattr(report, each.name) for each in fields(report)}
+    learn_lesson(lesson, options, facts, partial(print_drivers_report, report))
+
+
 def learn_from_drivers(
     recordings: Mapping[str, Sequence[Path]], asked: DriveOptions, trust: str | None
 ) -> tuple[Lesson, DriversReport]:
     """Segment the drives of each driver apart, and return the lesson merged of all with a report."""
-    from understudy.segmentation.driver_contradictions import (
-        find_driver_contradictions,
-        settle_driver_contradictions,
-    )
-    from understudy.segmentation.driver_lessons import merge_driver_lessons
-    from understudy.segmentation.lesson_from_drive import to_lesson
-    from understudy.segmentation.segmentation_report import make_drive_report
-
     made, reports = [], {}
-    for name, found in segment_drivers(recordings, asked).items():
-        own = to_lesson(
-            found.found,
-            name=asked.name or "driven",
-            driver=name,
-            library=found.library,
-            features=found.features,
-            targets=asked.targets,
-            reaction_s=asked.reaction_s,
-        )
+    for name, drive in segment_drivers(recordings, asked).items():
+        own = make_drive_lesson(drive, asked, driver=name)
         made.append(own)
-        reports[name] = make_drive_report(found.found, own)
+        reports[name] = make_drive_report(drive.found, own)
     merged = merge_driver_lessons(made).lesson
     contradictions = find_driver_contradictions(merged)
     settled = merged if trust is None else settle_driver_contradictions(merged, trust)
@@ -129,8 +133,6 @@ def segment_drivers(
     recordings: Mapping[str, Sequence[Path]], asked: DriveOptions
 ) -> dict[str, SegmentedDrive]:
     """Segment the drives of each driver apart; all must be of the same robot."""
-    from understudy.segmentation.recorded_drive import refuse_other_robot
-
     opened = {name: open_drives(paths, asked) for name, paths in recordings.items()}
     first = next(iter(opened.values()))
     for each in opened.values():
@@ -155,10 +157,6 @@ def _describe(contradiction: DriverContradiction, trust: str | None) -> Contradi
 
 def print_drivers_report(report: DriversReport) -> None:
     """Print the drives of each driver, and where drivers contradict each other."""
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import make_console
-
     out = make_console()
     for name, each in report.drivers.items():
         out.print(f"\n[bold]{escape(name)}[/]")
@@ -168,10 +166,6 @@ def print_drivers_report(report: DriversReport) -> None:
 
 
 def _print_contradictions(report: DriversReport, out: Console) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count
-
     if not report.contradictions:
         out.print("The drivers do not contradict each other.")
         return

@@ -7,25 +7,36 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from math import inf
 from pathlib import Path
 from threading import Event
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
+from msgspec.structs import replace
 
-from understudy.ui.cli.options import Json
+from understudy.errors import UnknownName
+from understudy.robots.robot_file import parse_robot
+from understudy.robots.ros.dds import DdsTransport
+from understudy.robots.ros.zenoh import ZenohTransport
+from understudy.sim.catalog import find_scenario
+from understudy.sim_mujoco.body import MujocoBody
+from understudy.sim_mujoco.model import check_physics
+from understudy.sim_mujoco.processes import REFEREE, ObjectServer, RobotProcess
+from understudy.sim_mujoco.robot_files import check_ros, format_robot_file, format_team_file, list_robot_names
+from understudy.sim_mujoco.ros_robots import Simulation, drop_derived_readings
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.output import make_console
+from understudy.ui.cli.robots_options import SimulateOptions
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.robots.ros.transport import Transport
     from understudy.sim.scenario.schema import Scenario
-    from understudy.sim_mujoco.processes import ObjectServer, RobotProcess
-    from understudy.sim_mujoco.ros_robots import Simulation
 
 RATE_HZ = 20.0
 GRACE_S = 1.0
@@ -34,89 +45,73 @@ LEAVING_S = 10.0
 """Time (s) after SIGTERM before they are killed."""
 
 
-def simulate_robots(
-    world: Annotated[str, typer.Argument(metavar="WORLD", help="A built-in scenario, or a scenario file.")],
-    seed: Annotated[int, typer.Option(help="Seed of the initial positions.", min=0, max=2**63 - 1)] = 0,
-    domain: Annotated[int, typer.Option(help="ROS 2 domain (ROS_DOMAIN_ID).", min=0, max=232)] = 0,
-    rate: Annotated[
-        float,
-        typer.Option(metavar="HZ", help="Simulation ticks, and so messages, per second.", min=5.0, max=100.0),
-    ] = RATE_HZ,
-    router: Annotated[
-        str | None, typer.Option(metavar="ENDPOINT", help="Use Zenoh through this router instead of DDS.")
-    ] = None,
-    write_files: Annotated[
-        Path | None,
-        typer.Option("--write-files", metavar="DIR", help="Write the robots' files to this folder first."),
-    ] = None,
-    apart: Annotated[bool, typer.Option("--apart", help="Run each robot in its own process.")] = False,
-    only: Annotated[
-        str | None,
-        typer.Option("--only", metavar="NAME", help="Run only this robot, or only the referee.", hidden=True),
-    ] = None,
-    parent: Annotated[
-        int, typer.Option("--parent", metavar="PID", help="Process that started this one.", hidden=True)
-    ] = 0,
-    seconds: Annotated[
-        float, typer.Option(help="End after this many seconds; run until Ctrl-C if left out.", min=0.1)
-    ] = inf,
-    as_json: Json = False,
-) -> None:
-    """Simulate the robots of a world with physics (MuJoCo), each as a ROS 2 robot in its own namespace.
+OnlyRobot: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--only", metavar="NAME", help="Run only this robot, or only the referee.", hidden=True),
+]
+ParentProcess: TypeAlias = Annotated[
+    int, typer.Option("--parent", metavar="PID", help="Process that started this one.", hidden=True)
+]
 
-    They publish Range, LaserScan, Odometry, Image and positions of targets, and obey Twist. They stop after 0.15 s
-    without a command.
 
-    [dim]understudy robots simulate soccer --write-files .[/]
-    """
-    from msgspec.structs import replace
-
-    from understudy.robots.ros.dds import DdsTransport
-    from understudy.robots.ros.zenoh import ZenohTransport
-    from understudy.sim_mujoco.model import check_physics
-    from understudy.sim_mujoco.processes import REFEREE
-    from understudy.sim_mujoco.robot_files import check_ros, list_robot_names
-    from understudy.sim_mujoco.ros_robots import drop_derived_readings
-    from understudy.ui.cli.options import open_scenario
-    from understudy.ui.cli.output import make_console, print_json
-
-    out = make_console(err=as_json)
-    scenario = open_scenario(world)
+def simulate_robots(options: SimulateOptions) -> None:
+    """Simulate the robots of a world with physics (MuJoCo), each as a ROS 2 robot in its own namespace."""
+    out = make_console(err=options.as_json)
+    scenario = find_scenario(options.world)
     check_physics(scenario)
     check_ros(scenario)
     names = list_robot_names(scenario)
     with _leaving_orderly() as left:
-        if write_files is not None and only is None:
-            known = str(Path(world).resolve()) if Path(world).is_file() else world
-            _write(write_files, scenario, out, world=known, domain=domain, rate_hz=rate, router=router)
-        if only is None and as_json:
+        if options.write_files is not None and options.only is None:
+            known = str(Path(options.world).resolve()) if Path(options.world).is_file() else options.world
+            _write(
+                options.write_files,
+                scenario,
+                out,
+                world=known,
+                domain=options.domain,
+                rate_hz=options.rate,
+                router=options.router,
+            )
+        if options.only is None:
             facts = {
                 "world": scenario.name,
-                "seed": seed,
-                "domain": domain,
-                "rate_hz": rate,
-                "router": router,
+                "seed": options.seed,
+                "domain": options.domain,
+                "rate_hz": options.rate,
+                "router": options.router,
             }
-            print_json({**facts, "robots": names})
-        elif only is None:
-            said = ", ".join(f"/{name}" for name in names)
-            out.print(
-                f"{scenario.name} (seed {seed}): {said} on domain {domain}, {rate:g} Hz. Ctrl-C stops it."
-            )
-        if apart and only is None:
-            _apart([*names, REFEREE], left, seconds=seconds)
+            _announce({**facts, "robots": names}, out, as_json=options.as_json)
+        if options.apart and options.only is None:
+            _apart([*names, REFEREE], left, seconds=options.seconds)
             return
         # One of several ends with the process that began all of them, however that ends.
         late = _simulate(
-            drop_derived_readings(replace(scenario, tick_s=1.0 / rate)),
-            seed,
-            DdsTransport(domain) if router is None else ZenohTransport(domain, router),
-            only,
-            seconds=seconds,
-            stopped=lambda: left.is_set() or (parent != 0 and os.getppid() != parent),
+            drop_derived_readings(replace(scenario, tick_s=1.0 / options.rate)),
+            options.seed,
+            DdsTransport(options.domain)
+            if options.router is None
+            else ZenohTransport(options.domain, options.router),
+            options.only,
+            seconds=options.seconds,
+            stopped=lambda: left.is_set() or (options.parent != 0 and os.getppid() != options.parent),
         )
     if late:
-        out.print(f"{late} ticks came late: this machine is too slow for {rate:g} Hz with as many robots.")
+        out.print(
+            f"{late} ticks came late: this machine is too slow for {options.rate:g} Hz with as many robots."
+        )
+
+
+def _announce(facts: Mapping[str, Any], out: Console, *, as_json: bool) -> None:
+    """Print what is simulated, before it begins."""
+    if as_json:
+        print_json(facts)
+        return
+    said = ", ".join(f"/{name}" for name in facts["robots"])
+    out.print(
+        f"{facts['world']} (seed {facts['seed']}): {said} on domain {facts['domain']}, {facts['rate_hz']:g} Hz. "
+        "Ctrl-C stops it."
+    )
 
 
 def _write(
@@ -130,10 +125,6 @@ def _write(
     router: str | None,
 ) -> None:
     """Write the files of all robots and of the team; keep and report existing files with other contents."""
-    from understudy.robots.robot_file import parse_robot
-    from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
-    from understudy.storage.atomic_write import convert_os_errors, write_atomically
-
     names = list_robot_names(scenario)
     files = {
         f"{name}.toml": format_robot_file(
@@ -203,12 +194,6 @@ def _what(
     scenario: Scenario, seed: int, transport: Transport, only: str | None
 ) -> Simulation | RobotProcess | ObjectServer:
     """Make the simulation of all robots, or of one robot or the referee if the others run in other processes."""
-    from understudy.errors import UnknownName
-    from understudy.sim_mujoco.body import MujocoBody
-    from understudy.sim_mujoco.processes import REFEREE, ObjectServer, RobotProcess
-    from understudy.sim_mujoco.robot_files import list_robot_names
-    from understudy.sim_mujoco.ros_robots import Simulation
-
     if only == REFEREE:
         return ObjectServer(scenario, seed, transport)
     body, names = MujocoBody(scenario, [seed]), list_robot_names(scenario)

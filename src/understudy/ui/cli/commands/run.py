@@ -1,212 +1,299 @@
-"""Command `understudy run`: run a behavior in a simulation, on real robots, or over a recording."""
+"""Command `understudy run`: run a behavior in a simulated world, and show, draw, record or trace it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING
 
-import typer
+from rich import box
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.markup import escape
+from rich.panel import Panel
+from rich.text import Text
 
-from understudy.ui.cli.options import (
-    LIBRARY,
-    BehaviorName,
-    Bind,
-    Json,
-    KitName,
-    LibraryOption,
-    SameWorld,
-    ScenarioName,
-)
-from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, TeamFileOption
-from understudy.ui.cli.robot_options import find_robots_file as real
+from understudy.adapters.body_maker import find_world
+from understudy.analysis.run_header import trace_entry
+from understudy.analysis.run_trace import TraceWriter, add_team_tick, describe_trace_columns, write_trace
+from understudy.clock import REAL_TIME, Clock
+from understudy.errors import SettingError
+from understudy.sim.catalog import locate_scenario
+from understudy.sim.scenario.schema import Goal, Scenario
+from understudy.sim.team.libraries import make_team
+from understudy.sim.view import RunFrame, WorldView
+from understudy.sim.world import World
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.ui.cli.commands.run_body import run_on_body
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
+from understudy.ui.cli.output import make_console
+from understudy.ui.cli.recordings import PICTURES, is_recording, make_run_info, record_team_ticks
+from understudy.ui.cli.run_options import SimulatedRunOptions
+from understudy.ui.tui.world_view import describe_followed_robot, fit_arena, render_world
+from understudy.viz.path_png import draw_path_png
+from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
-    """Options that apply to every mode of `understudy run`; subclasses add those of one mode."""
-
-    behavior: str | None
-    bind: list[str] | None
-    kit: str | None
-    as_json: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SimulatedRunOptions(RunOptions):
-    """Options of a run in a simulated world."""
-
-    scenario: str | None
-    world: str | None
-    seed: int
-    seconds: float | None
-    speed: float
-    record: Path | None
-    trace: Path | None
-    library: Path
+if TYPE_CHECKING:
+    from understudy.robots.recording.header import RunInfo
+    from understudy.runtime.team.team import Team
+    from understudy.ui.cli.run_options import SimulatedRunOptions
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotRunOptions(RunOptions):
-    """Options of a run on real robots."""
-
-    REFUSAL: ClassVar[str] = "is not used with real robots"
-    robot: Path | None
-    team: Path | None
-    record: Path | None
-    no_record: bool
-    seconds: float | None
-    library: Path
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReplayOptions(RunOptions):
-    """Options of `--replay`, which decides again over a recording; None means as recorded."""
-
-    REFUSAL: ClassVar[str] = "is not used with --replay"
-    replay: Path
-    library: Path | None
-
-
-def _names(*modes: type[RunOptions]) -> dict[str, None]:
-    """Return the option names of several modes, each once."""
-    return dict.fromkeys(each.name for mode in modes for each in fields(mode))
-
-
-OPTIONS = tuple(_names(SimulatedRunOptions, RobotRunOptions, ReplayOptions))
-"""Names of all options; of several that do not apply in a mode, the first here is refused."""
-
-
-def run_behavior(
-    context: typer.Context,
-    scenario: ScenarioName = None,
-    behavior: BehaviorName = None,
-    library: LibraryOption = LIBRARY,
-    world: SameWorld = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
-    record: Annotated[
-        Path | None,
-        typer.Option(
-            "--record", "-r", metavar="OUT.gif|png|mcap", help="Draw or record the run instead of showing it."
-        ),
-    ] = None,
-    trace: Annotated[
-        Path | None,
-        typer.Option(
-            "--trace", metavar="OUT.jsonl|OUT.parquet", help="Save the positions and states of the robots."
-        ),
-    ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(
-            "--seconds",
-            min=0.1,
-            max=86_400,
-            help="End after this time (simulated seconds) instead of the scenario's limit.",
-            show_default=False,
-        ),
-    ] = None,
-    speed: Annotated[
-        float, typer.Option("--speed", min=0.1, max=1000, help="Playback speed, as a multiple of real time.")
-    ] = 8.0,
-    replay: Annotated[
-        Path | None,
-        typer.Option(
-            "--replay",
-            metavar="FILE.mcap",
-            help="Decide again over a recording, and show where decisions differ.",
-            show_default=False,
-        ),
-    ] = None,
-    bind: Bind = None,
-    robot: RobotFileOption = None,
-    team: TeamFileOption = None,
-    no_record: NoRecording = False,
-    kit: KitName = None,
-    as_json: Json = False,
-) -> None:
-    """Run a behavior in a scenario's world, on all robots that have it, and show, draw or record the run.
-
-    Behaviors are the automata of the library, and the basic behaviors of the scenario's robots.
-
-    [dim]understudy run --library demo/library --behavior forage --seed 7[/]
-
-    [dim]understudy run --behavior goto --bind A=station --record goto.gif[/]
-
-    [dim]understudy run patrol --behavior forwards --seconds 20[/]
-
-    [dim]understudy run --record run.mcap[/], then [dim]understudy run --replay run.mcap --library corrected[/]
-
-    [dim]understudy run --robot rover.toml --behavior servo[/]
-
-    The automata of a squad are in a subfolder of the squad's name, and its coordinators run them. If robot types
-    differ, each has a subfolder of its name, too. SORT/BEHAVIOR selects the behavior of one squad or type.
-    """
-    if replay is not None:
-        from understudy.ui.cli.commands.run_replay import run_replay
-
-        _refuse_meaningless(context, ReplayOptions)
-        run_replay(
-            ReplayOptions(
-                replay=replay,
-                behavior=behavior,
-                library=library if _given(context, "library") else None,
-                bind=bind,
-                kit=kit,
-                as_json=as_json,
-            )
-        )
-    elif real(robot, team, world=scenario or world) is not None:
-        from understudy.ui.cli.commands.run_robot import run_robots
-
-        _refuse_meaningless(context, RobotRunOptions)
-        run_robots(
-            RobotRunOptions(
-                robot=robot,
-                team=team,
-                record=record,
-                no_record=no_record,
-                seconds=seconds,
-                behavior=behavior,
-                library=library,
-                bind=bind,
-                kit=kit,
-                as_json=as_json,
-            )
-        )
+def run_behavior(options: SimulatedRunOptions) -> None:
+    """Run a behavior in a scenario's world, on all robots that have it, and show, draw or record the run."""
+    opened = find_world(options.world_name)
+    if isinstance(opened, Scenario):
+        run_in_scenario(options, opened)
     else:
-        from understudy.ui.cli.commands.run_simulated import run_simulated
+        run_on_body(options, opened)
 
-        run_simulated(
-            SimulatedRunOptions(
-                scenario=scenario,
-                world=world,
-                seed=seed,
-                seconds=seconds,
-                speed=speed,
-                record=record,
-                trace=trace,
-                behavior=behavior,
-                library=library,
-                bind=bind,
-                kit=kit,
-                as_json=as_json,
-            )
+
+FRAMES_PER_S = 12.0
+IDLES = "idles"
+
+
+def run_in_scenario(options: SimulatedRunOptions, world: Scenario) -> None:
+    """Run a behavior in a simulated world; show it in the terminal, or draw, record or trace it."""
+    record = options.record
+    _check_record(record)
+    running = RunSession.from_options(options, world)
+    shown = record is None and not options.as_json and make_console().is_terminal
+    with (
+        record_team_ticks(record, running.team, ran=running.make_run_info) as running.tick_team,
+        running.open_trace(options.trace) as trace,
+    ):
+        frames = _watch(running, options.speed, trace) if shown else _record(running, trace)
+    if record is not None and not is_recording(record):
+        title = f"{running.behavior} in {running.body.scenario.name}, seed {options.seed}"
+        _draw(frames, record, title=title, speed=options.speed)
+    if options.as_json:
+        print_json(running.result())
+        return
+    make_console().print(_ending(running.result()))
+    if record is not None:
+        made = "Recorded" if is_recording(record) else "Drawn"
+        make_console().print(f"{made} in {record}", markup=False, soft_wrap=True)
+    if options.trace is not None:
+        make_console().print(f"Traced in {options.trace}", markup=False, soft_wrap=True)
+
+
+def _check_record(record: Path | None) -> None:
+    """Refuse a file that is neither a picture nor a recording."""
+    if record is not None and not is_recording(record) and record.suffix.lower() not in PICTURES:
+        remedy = "name a file that ends in .gif (in motion), .png (its path) or .mcap (all readings)"
+        raise SettingError(
+            where="--record",
+            setting=repr(str(record)),
+            problem="is neither a picture nor a recording",
+            remedy=remedy,
         )
 
 
-def _given(context: typer.Context, option: str) -> bool:
-    """Return whether an option was given on the command line."""
-    source = context.get_parameter_source(option)
-    return source is not None and source.name == "COMMANDLINE"
+@dataclass(frozen=True, slots=True)
+class SimulatedRunResult:
+    """Result of a simulated run as `--json` prints it; None where a value does not apply."""
+
+    behavior: str
+    world: str
+    seed: int
+    robots: int
+    seconds: float
+    goal: str | None
+    success: bool | None
+    delivered: int
+    total: int
+    gathered: int
+    path: tuple[str, ...] | None
+    doing: dict[str, int]
+    record: str | None
 
 
-def _refuse_meaningless(context: typer.Context, mode: type[RobotRunOptions | ReplayOptions]) -> None:
-    """Refuse the first option that was given but does not apply in this mode."""
-    from understudy.errors import SettingError
+class RunSession:
+    """Run of one behavior in a simulated world, by the robots or by the coordinators of a squad."""
 
-    meant = _names(mode)
-    for option in OPTIONS:
-        if option not in meant and _given(context, option):
-            named = "SCENARIO" if option == "scenario" else f"--{option.replace('_', '-')}"
-            raise SettingError(where="run", setting=named, problem=mode.REFUSAL, remedy="leave it out")
+    def __init__(self, options: SimulatedRunOptions, team: Team, assigned: RunAssignment) -> None:
+        if not isinstance(team.ground, World):
+            raise TypeError("a team of real robots")
+        self.team, self.body, self.behavior = team, team.ground, assigned.behavior
+        self.tick_team = team.tick
+        self._options, self._assigned = options, assigned
+        self._limit_s = options.seconds or self.body.scenario.limit_s
+        sorts = list(assigned.roots)
+        self._sort = sorts[0]
+        alone = [name for name in sorts if name in team.tree.types]
+        kinds = [team.tree.types[kind] for kind in team.tree.type_of]
+        self._rests = [self.behavior if kind in alone else IDLES for kind in kinds]
+        self._flags = assigned.flags
+
+    @classmethod
+    def from_options(cls, options: SimulatedRunOptions, where: Scenario) -> RunSession:
+        """Make the run that the options describe in a scenario, before its first tick."""
+        kit = choose_kit(options.kit, where)
+        assigned = assign_run(where, options.behavior, options.library, kit, options.bind)
+        team = make_team(where, [options.seed], assigned.libraries, assigned.roots)
+        return cls(options, team, assigned)
+
+    def make_run_info(self) -> RunInfo:
+        """Describe the run for the header of its trace or recording, so that it can be repeated."""
+        options = self._options
+        return make_run_info(
+            self.team.programs,
+            self._assigned,
+            options.library,
+            scenario=locate_scenario(options.world_name),
+            seed=options.seed,
+            kit=options.kit,
+        )
+
+    def open_trace(self, path: Path | None) -> AbstractContextManager[TraceWriter | None]:
+        """Open the writer of its trace, or a null context if `path` is None."""
+        if path is None:
+            return nullcontext()
+        body, seed = self.body, self._options.seed
+        ran = trace_entry(self.make_run_info(), body.scenario)
+        return write_trace(
+            path,
+            scenario=body.scenario.name,
+            seed=seed,
+            tick_s=body.tick_s,
+            robots=body.robots,
+            run=ran,
+            columns=describe_trace_columns(self.team),
+        )
+
+    @property
+    def paths(self) -> list[tuple[str, ...]]:
+        """Active states of each robot, outermost first; without an automaton, the basic behavior or 'idles'."""
+        return [path or (rests,) for path, rests in zip(self.team.paths, self._rests, strict=True)]
+
+    @property
+    def frame(self) -> RunFrame:
+        """Current state of the world and the robots, for drawing."""
+        return RunFrame(self.body.view(), [path[0] for path in self.paths])
+
+    @property
+    def finished(self) -> bool:
+        """Whether the scenario's goal was reached."""
+        return bool(self.body.finished_s[0] >= 0)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the goal is reached, the time is over, or all robots of the behavior have raised a flag."""
+        if self.finished or self.body.time_s >= self._limit_s - 1e-9:
+            return True
+        return bool(self._flags) and bool(self.team.find_raised(self._sort, self._flags).all())
+
+    def tick(self, trace: TraceWriter | None) -> None:
+        """Advance by one tick, and add it to the trace if there is one."""
+        self.tick_team()
+        if trace is not None:
+            add_team_tick(trace, self.team, self.body.view(), self.paths)
+
+    def result(self) -> SimulatedRunResult:
+        """Return the result of the run so far."""
+        body, paths, record = self.body, self.paths, self._options.record
+        goal = body.scenario.goal
+        return SimulatedRunResult(
+            behavior=self.behavior,
+            world=body.scenario.name,
+            seed=self._options.seed,
+            robots=body.robots,
+            seconds=round(body.time_s, 6),
+            goal=None if goal is None else _goal(goal),
+            success=None if goal is None else self.finished,
+            delivered=int(body.delivered[0]),
+            total=int(body.total[0]),
+            gathered=int(body.gathered[0]),
+            path=paths[0] if body.robots == 1 else None,
+            doing=dict(Counter(path[0] for path in paths).most_common()),
+            record=None if record is None else str(record),
+        )
+
+
+def _goal(goal: Goal) -> str | None:
+    """Return the kind of goal in a word: delivered, gathered, or the name of the target."""
+    return "delivered" if goal.delivered else "gathered" if goal.gathered else goal.target
+
+
+def _ending(result: SimulatedRunResult) -> str:
+    """Describe how the run ended in a sentence."""
+    if result.success:
+        homes = {"delivered": "all food is home", "gathered": "enough boxes are home"}
+        ended = f"[green]{homes.get(result.goal or '', 'goal reached')}[/]"
+    elif result.path:
+        ended = f"[yellow]in {escape(result.path[-1])}[/]"
+    else:
+        doing = ", ".join(f"{name} {number}" for name, number in result.doing.items())
+        ended = f"[yellow]{result.robots} robots: {escape(doing)}[/]"
+    brought = f"; brought {result.delivered} of {result.total} units home" if result.total else ""
+    if result.gathered:
+        brought += f"; gathered {result.gathered} box{'es' * (result.gathered > 1)}"
+    where = "world" if result.world == "forage" else f"{result.world} world"
+    return f"{result.behavior} in {where} {result.seed}: {ended} after {result.seconds:.1f} s{brought}"
+
+
+def _record(running: RunSession, trace: TraceWriter | None) -> list[RunFrame]:
+    recording = FrameBuffer()
+    recording.append(running.frame)
+    while not running.is_over:
+        running.tick(trace)
+        recording.append(running.frame)
+    return recording.frames
+
+
+def _watch(
+    running: RunSession, speed: float, trace: TraceWriter | None, clock: Clock = REAL_TIME
+) -> list[RunFrame]:
+    """Show the run in the terminal while it runs; Ctrl-C ends it."""
+    out, body = make_console(), running.body
+    step = speed / FRAMES_PER_S
+    with Live(console=out, auto_refresh=False, transient=False) as live:
+        due = clock()
+        while True:
+            view = body.view()
+            live.update(
+                render_run_screen(view, running.paths, wide=out.width, tall=out.height - 6), refresh=True
+            )
+            if running.is_over:
+                return []
+            until = body.time_s + step
+            while body.time_s < until and not running.is_over:
+                running.tick(trace)
+            due += 1.0 / FRAMES_PER_S
+            clock.sleep(due - clock())
+
+
+def _draw(frames: list[RunFrame], path: Path, *, title: str, speed: float) -> None:
+    with convert_os_errors(
+        path, "writing the picture", remedy="name a file in a folder that exists and that you may write to"
+    ):
+        if path.suffix.lower() == ".gif":
+            draw_run_gif(frames, path, speed=speed)
+        else:
+            draw_path_png(frames, path, title=title)
+
+
+def render_run_screen(
+    view: WorldView, paths: Sequence[Sequence[str]], *, wide: int, tall: int
+) -> RenderableType:
+    """Render the world, the active states of its robot (of several: counts per state), and its readings."""
+    columns, lines = fit_arena(view, wide - 2, max(tall - 2, 6))
+    drawn = render_world(view, columns=columns, lines=lines, robot=0 if len(paths) == 1 else None)
+    known = Text.assemble((f"{view.time_s:6.1f} s", "bold"), "   ", describe_followed_robot(view, wide))
+    return Group(
+        Panel(drawn, box=box.ROUNDED, width=columns + 2, padding=0, border_style="dim"),
+        Text(_doing(paths), style="bold", no_wrap=True, overflow="ellipsis"),
+        known,
+        Text("Ctrl-C ends it", style="dim"),
+    )
+
+
+def _doing(paths: Sequence[Sequence[str]]) -> str:
+    if len(paths) == 1:
+        return " > ".join(paths[0]) or "idle"
+    counts = Counter(path[0] if path else "idle" for path in paths)
+    return "   ".join(f"{name} {count}" for name, count in sorted(counts.items()))

@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
 from typing import TYPE_CHECKING
 
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
 from understudy.clock import REAL_TIME, Clock
+from understudy.errors import SettingError
+from understudy.robots.recording.header import RunInfo
+from understudy.runtime.body import list_reading_keys
+from understudy.runtime.program import link
+from understudy.runtime.run_loop import Run
+from understudy.runtime.thinning_buffer import ThinningBuffer
+from understudy.sim.body_world import BodyWorld
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
+from understudy.ui.cli.output import make_console
+from understudy.ui.cli.recordings import PICTURES, describe_body_run, is_recording, record_ticks
+from understudy.ui.tui.body_readings import render_body_readings
+from understudy.viz.picture_files import write_picture_gif, write_picture_png
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy as np
     from numpy.typing import NDArray
-    from rich.console import RenderableType
 
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.robots.recording.header import RunInfo
-    from understudy.runtime.program import Program
-    from understudy.runtime.run_loop import Run
-    from understudy.sim.body_world import BodyWorld
-    from understudy.ui.cli.commands.run import SimulatedRunOptions
-    from understudy.ui.cli.options import RunAssignment
+    from understudy.ui.cli.run_options import SimulatedRunOptions
 
 LIMIT_S = 60.0
 """How long a run lasts whose body has no end and for which no time was given, s."""
@@ -31,14 +42,10 @@ MOST_PICTURES = 300
 REFRESHES_PER_S = 12.0
 
 
-def run_body(options: SimulatedRunOptions, maker: BodyMaker) -> None:
+def run_on_body(options: SimulatedRunOptions, maker: BodyMaker) -> None:
     """Run a behavior on a body of the user's own; show its readings in the terminal, or draw it."""
-    from understudy.ui.cli.options import assign_run, find_kit, make_world_kit
-    from understudy.ui.cli.output import make_console, print_json
-    from understudy.ui.cli.recordings import is_recording, record_ticks
-
     _check_options(options)
-    kit = make_world_kit(maker) if options.kit is None else find_kit(options.kit, maker.name)
+    kit = choose_kit(options.kit, maker)
     assigned = assign_run(maker, options.behavior, options.library, kit, options.bind)
     running = BodyRunSession(options, maker, assigned)
     record = options.record
@@ -68,10 +75,6 @@ def run_body(options: SimulatedRunOptions, maker: BodyMaker) -> None:
 
 def _check_options(options: SimulatedRunOptions) -> None:
     """Refuse what needs to know where robots are."""
-    from understudy.errors import SettingError
-    from understudy.ui.cli.commands.run_simulated import PICTURES
-    from understudy.ui.cli.recordings import is_recording
-
     where = "run"
     if options.trace is not None:
         problem = "is not written of a body of your own, which has no positions"
@@ -104,10 +107,6 @@ class BodyRunSession:
     """The run of one behavior by all agents of a body."""
 
     def __init__(self, options: SimulatedRunOptions, maker: BodyMaker, assigned: RunAssignment) -> None:
-        from understudy.runtime.program import link
-        from understudy.runtime.run_loop import Run
-        from understudy.sim.body_world import BodyWorld
-
         program = link(assigned.libraries[assigned.sort], assigned.behavior, assigned.binding)
         self.world: BodyWorld = BodyWorld(maker, options.seed, name=maker.name)
         self.run: Run = Run.from_program(self.world, program)
@@ -143,8 +142,6 @@ class BodyRunSession:
 
     def list_readings(self) -> dict[str, list[float | None]]:
         """Return the present value of all readings of each agent."""
-        from understudy.runtime.body import list_reading_keys
-
         percept = self.world.sense(list_reading_keys(self.world))
         return {
             name if target is None else f"{name}({target})": [
@@ -155,8 +152,6 @@ class BodyRunSession:
 
     def result(self) -> BodyRunResult:
         """Return the result of the run so far."""
-        from collections import Counter
-
         world, paths, record = self.world, self.paths, self._options.record
         return BodyRunResult(
             behavior=self.behavior,
@@ -170,26 +165,6 @@ class BodyRunSession:
             readings=self.list_readings(),
             record=None if record is None else str(record),
         )
-
-
-def describe_body_run(
-    program: Program, assigned: RunAssignment, *, world: str, seed: int, library: Path, kit: str | None
-) -> RunInfo:
-    """Describe a run on a body of the user's own for the header of its recording."""
-    from understudy.analysis.run_header import fingerprint_programs
-    from understudy.robots.recording.header import RunInfo
-
-    automata = fingerprint_programs([program], assigned.libraries[assigned.sort])
-    return RunInfo(
-        scenario=world,
-        seed=seed,
-        kit=kit,
-        library=str(library.resolve()),
-        sorts=[assigned.sort],
-        behavior=assigned.behavior,
-        binding=assigned.binding,
-        automata={assigned.sort: automata},
-    )
 
 
 def _format_ending(result: BodyRunResult) -> str:
@@ -209,11 +184,6 @@ def _format_ending(result: BodyRunResult) -> str:
 
 def _draw(running: BodyRunSession, options: SimulatedRunOptions) -> None:
     """Run to the end and draw the body into the file of --record."""
-    from understudy.errors import SettingError
-    from understudy.runtime.thinning_buffer import ThinningBuffer
-    from understudy.storage.atomic_write import convert_os_errors
-    from understudy.viz.picture_files import write_picture_gif, write_picture_png
-
     if options.record is None or not running.world.has_picture:
         problem = f"needs pictures, and {running.world.name} makes a body without any"
         remedy = 'give it a method render that returns one, or an environment render_mode="rgb_array"'
@@ -241,10 +211,6 @@ def _draw(running: BodyRunSession, options: SimulatedRunOptions) -> None:
 
 def _watch(running: BodyRunSession, speed: float, clock: Clock = REAL_TIME) -> None:
     """Show states and readings in the terminal while the run goes on; Ctrl-C ends it."""
-    from rich.live import Live
-
-    from understudy.ui.cli.output import make_console
-
     out, world, step = make_console(), running.world, speed / REFRESHES_PER_S
     with Live(console=out, auto_refresh=False, transient=False) as live:
         due = clock()
@@ -261,11 +227,6 @@ def _watch(running: BodyRunSession, speed: float, clock: Clock = REAL_TIME) -> N
 
 def render_body_screen(running: BodyRunSession, *, lines: int) -> RenderableType:
     """Render the active states and the readings; of several agents, those of the first one."""
-    from rich.console import Group
-    from rich.text import Text
-
-    from understudy.ui.tui.body_readings import render_body_readings
-
     world = running.world
     more = f"  the first of {world.agents} agents" if world.agents > 1 else ""
     return Group(

@@ -1,27 +1,47 @@
-"""Mode `understudy run --replay`: decide again over a recording, and show where decisions differ."""
+"""Command `understudy replay`: decide again over a recording, and show where decisions differ."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+from rich.markup import escape
+
+from understudy.analysis.explain_run import (
+    DecisionDiff,
+    ReplayDiff,
+    RunNotReproducible,
+    diff_replayed_decisions,
+)
+from understudy.analysis.explanation_text import DIGITS, DecisionData
+from understudy.analysis.rerun import Rerun
+from understudy.errors import SettingError, join_names
+from understudy.robots.recording.reader import Recording, read_recording
+from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
+from understudy.storage.document import fingerprint_automaton
+from understudy.ui.cli.commands.why_team import print_decision, round_values
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import choose_behavior
+from understudy.ui.cli.options import parse_bindings
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.recordings import (
+    choose_recording_kit,
+    load_current_libraries,
+    load_recorded_libraries,
+    read_recorded_scenario,
+)
+from understudy.ui.cli.run_options import ReplayOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rich.console import Console
 
-    from understudy.analysis.explain_run import DecisionDiff, ReplayDiff
-    from understudy.analysis.explanation_text import DecisionData
     from understudy.model.library import Kit
     from understudy.robots.recording.header import RunInfo
-    from understudy.robots.recording.reader import Recording
     from understudy.sim.scenario.schema import Scenario
-    from understudy.sim.team.libraries import Libraries
-    from understudy.ui.cli.commands.run import ReplayOptions
 
 DIFFERENT = 1
 MOST_SHOWN = 12
@@ -42,8 +62,6 @@ class DifferenceData:
     @classmethod
     def from_difference(cls, each: DecisionDiff) -> DifferenceData:
         """Convert a difference to plain data, with times rounded."""
-        from understudy.analysis.explanation_text import DIGITS, DecisionData
-
         from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
         decision = DecisionData.from_optional_reason(each.reason)
         return cls(each.agent, from_s, until_s, each.ticks, each.recorded, each.now, decision)
@@ -67,12 +85,9 @@ class ReplayResult:
     former: dict[str, int]
 
 
-def run_replay(options: ReplayOptions) -> None:
+def replay_recording(options: ReplayOptions) -> None:
     """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
-    from understudy.robots.recording.reader import read_recording
-    from understudy.ui.cli.output import make_console, print_json
-
-    recording = read_recording(options.replay)
+    recording = read_recording(options.recording)
     _check_taught(recording, options)
     result, again = _decided_again(recording, options)
     if options.as_json:
@@ -85,22 +100,14 @@ def run_replay(options: ReplayOptions) -> None:
 
 def _check_taught(recording: Recording, options: ReplayOptions) -> None:
     """Refuse a recording of a teaching session unless the options name an automaton and its library."""
-    from understudy.errors import SettingError
-
     if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
         missing = "--behavior" if options.behavior is None else "--library"
         problem = "is missing: nothing ran, a person taught"
         remedy = "name the automaton and its library"
-        raise SettingError(where=str(options.replay), setting=missing, problem=problem, remedy=remedy)
+        raise SettingError(where=str(options.recording), setting=missing, problem=problem, remedy=remedy)
 
 
 def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, ReplayDiff]:
-    from understudy.analysis.explain_run import diff_replayed_decisions
-    from understudy.analysis.rerun import Rerun
-    from understudy.sim.team.libraries import find_behavior_sort, list_running_sorts
-    from understudy.ui.cli.options import choose_behavior, parse_bindings
-    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
-
     ran, where = recording.head.ran, read_recorded_scenario(recording)
     parts = choose_recording_kit(recording, options.kit, where)
     named = options.behavior or ran.behavior
@@ -144,9 +151,6 @@ def _known(
 
     Current libraries are also used if no stored version matches the recording, or another behavior is named.
     """
-    from understudy.analysis.explain_run import RunNotReproducible
-    from understudy.ui.cli.library_data import load_current_libraries, load_recorded_libraries
-
     folder = library or Path(ran.library)
     if library is None and behavior == ran.behavior:
         with suppress(RunNotReproducible):
@@ -156,8 +160,6 @@ def _known(
 
 def _changed(ran: RunInfo, known: Libraries) -> list[str]:
     """Return the names of automata that have changed since the recording."""
-    from understudy.storage.document import fingerprint_automaton
-
     found = []
     for sort, marks in ran.automata.items():
         taught = known[sort].taught if sort in known else {}
@@ -170,11 +172,6 @@ def _changed(ran: RunInfo, known: Libraries) -> list[str]:
 
 
 def _show(result: ReplayResult, differences: Sequence[DecisionDiff], out: Console) -> None:
-    from rich.markup import escape
-
-    from understudy.errors import join_names
-    from understudy.ui.cli.output import format_count
-
     if not result.whole:
         out.print(
             "[yellow]It was not closed:[/] what was recorded until then is all there is.", soft_wrap=True
@@ -203,10 +200,6 @@ def _show(result: ReplayResult, differences: Sequence[DecisionDiff], out: Consol
 
 
 def _show_difference(each: DecisionDiff, out: Console, *, several: bool) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.commands.why import print_decision, round_values
-
     robot = f"robot {each.agent}, " if several else ""
     until = f" to {round_values(each.until_s)}" if each.ticks > 1 else ""
     recorded, now = (" > ".join(path) or "nothing" for path in (each.recorded, each.now))

@@ -1,4 +1,4 @@
-"""Mode `understudy run --robot`: run a behavior on real robots; a person arms them, any key stops them."""
+"""Command `understudy robots run`: run a behavior on real robots; a person arms them, any key stops them."""
 
 from __future__ import annotations
 
@@ -7,27 +7,37 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import typer
+from rich.live import Live as Screen
 
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError, join_names
+from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import LocalNetwork, make_fate
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
+from understudy.ui.cli.output import make_console, make_table
+from understudy.ui.cli.recordings import make_run_info
+from understudy.ui.cli.robot_connection import connect_twin, split_robots_file
+from understudy.ui.cli.run_options import RobotRunOptions
 
 if TYPE_CHECKING:
     from understudy.robots.fleet import Fleet
-    from understudy.robots.twin import DigitalTwin
-    from understudy.ui.cli.commands.run import RobotRunOptions
-    from understudy.ui.cli.options import RunAssignment
 
 
 LISTEN_S = 2.0
 SHOWN_S = 0.1
 BY = "the terminal"
+NO_RECORDING = "none"
+"""What `--record` is given in place of a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,33 +53,29 @@ class RobotRunResult:
     doing: list[tuple[str, ...]]
 
 
-def run_robots(options: RobotRunOptions) -> None:
-    """Run a behavior on real robots until it is done, the time is over, or a key stops it."""
-    from understudy.ui.cli.output import make_console, print_json
-    from understudy.ui.cli.robot_options import connect_twin
+def run_on_robots(options: RobotRunOptions) -> None:
+    """Run a behavior on real robots. A person arms them in the terminal, and any key stops them."""
+    recorded = options.record != NO_RECORDING
+    record = Path(options.record) if options.record is not None and recorded else None
+    with connect_twin(*split_robots_file(options.file), record=record, recorded=recorded) as twin:
+        run_on_twin(twin, options)
 
-    with connect_twin(
-        options.robot, options.team, record=options.record, recorded=not options.no_record
-    ) as twin:
-        result = _run(twin, options)
-        if options.as_json:
-            print_json(result)
-        else:
-            late = f", {result.late_ticks} of them late" if result.late_ticks else ""
-            said = f"{result.behavior}: {result.ended} after {result.ticks} ticks{late}. Stopped."
-            make_console().print(said, markup=False)
+
+def run_on_twin(twin: DigitalTwin, options: RobotRunOptions) -> None:
+    """Run a behavior on connected robots until it is done, the time is over, or a key stops it."""
+    result = _run(twin, options)
+    if options.as_json:
+        print_json(result)
+        return
+    late = f", {result.late_ticks} of them late" if result.late_ticks else ""
+    said = f"{result.behavior}: {result.ended} after {result.ticks} ticks{late}. Stopped."
+    make_console().print(said, markup=False)
 
 
 def _run(twin: DigitalTwin, options: RobotRunOptions) -> RobotRunResult:
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.ui.cli.options import assign_run, find_kit
-    from understudy.ui.cli.recordings import make_run_info
-
     fleet = twin.fleet
     _see_person(fleet)
-    kit = (
-        make_scenario_kit(twin.scenario) if options.kit is None else find_kit(options.kit, twin.scenario.name)
-    )
+    kit = choose_kit(options.kit, twin.scenario)
     assigned = assign_run(twin.scenario, options.behavior, options.library, kit, options.bind)
     live = LiveRun(twin, assigned.libraries, assigned.roots)
     twin.follow(lambda: live.team.paths)
@@ -116,10 +122,6 @@ def _looked_over(live: LiveRun) -> None:
 
     The person decides whether to continue. What takes longer the first time is done by then.
     """
-    import typer
-
-    from understudy.robots.diagnostics import diagnose_connection
-
     fleet = live.twin.fleet
     typer.echo(f"Listening to {', '.join(robot.file.name for robot in fleet)} ...", err=True)
     until = REAL_TIME() + LISTEN_S
@@ -131,8 +133,6 @@ def _looked_over(live: LiveRun) -> None:
 
 
 def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
-    import typer
-
     for robot in fleet:
         if drives := [name for name, skill in robot.file.skills.items() if skill.moves]:
             typer.echo(
@@ -152,10 +152,6 @@ def _armed_by_a_person(fleet: Fleet, behavior: str) -> None:
 
 def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
     """Tick until the run ends, and return why it ended."""
-    from rich.live import Live as Screen
-
-    from understudy.ui.cli.output import make_console
-
     twin, until, flags = live.twin, inf, assigned.flags
     with (
         _keys() as pressed,
@@ -183,8 +179,6 @@ def _go(live: LiveRun, assigned: RunAssignment, seconds: float | None) -> str:
 
 
 def _told(twin: DigitalTwin, live: LiveRun, rests: str) -> Any:
-    from understudy.ui.cli.output import make_table
-
     made = make_table("robot", "doing", "~")
     for robot, path in zip(twin.fleet, live.team.paths, strict=True):
         doing = " > ".join(path) or rests

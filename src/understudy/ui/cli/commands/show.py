@@ -1,69 +1,58 @@
-"""Command `understudy show`: show everything about one automaton."""
+"""Commands `understudy show` and `understudy draw`: show everything about one automaton, or draw it as a picture."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from math import degrees
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
+from msgspec import Struct
+from rich.columns import Columns
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
+from understudy.errors import FileError
+from understudy.learning.fit import learn
+from understudy.model.describe import around_zero
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import (
+    AutomatonDescription,
+    ExampleRow,
+    describe_automaton,
+    find_automaton,
+    open_listings,
+)
+from understudy.ui.cli.library_options import DrawOptions, ShowOptions
+from understudy.ui.cli.output import format_count, format_saved_time, make_console, make_table
+from understudy.viz.automaton_file import check_picture_name, render_automata
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from rich.console import Console
 
     from understudy.model.automaton import Automaton
     from understudy.model.library import Library
-    from understudy.ui.cli.library_data import AutomatonDescription, ExampleRow
+
 
 SHOWN = 20
 
 
-def show_automaton(
-    name: Annotated[
-        str, typer.Argument(help="Name of the automaton; SORT/NAME for one of a squad or robot type.")
-    ],
-    library: LibraryOption = LIBRARY,
-    world: SomeWorld = None,
-    kit: KitName = None,
-    everything: Annotated[
-        bool, typer.Option("--all", help="List all examples, including watched ones.")
-    ] = False,
-    as_json: Json = False,
-) -> None:
-    """Show an automaton: its states, its features, the conditions it learned, and its examples.
-
-    [dim]understudy show goto --library demo/library[/]
-    """
-    from understudy.ui.cli.library_data import describe_automaton, find_listed, open_all_libraries
-    from understudy.ui.cli.options import find_optional_kit, find_optional_scenario, import_learner
-    from understudy.ui.cli.output import make_console, print_json
-
-    where = find_optional_scenario(world)
-    listings = open_all_libraries(library, where, find_optional_kit(kit, world), import_learner())
-    prefix, name = find_listed(listings, name)
-    listing = listings[prefix]
-    if name not in listing.opened:
-        raise listing.problems[f"{name}.json"]
+def show_automaton(options: ShowOptions) -> None:
+    """Show an automaton: its states, its features, the conditions it learned, and its examples."""
+    listing, name = find_automaton(open_listings(options, learn), options.name)
     automaton = listing.library.automaton(name)
     facts = describe_automaton(listing.folder, listing.library, listing.opened[name])
-    if as_json:
+    if options.as_json:
         print_json(facts)
         return
     out = make_console()
     _head(facts, out)
     _structure(automaton, listing.library, out)
     _conditions(automaton, facts.conditions, out)
-    _examples(facts, out, everything=everything)
+    _examples(facts, out, everything=options.everything)
 
 
 def _head(facts: AutomatonDescription, out: Console) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, format_saved_time
-
     called = facts.name + (f"({', '.join(facts.parameters)})" if facts.parameters else "")
     out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts.stateless else ""))
     kept = format_count(len(facts.versions), "former version")
@@ -85,11 +74,6 @@ def _head(facts: AutomatonDescription, out: Console) -> None:
 
 
 def _structure(automaton: Automaton, library: Library, out: Console) -> None:
-    from rich.columns import Columns
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import make_table
-
     states = make_table("state", "does")
     for state in automaton.states:
         does = (
@@ -109,9 +93,6 @@ def _kind(spelled: str) -> str:
 
 
 def _conditions(automaton: Automaton, conditions: Mapping[str, Sequence[str]], out: Console) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
     out.print("[bold]When it switches[/]")
     for state in automaton.states:
         if state.flag is None:
@@ -123,10 +104,6 @@ def _conditions(automaton: Automaton, conditions: Mapping[str, Sequence[str]], o
 
 
 def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, make_table
-
     rows = [row for row in facts.examples if everything or row.kind != "watched"]
     if not facts.examples:
         return
@@ -160,9 +137,6 @@ def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) ->
 
 def _reasons(rows: list[ExampleRow], out: Console) -> None:
     """Print why examples are in quarantine, one line per reason."""
-    from rich.markup import escape
-    from rich.padding import Padding
-
     why: dict[str, list[str]] = {}
     for row in rows:
         if row.quarantined:
@@ -177,6 +151,41 @@ def _value(value: float | str | None, unit: str) -> str:
         return "[dim]absent[/]"
     if isinstance(value, str):
         return value
-    from understudy.model.describe import around_zero
-
     return f"{around_zero(round(degrees(value)))}°".replace("-", "−") if unit == "rad" else f"{value:.3g}"
+
+
+def draw_automata(options: DrawOptions) -> None:
+    """Draw an automaton: its states as a graph, and in words when it switches between them."""
+    ending = check_picture_name(options.out, where="--out")
+    if options.out.exists() and not options.force:
+        problem, remedy = "this file exists already", "name another file, or give --force to overwrite it"
+        raise FileError(path=options.out, place="", problem=problem, remedy=remedy)
+    listing, name = find_automaton(open_listings(options, learn), options.name)
+    names = list_automata_below(listing.library, name) if options.children else [name]
+    data = render_automata([listing.library.taught[each] for each in names], ending)
+    with convert_os_errors(options.out, "writing the picture"):
+        write_atomically(options.out, data)
+    if options.as_json:
+        print_json(DrawResult(name=name, file=str(options.out), automata=names, bytes=len(data)))
+    else:
+        make_console().print(f"Drawn in {options.out}", markup=False, soft_wrap=True)
+
+
+class DrawResult(Struct, frozen=True, kw_only=True):
+    """What was drawn: the automata, outermost first, and the file with its size."""
+
+    name: str
+    file: str
+    automata: Sequence[str]
+    bytes: int
+
+
+def list_automata_below(library: Library, name: str) -> list[str]:
+    """List an automaton and all below it that the library has, level by level, each once."""
+    found = [name]
+    for each in found:  # it grows meanwhile
+        runs = dict.fromkeys(state.behavior for state in library.automaton(each).states)
+        found += [
+            child for child in runs if child in library.taught and child is not None and child not in found
+        ]
+    return found

@@ -4,71 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
 
-import typer
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, Json, KitName, LibraryOption, SomeWorld
-
-if TYPE_CHECKING:
-    from understudy.analysis.simplify_preview import (
-        BeforeAfter,
-        ChangedDecision,
-        ChangedMoments,
-        SimplifyPreview,
-    )
-    from understudy.learning.pruning_suggestions import PruningSuggestion
+from understudy.analysis.simplify_preview import (
+    BeforeAfter,
+    ChangedDecision,
+    ChangedMoments,
+    SimplifyPreview,
+    make_simplify_error,
+    preview_simplification,
+)
+from understudy.learning.fit import learn
+from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
+from understudy.storage.library_folder import make_file_stem, read_document, save_automaton
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_optional_kit
+from understudy.ui.cli.library_options import SimplifyOptions
+from understudy.ui.cli.output import format_count, make_console
 
 MOST_DECISIONS = 12
 
 
-def simplify(
-    name: Annotated[str, typer.Argument(help="Name of the automaton.")],
-    library: LibraryOption = LIBRARY,
-    pruning: Annotated[
-        float | None,
-        typer.Option(
-            "--pruning",
-            "-p",
-            min=0,
-            help="Keep a question only if each of its leaves corrects more than this many examples; 0 undoes pruning.",
-            show_default=False,
-        ),
-    ] = None,
-    keep: Annotated[
-        bool,
-        typer.Option(
-            "--keep", help="Save the simplified automaton, with the pruning as an option of its lesson."
-        ),
-    ] = False,
-    world: SomeWorld = None,
-    kit: KitName = None,
-    as_json: Json = False,
-) -> None:
-    """Show an automaton with fewer questions: its conditions before and after, and the decisions that change.
-
-    Nothing is saved without --keep. To undo a saved simplification, use --pruning 0 --keep.
-
-    [dim]understudy simplify goto --library demo/library[/]
-    """
-    from understudy.analysis.simplify_preview import make_simplify_error, preview_simplification
-    from understudy.storage.library_folder import make_file_stem, read_document, save_automaton
-    from understudy.ui.cli.options import find_optional_kit, import_learner
-    from understudy.ui.cli.output import print_json
-
-    path = library / f"{make_file_stem(name)}.json"
-    taught = read_document(path, find_optional_kit(kit, world), import_learner()).taught
-    found = preview_simplification(taught, pruning)
-    if pruning is None and found.suggested is None and keep:
+def simplify(options: SimplifyOptions) -> None:
+    """Show an automaton with fewer questions: its conditions before and after, and the decisions that change."""
+    path = options.library / f"{make_file_stem(options.name)}.json"
+    taught = read_document(path, find_optional_kit(options.kit, options.world), learn).taught
+    found = preview_simplification(taught, options.pruning)
+    if options.pruning is None and found.suggested is None and options.keep:
         problem, remedy = "has too few examples to tell what could go", "say how much with --pruning"
-        raise make_simplify_error(name, problem, remedy)
-    result = _make_result(found, kept=keep)
-    if keep:
-        save_automaton(library, found.after)
-    if as_json:
+        raise make_simplify_error(options.name, problem, remedy)
+    result = _make_result(found, kept=options.keep)
+    if options.keep:
+        save_automaton(options.library, found.after)
+    if options.as_json:
         print_json(result)
     else:
-        _show(result, chosen=pruning is not None)
+        _show(result, chosen=options.pruning is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,12 +78,6 @@ def _make_result(found: SimplifyPreview, *, kept: bool) -> SimplifyResult:
 
 
 def _show(result: SimplifyResult, *, chosen: bool) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from understudy.learning.pruning_suggestions import ENOUGH
-    from understudy.ui.cli.output import format_count, make_console
-
     out, found = make_console(), result.suggested
     head = f"[bold]{escape(result.name)}[/] pruned by {result.pruning:.3g}"
     size = f"{format_count(result.leaves.before, 'answer')} before, {result.leaves.after} after"

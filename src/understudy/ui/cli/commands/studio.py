@@ -1,278 +1,156 @@
-"""Command `understudy studio`: train a robot in the browser."""
+"""Commands `understudy studio` and `understudy robots studio`: train a robot in the browser."""
 
 from __future__ import annotations
 
+import webbrowser
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from threading import Thread
+from typing import TYPE_CHECKING
 
 import typer
 
+from understudy.adapters.body_maker import find_world
 from understudy.errors import SettingError
-from understudy.ui.cli.options import (
-    FAILURES,
-    LIBRARY,
-    FailuresOption,
-    Json,
-    KitName,
-    LibraryOption,
-    SameWorld,
-    ScenarioName,
-)
-from understudy.ui.cli.recording_options import (
-    DrivenBehaviors,
-    DrivenFeatures,
-    DriverNames,
-    MapFile,
-    RecordedAgent,
-    RecordedTargets,
-    TrustedDriver,
-)
-from understudy.ui.cli.robot_options import RobotFileOption, TeamFileOption, connect_twin
-from understudy.ui.cli.robot_options import find_robots_file as real
+from understudy.robots.robot_file import load_team
+from understudy.robots.team_network.load_plan import load_team_plan
+from understudy.robots.team_network.remote_robot import make_remote_fleet
+from understudy.robots.team_network.team_watch import TeamWatch
+from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.robots.team_settings import TeamSettings
+from understudy.robots.twin import DigitalTwin
+from understudy.sim.body_world import BodyWorld
+from understudy.sim.scenario.schema import Scenario
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import choose_kit
+from understudy.ui.cli.options import FAILURES
+from understudy.ui.cli.robot_connection import connect_twin, interrupt_on_termination, split_robots_file
+from understudy.ui.web.access import ListenAddress, listen
+from understudy.ui.web.app import serve
+from understudy.ui.web.server import StudioServer
+from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
+    from understudy.model.library import Kit
+    from understudy.robots.team_network.team_watch import TeamWatch
     from understudy.robots.twin import Ground
-    from understudy.ui.cli.commands.learn_from_drive import DriveOptions
-    from understudy.ui.web.access import ListenAddress
+    from understudy.ui.cli.studio_options import PageOptions, RobotsStudioOptions, StudioOptions
 
 
-def start_studio(
-    scenario: ScenarioName = None,
-    world: SameWorld = None,
-    library: LibraryOption = LIBRARY,
-    kit: KitName = None,
-    host: Annotated[
-        str,
-        typer.Option("--host", help="Address to listen on; any but this machine's own needs a token."),
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port, or the next free one.")] = 8437,
-    token: Annotated[
-        str | None, typer.Option("--token", help="Token that pages need to connect; random if left out.")
-    ] = None,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
-    failures: FailuresOption = FAILURES,
-    robot: RobotFileOption = None,
-    team: TeamFileOption = None,
-    no_record: Annotated[
-        bool, typer.Option("--no-record", help="Do not record the messages of real robots, nor drives.")
-    ] = False,
-    recording: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--recording",
-            metavar="FILE",
-            help="Recording without presses, to review its labels; may be repeated.",
-        ),
-    ] = None,
-    driver: DriverNames = None,
-    trust: TrustedDriver = None,
-    mapping: MapFile = None,
-    name: Annotated[
-        str | None, typer.Option("--name", "-n", metavar="NAME", help="Name of the recording's automaton.")
-    ] = None,
-    behaviors: DrivenBehaviors = None,
-    features: DrivenFeatures = None,
-    targets: RecordedTargets = None,
-    agent: RecordedAgent = 0,
-    drive: Annotated[
-        bool, typer.Option("--drive", help="Drive the robot with a stick, and learn from the drive.")
-    ] = False,
-    as_json: Json = False,
-) -> None:
-    """Train a robot in the browser: the page shows the world, and you press what the robot should do.
+def listen_for_page(options: PageOptions) -> ListenAddress:
+    """Listen, and return the address."""
+    return listen(options.host, options.port, options.token)
 
-    It works without internet. Every example is saved before it is acknowledged; after an interruption, start the
-    studio again and continue.
 
-    [dim]understudy studio forage[/]
+def announce_page(
+    options: PageOptions, what: str, facts: Mapping[str, object], address: ListenAddress
+) -> Callable[[], None]:
+    """Print where the page is, and return what opens it in the browser once it is served.
 
-    [dim]understudy studio --world cart_pole:make[/]
-
-    [dim]understudy studio --robot rover.toml[/]
-
-    If the file of a team has agents, the studio opens the running team: it shows what each agent does, and trains
-    robots and coordinators over the network.
-
-    [dim]understudy studio --team team.toml --library library[/]
-
-    With --recording it shows a recording of a driven robot on a timeline: the behavior of each span, commands and
-    readings. You correct labels and boundaries, answer what is in doubt, and learn.
-
-    [dim]understudy studio --recording drive.csv --map map.toml --features 'range(ball)'[/]
-
-    Of several drivers it also shows where they contradict each other, and you say who is right.
-
-    [dim]understudy studio --recording anna.csv --recording ben.csv --map map.toml[/]
-
-    With --drive you drive a simulated robot yourself, with a gamepad, the mouse or the arrow keys: the labels appear
-    while you drive, and you learn from them as from a recording.
-
-    [dim]understudy studio forage --drive --features 'distance_to(station),angle_to(station)'[/]
+    `what` is in singular or plural, as in `The studio is`.
     """
-    from contextlib import ExitStack, closing
-
-    from understudy.sim.body_world import BodyWorld
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.cli.commands.learn_from_drive import DriveOptions
-    from understudy.ui.cli.commands.learn_from_drivers import group_recordings
-    from understudy.ui.cli.commands.studio_drive import DrivingOptions, drive_in_studio
-    from understudy.ui.cli.options import (
-        choose_scenario_name,
-        find_kit,
-        make_world_kit,
-        open_world,
-        parse_targets,
-    )
-    from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.running_team import has_agents, watch_team
-    from understudy.ui.web.access import listen
-    from understudy.ui.web.app import serve
-    from understudy.ui.web.server import StudioServer
-    from understudy.ui.web.session_host import SessionHost
-    from understudy.ui.web.views.library import check_folder
-
-    if recording:
-        if real(robot, team, world=scenario or world) is not None or scenario or world or drive:
-            problem, remedy = "is given beside a world or a robot", "name one of them"
-            raise SettingError(where="studio", setting="--recording", problem=problem, remedy=remedy)
-        options = DriveOptions(
-            name,
-            library,
-            mapping,
-            behaviors,
-            features,
-            None,
-            kit,
-            agent,
-            targets=parse_targets(targets),
-        )
-        grouped = group_recordings(recording, driver or (), trust, where="studio")
-        address = listen(host, port, token)
-        _review_recordings(grouped, options, trust, address, quiet=no_browser, as_json=as_json)
-        return
-    for option, given in (
-        ("--map", mapping),
-        ("--driver", driver or None),
-        ("--trust", trust),
-        ("--targets", targets),
-    ):
-        if given is not None:
-            raise _without_recording(option, "give --recording FILE")
-    if drive:
-        if real(robot, team, world=scenario or world) is not None:
-            problem, remedy = "is given for real robots", "name a simulated world"
-            raise SettingError(where="studio", setting="--drive", problem=problem, remedy=remedy)
-        named = choose_scenario_name(scenario, world)
-        driven = DrivingOptions(
-            named, seed, library, kit, name, behaviors, features, agent, kept=not no_record
-        )
-        drive_in_studio(
-            driven,
-            lambda: listen(host, port, token),
-            (lambda _: None) if no_browser else _open,
-            as_json=as_json,
-        )
-        return
-    for option, value in (("--name", name), ("--behaviors", behaviors), ("--features", features)):
-        if value is not None:
-            raise _without_recording(option, "give --recording FILE or --drive")
-    with ExitStack() as leaving:
-        watch = None
-        if real(robot, team, world=scenario or world) is None:
-            name = choose_scenario_name(scenario, world)
-            opened = open_world(name)
-            parts = make_world_kit(opened) if kit is None else find_kit(kit, name)
-            ground: Ground | None = None
-            if isinstance(opened, Scenario):
-                found = opened
-            else:
-                ground = leaving.enter_context(closing(BodyWorld(opened, seed, name=name)))
-                found = ground.scenario
-        elif team is not None and has_agents(team):
-            watch, twin = leaving.enter_context(watch_team(team))
-            ground, found = twin, twin.scenario
-            parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
-        else:
-            twin = leaving.enter_context(connect_twin(robot, team, record=None, recorded=not no_record))
-            ground, found = twin, twin.scenario
-            parts = make_scenario_kit(found) if kit is None else find_kit(kit, found.name)
-        check_folder(library)
-        address = listen(host, port, token)
-        session_host = SessionHost(found, library, parts, seed=seed, ground=ground, failures=failures)
-        if as_json:
-            print_json({"world": found.name, "library": library, "link": address.link})
-        else:
-            typer.echo(f"The studio is at {address.link}  (Ctrl C ends it)")
-
-        def ready() -> None:
-            if not no_browser:
-                _open(address.link)
-
-        serve(StudioServer(session_host, watch=watch), address, ready=ready)
-
-
-def _without_recording(option: str, remedy: str) -> SettingError:
-    problem = "is given without a recording"
-    return SettingError(where="studio", setting=option, problem=problem, remedy=f"{remedy}, or leave it out")
-
-
-def _review_recordings(
-    recordings: Mapping[str, Sequence[Path]],
-    options: DriveOptions,
-    trust: str | None,
-    address: ListenAddress,
-    *,
-    quiet: bool,
-    as_json: bool,
-) -> None:
-    """Segment the recordings of each driver, and serve the page on which they are reviewed."""
-    import numpy as np
-
-    from understudy.ui.cli.commands.learn_from_drivers import segment_drivers
-    from understudy.ui.cli.output import print_json
-    from understudy.ui.controller.recording_review import RecordingReview
-    from understudy.ui.web.recording_app import serve_recording
-
-    drives = segment_drivers(recordings, options)
-    first = next(iter(drives.values()))
-    review = RecordingReview(
-        {name: each.found for name, each in drives.items()},
-        first.library,
-        features=first.features,
-        folder=options.library or LIBRARY,
-        name=options.name or "driven",
-        trust=trust,
-        targets=options.targets,
-    )
-    paths = [path for each in recordings.values() for path in each]
-    known = [each.places for each in drives.values() if each.places is not None]
-    places = np.concatenate(known) if len(known) == len(drives) else None
-    if as_json:
-        opened = paths[0] if len(paths) == 1 else paths
-        print_json({"recording": opened, "library": options.library, "link": address.link})
+    if options.as_json:
+        print_json({**facts, "link": address.link})
     else:
-        what = "recording is" if len(paths) == 1 else "recordings are"
-        typer.echo(f"The {what} at {address.link}  (Ctrl C ends it)")
-
-    def ready() -> None:
-        if not quiet:
-            _open(address.link)
-
-    serve_recording(review, address, places=places, ready=ready)
-
-
-def _open(link: str) -> None:
-    """Open the page in the browser, in a thread; the socket already listens, so the page waits to be served."""
-    import webbrowser
-    from contextlib import suppress
-    from threading import Thread
+        typer.echo(f"{what} at {address.link}  (Ctrl C ends it)")
 
     def look() -> None:
         with suppress(webbrowser.Error, OSError):
-            webbrowser.open(link)
+            webbrowser.open(address.link)
 
-    Thread(target=look, daemon=True).start()
+    def show() -> None:
+        if not options.no_browser:  # in a thread: the socket already listens, so the page waits to be served
+            Thread(target=look, daemon=True).start()
+
+    return show
+
+
+def has_agents(file: Path) -> bool:
+    """Return whether a team's file has agents, each of which decides for itself."""
+    return load_team(file)[0].agents != TeamSettings()
+
+
+@contextmanager
+def watch_team(file: Path) -> Iterator[tuple[TeamWatch, DigitalTwin]]:
+    """Join a running team as a visitor, and yield what is seen of it, and its robots as a body."""
+    team = load_team_plan(file)
+    trainer = team.settings.trainer
+    network = ZenohNetwork(team.name, team.make_network_options())
+    try:
+        if trainer is not None:
+            if network.is_present(trainer):
+                raise SettingError(
+                    where=f"team {team.name}", setting=trainer, problem="is training already",
+                    remedy="end the other studio first",
+                )  # fmt: skip
+            network.announce(trainer)
+        watch = TeamWatch(team, network)
+    except BaseException:
+        network.close()
+        raise
+    with interrupt_on_termination():
+        try:
+            twin = DigitalTwin(make_remote_fleet(watch))
+            try:
+                yield watch, twin
+            finally:
+                twin.close()
+        finally:
+            watch.close()
+
+
+def start_studio(options: StudioOptions) -> None:
+    """Train a robot in the browser: the page shows the world, and you press what the robot should do."""
+    name, seed, failures = options.world_name, options.seed, options.failures
+    opened = find_world(name)
+    kit = choose_kit(options.kit, opened)
+    if isinstance(opened, Scenario):
+        _serve_studio(options, opened, kit, seed=seed, failures=failures)
+        return
+    with closing(BodyWorld(opened, seed, name=name)) as ground:
+        _serve_studio(options, ground.scenario, kit, seed=seed, ground=ground, failures=failures)
+
+
+def start_robots_studio(options: RobotsStudioOptions) -> None:
+    """Train real robots in the browser."""
+    serve_robots_studio(options, *split_robots_file(options.file), is_recorded=not options.no_record)
+
+
+def serve_robots_studio(
+    options: PageOptions,
+    robot: Path | None,
+    team: Path | None,
+    *,
+    is_recorded: bool,
+    seed: int = 0,
+    failures: Path = FAILURES,
+) -> None:
+    """Connect to a robot or a team, or join a team that runs, and serve its studio."""
+    with ExitStack() as leaving:
+        watch = None
+        if team is not None and has_agents(team):
+            watch, twin = leaving.enter_context(watch_team(team))
+        else:
+            twin = leaving.enter_context(connect_twin(robot, team, record=None, recorded=is_recorded))
+        kit = choose_kit(options.kit, twin.scenario)
+        _serve_studio(options, twin.scenario, kit, seed=seed, ground=twin, failures=failures, watch=watch)
+
+
+def _serve_studio(
+    options: PageOptions,
+    scenario: Scenario,
+    kit: Kit,
+    *,
+    seed: int,
+    failures: Path,
+    ground: Ground | None = None,
+    watch: TeamWatch | None = None,
+) -> None:
+    check_folder(options.library)
+    address = listen_for_page(options)
+    session_host = SessionHost(scenario, options.library, kit, seed=seed, ground=ground, failures=failures)
+    facts = {"world": scenario.name, "library": options.library}
+    show = announce_page(options, "The studio is", facts, address)
+    serve(StudioServer(session_host, watch=watch), address, ready=show)

@@ -1,67 +1,63 @@
-"""Mode `understudy studio --drive`: drive a simulated robot in the browser, and learn from the drive."""
+"""Commands `understudy drive` and `understudy review`: drive a robot in the browser, and correct recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+import numpy as np
 import typer
 
+from understudy.adapters.body_maker import find_world
 from understudy.clock import REAL_TIME
+from understudy.data.trace_drive import write_trace_drive
 from understudy.errors import SettingError
-from understudy.ui.cli.robot_options import FOLDER
+from understudy.robots.recording.header import RunInfo
+from understudy.runtime.body import close_body
+from understudy.segmentation.drive_kit import list_drive_features, make_candidates
+from understudy.segmentation.drive_recorder import DriveRecorder
+from understudy.sim.body_world import BodyWorld
+from understudy.sim.catalog import is_function, locate_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.training.lesson_design import parse_feature
+from understudy.ui.cli.commands.learn_from_drivers import group_recordings, segment_drivers
+from understudy.ui.cli.commands.studio import announce_page, listen_for_page
+from understudy.ui.cli.lesson_options import DriveOptions
+from understudy.ui.cli.named_inputs import choose_kit, open_behavior_library
+from understudy.ui.cli.options import choose_options, parse_names, parse_targets
+from understudy.ui.cli.robot_connection import FOLDER, interrupt_on_termination
+from understudy.ui.cli.studio_options import DrivingOptions
+from understudy.ui.controller.live_drive import DriveExplanation, DrivenWorld, LiveDrive
+from understudy.ui.controller.recording_review import RecordingReview
+from understudy.ui.controller.stick import lay_out_stick
+from understudy.ui.web.drive_app import serve_drive
+from understudy.ui.web.drive_server import DriveServer
+from understudy.ui.web.recording_app import serve_recording
+from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import numpy as np
     from numpy.typing import NDArray
 
     from understudy.model.library import Kit
     from understudy.segmentation.recorded_drive import RecordedDrive
-    from understudy.ui.controller.live_drive import DrivenWorld
-    from understudy.ui.web.access import ListenAddress
-    from understudy.ui.web.drive_server import DriveServer
+    from understudy.ui.cli.studio_options import ReviewOptions
 
 
-class DrivingOptions(NamedTuple):
-    """Options of a drive in the studio; None for those that were not given."""
-
-    world: str
-    seed: int
-    library: Path
-    kit: str | None
-    name: str | None
-    behaviors: str | None
-    features: str | None
-    agent: int
-    kept: bool
-
-
-def drive_in_studio(
-    options: DrivingOptions,
-    listen: Callable[[], ListenAddress],
-    show: Callable[[str], None],
-    *,
-    as_json: bool,
-) -> None:
-    """Serve the page on which a person drives a robot, until a signal ends it; `show` opens it in the browser."""
-    from understudy.runtime.body import close_body
-    from understudy.ui.cli.output import print_json
-    from understudy.ui.cli.robot_options import interrupt_on_termination
-    from understudy.ui.web.drive_app import serve_drive
-
+def drive_robot(options: DrivingOptions) -> None:
+    """Drive a simulated robot in the browser, with a gamepad, the mouse or the arrow keys, and learn from the drive."""
     server, files = make_drive_server(options)
     try:
-        address = listen()
-        if as_json:
-            print_json({"world": options.world, "library": options.library, "link": address.link})
-        else:
-            typer.echo(f"The drive is at {address.link}  (Ctrl C ends it)")
+        address = listen_for_page(options)
+        facts = {"world": options.world_name, "library": options.library}
+        show = announce_page(options, "The drive is", facts, address)
         with interrupt_on_termination():
-            serve_drive(server, address, ready=lambda: show(address.link))
+            serve_drive(server, address, ready=show)
     finally:
         close_body(server.live.world)
         for path in files.paths:
@@ -78,18 +74,13 @@ class DriveFiles:
 
     def keep(self, drive: RecordedDrive, poses: NDArray[np.float64]) -> None:
         """Write the last episode of a drive, again if it went on since the last time."""
-        from understudy.data.trace_drive import write_trace_drive
-        from understudy.robots.recording.header import RunInfo
-        from understudy.sim.catalog import locate_scenario
-        from understudy.storage.atomic_write import convert_os_errors
-
         options = self._options
         with convert_os_errors(self.folder, "making the folder of recordings", remedy="give --no-record"):
             self.folder.mkdir(exist_ok=True)
         if len(self.paths) < len(drive.episodes):
             self.paths.append(self._choose_path())
         ran = RunInfo(
-            scenario=locate_scenario(options.world),
+            scenario=locate_scenario(options.world_name),
             seed=self._world.seeds[0],
             kit=options.kit,
             library=str(options.library.resolve()),
@@ -101,9 +92,7 @@ class DriveFiles:
 
     def _choose_path(self) -> Path:
         """Choose a file that is not there yet, called after the world and the time."""
-        from understudy.sim.catalog import is_function
-
-        world = self._options.world
+        world = self._options.world_name
         name = world.replace(":", "-") if is_function(world) else Path(world).stem
         stem = f"{name}-{datetime.now():%Y-%m-%dT%H-%M-%S}"
         again = (self.folder / f"{stem}{'' if number == 1 else f'-{number}'}.jsonl" for number in count(1))
@@ -114,16 +103,6 @@ def make_drive_server(
     options: DrivingOptions, *, wall: Callable[[], float] = REAL_TIME
 ) -> tuple[DriveServer, DriveFiles]:
     """Make the server of a drive in the world that the options name, and the files in which the drive is kept."""
-    from understudy.segmentation.drive_kit import list_drive_features, make_candidates
-    from understudy.segmentation.drive_recorder import DriveRecorder
-    from understudy.training.lesson_design import parse_feature
-    from understudy.ui.cli.options import open_behavior_library, parse_names
-    from understudy.ui.controller.live_drive import DriveExplanation, LiveDrive
-    from understudy.ui.controller.recording_review import RecordingReview
-    from understudy.ui.controller.stick import lay_out_stick
-    from understudy.ui.web.drive_server import DriveServer
-    from understudy.ui.web.views.library import check_folder
-
     check_folder(options.library)
     world, kit = _open(options)
     files = DriveFiles(options, world)
@@ -148,29 +127,48 @@ def make_drive_server(
             found, library, features=features, folder=options.library, name=options.name or "driven"
         ),
         agent=options.agent,
-        keep=files.keep if options.kept else None,
+        keep=None if options.no_record else files.keep,
         wall=wall,
     )
     shown = list_drive_features(library, blank)
-    folder = str(files.folder) if options.kept else None
+    folder = None if options.no_record else str(files.folder)
     return DriveServer(live, kit, shown, folder=folder, wall=wall), files
 
 
 def _open(options: DrivingOptions) -> tuple[DrivenWorld, Kit]:
     """Open the world and the kit of a drive."""
-    from understudy.sim.body_world import BodyWorld
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.sim.world import World
-    from understudy.ui.cli.options import find_kit, make_world_kit, open_world
-
-    opened = open_world(options.world)
-    kit = make_world_kit(opened) if options.kit is None else find_kit(options.kit, options.world)
+    opened = find_world(options.world_name)
+    kit = choose_kit(options.kit, opened)
     world: DrivenWorld
     if isinstance(opened, Scenario):
         world = World(opened, [options.seed])
     else:
-        world = BodyWorld(opened, options.seed, name=options.world)
+        world = BodyWorld(opened, options.seed, name=options.world_name)
     if options.agent >= world.robots:
         problem, remedy = f"is {options.agent}", f"count from 0 to {world.robots - 1}"
         raise SettingError(where="studio", setting="--agent", problem=problem, remedy=remedy)
     return world, kit
+
+
+def review_recordings(options: ReviewOptions) -> None:
+    """Review recordings of a driven robot in the browser: correct labels and boundaries, answer doubts, and learn."""
+    recordings = group_recordings(options.recordings, options.driver or (), options.trust, where="studio")
+    drives = segment_drivers(recordings, choose_options(DriveOptions, options))
+    first = next(iter(drives.values()))
+    review = RecordingReview(
+        {name: each.found for name, each in drives.items()},
+        first.library,
+        features=first.features,
+        folder=options.library,
+        name=options.name or "driven",
+        trust=options.trust,
+        targets=parse_targets(options.targets),
+    )
+    paths = [path for each in recordings.values() for path in each]
+    known = [each.places for each in drives.values() if each.places is not None]
+    places = np.concatenate(known) if len(known) == len(drives) else None
+    address = listen_for_page(options)
+    opened = paths[0] if len(paths) == 1 else paths
+    what = "The recording is" if len(paths) == 1 else "The recordings are"
+    show = announce_page(options, what, {"recording": opened, "library": options.library}, address)
+    serve_recording(review, address, places=places, ready=show)

@@ -1,140 +1,84 @@
-"""Command `understudy teach`: teach a robot with the keyboard, in the terminal."""
+"""Commands `understudy teach` and `understudy robots teach`: teach with the keyboard, in the terminal."""
 
 from __future__ import annotations
 
 import sys
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from understudy.ui.cli.options import (
-    FAILURES,
-    LIBRARY,
-    WORLD,
-    FailuresOption,
-    Json,
-    KitName,
-    LibraryOption,
-    SameWorld,
-)
-from understudy.ui.cli.robot_options import NoRecording, RobotFileOption, connect_twin
-from understudy.ui.cli.robot_options import find_robots_file as real
+from understudy.adapters.body_maker import find_world
+from understudy.errors import SettingError, UnderstudyError
+from understudy.model.library import Library
+from understudy.sim.body_world import BodyWorld
+from understudy.sim.scenario.schema import Scenario
+from understudy.ui.cli import FAULT
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.named_inputs import choose_kit, open_library_with_notes
+from understudy.ui.cli.options import FAILURES, WORLD, parse_names, parse_targets
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.robot_connection import connect_twin
+from understudy.ui.controller import interrupted_sessions
+from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
+from understudy.ui.tui.app import TrainerApp
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.model.library import Library as Opened
     from understudy.robots.twin import DigitalTwin, Ground
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.controller.training_plan import TrainingPlan
+    from understudy.ui.cli.lesson_options import LessonOptions, RobotTeachOptions, TeachOptions
 
 
-def teach(
-    name: Annotated[
-        str, typer.Argument(help="Name of the automaton; new, or in the library to continue its lesson.")
-    ],
-    world: SameWorld = None,
-    library: LibraryOption = LIBRARY,
-    states: Annotated[
-        str | None,
-        typer.Option(
-            "--states", metavar="A,B(C)", help="States: basic behaviors and automata of the library."
-        ),
-    ] = None,
-    features: Annotated[
-        str | None, typer.Option("--features", metavar="A,B(C)", help="Features that decisions depend on.")
-    ] = None,
-    parameters: Annotated[
-        str | None,
-        typer.Option("--parameters", metavar="A,B", help="Parameters, to be bound to targets later."),
-    ] = None,
-    targets: Annotated[
-        str | None,
-        typer.Option("--targets", metavar="A=TARGET", help="Targets of the parameters during teaching."),
-    ] = None,
-    flags: Annotated[
-        str | None, typer.Option("--flags", metavar="A,B", help="Flags it can raise, such as done.")
-    ] = None,
-    watched: Annotated[
-        bool | None,
-        typer.Option(
-            "--watched/--plain",
-            help="Learn from silence or not; as in the existing lesson, or not, if left out.",
-        ),
-    ] = None,
-    reaction: Annotated[
-        float | None,
-        typer.Option(
-            "--reaction",
-            min=0.0,
-            max=1.0,
-            metavar="SECONDS",
-            help="Reaction time by which presses are shifted earlier.",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the world.")] = 0,
-    failures: FailuresOption = FAILURES,
-    robot: RobotFileOption = None,
-    no_record: NoRecording = False,
-    kit: KitName = None,
-    as_json: Json = False,
-) -> None:
-    """Teach a robot with the keyboard: drive it by pressing behaviors, and it learns when to switch.
-
-    The program asks for everything that is not chosen here. It works over SSH; after a lost connection, the same
-    command continues the session.
-
-    [dim]understudy teach goto --parameters A --states forward,rotate_left,rotate_right --flags done --features
-    'distance_to(A),angle_to(A)' --targets A=station[/]
-
-    [dim]understudy teach balance --world cart_pole:make[/]
-
-    [dim]understudy teach servo --robot rover.toml[/]
-    """
-    from contextlib import ExitStack, closing
-
-    from understudy.sim.body_world import BodyWorld
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.cli.options import open_world, parse_names, parse_targets
-    from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
-
-    choices = LessonChoices(
-        states=parse_names(states),
-        features=parse_names(features),
-        flags=parse_names(flags),
-        parameters=parse_names(parameters),
-        targets=parse_targets(targets),
-        watched=watched,
-        reaction_s=reaction,
-    )
+def teach(options: TeachOptions) -> None:
+    """Teach a robot with the keyboard: drive it by pressing behaviors, and it learns when to switch."""
+    choices = choose_lesson(options)
+    opened = find_world(options.world or WORLD)
+    known = _library(options, opened)
     with ExitStack() as leaving:
         ground: Ground | None = None
-        if real(robot, None, world=world) is not None:
-            ground = twin = leaving.enter_context(
-                connect_twin(robot, None, record=None, recorded=not no_record)
-            )
-            _see_hold(twin)
-            opened: Scenario | BodyMaker = twin.scenario
-        else:
-            opened = open_world(world or WORLD)
-        known = _library(library, kit, opened)
         if isinstance(opened, Scenario):
             where = opened
         else:
-            ground = leaving.enter_context(closing(BodyWorld(opened, seed, name=opened.name)))
+            ground = leaving.enter_context(closing(BodyWorld(opened, options.seed, name=opened.name)))
             where = ground.scenario
-        plan = TrainingPlan(name, library, where, known, choices, seed)
-        make_session_start(plan)
-        _see_terminal()
-        _teach(plan, ground, failures, as_json=as_json)
+        plan = TrainingPlan(options.name, options.library, where, known, choices, options.seed)
+        teach_in_terminal(plan, ground, options.failures, as_json=options.as_json)
+
+
+def teach_on_robot(options: RobotTeachOptions) -> None:
+    """Teach a real robot with the keyboard, as understudy teach does in a simulated world."""
+    choices = choose_lesson(options)
+    with connect_twin(options.file, None, record=None, recorded=not options.no_record) as twin:
+        _see_hold(twin)
+        known = _library(options, twin.scenario)
+        plan = TrainingPlan(options.name, options.library, twin.scenario, known, choices, 0)
+        teach_in_terminal(plan, twin, FAILURES, as_json=options.as_json)
+
+
+def choose_lesson(options: LessonOptions) -> LessonChoices:
+    """Parse the options that say what a lesson is."""
+    return LessonChoices(
+        states=parse_names(options.states),
+        features=parse_names(options.features),
+        flags=parse_names(options.flags),
+        parameters=parse_names(options.parameters),
+        targets=parse_targets(options.targets),
+        watched=options.watched,
+        reaction_s=options.reaction,
+    )
+
+
+def teach_in_terminal(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json: bool) -> None:
+    """Run a teaching session in the terminal, once its plan is complete and there is one."""
+    make_session_start(plan)
+    _see_terminal()
+    _teach(plan, ground, failures, as_json=as_json)
 
 
 def _see_hold(twin: DigitalTwin) -> None:
     """Refuse robots that need a held key, because a terminal cannot detect when a key is released."""
-    from understudy.errors import SettingError
-
     if twin.fleet.needs_hold_to_run:
         raise SettingError(
             where=twin.fleet.name,
@@ -157,12 +101,6 @@ class TeachResult:
 
 
 def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json: bool) -> None:
-    from understudy.errors import UnderstudyError
-    from understudy.ui.cli.error_reporting import FAULT
-    from understudy.ui.cli.output import format_count, make_console, print_json
-    from understudy.ui.controller import interrupted_sessions
-    from understudy.ui.tui.app import TrainerApp
-
     left = interrupted_sessions.find_interrupted_session(
         plan.folder, plan.name, plan.world.name, plan.library
     )
@@ -195,19 +133,14 @@ def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json
         make_console().print(f"[bold]{plan.name}[/] was not saved.")
 
 
-def _library(folder: Path, kit: str | None, world: Scenario | BodyMaker) -> Opened:
+def _library(options: LessonOptions, world: Scenario | BodyMaker) -> Library:
     """Open the library, or return an empty one if its folder does not exist yet."""
-    from understudy.model.library import Library
-    from understudy.ui.cli.options import find_kit, make_world_kit, open_library_with_notes
-
-    found = make_world_kit(world) if kit is None else find_kit(kit, world.name)
-    return open_library_with_notes(folder, found).library if folder.exists() else Library(found)
+    kit, folder = choose_kit(options.kit, world), options.library
+    return open_library_with_notes(folder, kit).library if folder.exists() else Library(kit)
 
 
 def _see_terminal() -> None:
     """Refuse to start if input or output is not a terminal."""
-    from understudy.errors import SettingError
-
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise SettingError(
             where="understudy teach",

@@ -2,77 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import LIBRARY, WORLD, FoundWorld, Json, KitName
+from understudy.errors import FileError, SettingError
+from understudy.falsification.failing_world import list_failing_worlds
+from understudy.storage.library_folder import list_documents
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_options import LibraryTestOptions
+from understudy.ui.cli.library_tests import LibrarySetting, LibraryTestResult, PropertyRow, test_library
+from understudy.ui.cli.options import LIBRARY, WORLD
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.world_libraries import find_fitting_world
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rich.console import Console
 
     from understudy.falsification.failing_world import FailingWorld
-    from understudy.ui.cli.library_tests import LibraryTestResult, PropertyRow
 
 
-def run_library_tests(
-    folder: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[LIBRARY]",
-            help="Folder of the library; library if left out.",
-            show_default=False,
-        ),
-    ] = None,
-    same: Annotated[
-        Path | None,
-        typer.Option("--library", "-l", help="Folder of the library, as an option.", show_default=False),
-    ] = None,
-    world: FoundWorld = None,
-    failures: Annotated[
-        Path | None,
-        typer.Option(
-            "--failures",
-            metavar="FOLDER",
-            help="Folder of failing worlds, all of which are run again.",
-            show_default=False,
-        ),
-    ] = None,
-    jobs: Annotated[
-        int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes to share the tests.")
-    ] = 1,
-    kit: KitName = None,
-    as_json: Json = False,
-) -> None:
-    """Test a library: every recorded moment of its lessons, every property, and failing worlds.
-
-    Each automaton is compared with its last former version. Properties are those stored in lessons, and those of the
-    file properties.toml in the library's folder. Failing worlds are those that understudy falsify kept in a folder. The
-    exit code is 1 if something that worked no longer does, or if a property fails, or if a failing world still does.
-
-    [dim]understudy test demo/library[/]
-
-    [dim]understudy test demo/library --failures failures[/]
-    """
-    from understudy.errors import SettingError
-    from understudy.storage.library_folder import list_documents
-    from understudy.ui.cli.library_data import find_fitting_world
-    from understudy.ui.cli.library_tests import LibrarySetting, test_library
-    from understudy.ui.cli.output import make_console, print_json
-
-    if folder is not None and same not in (None, folder):
+def run_library_tests(options: LibraryTestOptions) -> None:
+    """Test a library: every recorded moment of its lessons, every property, and failing worlds."""
+    if options.folder is not None and options.same not in (None, options.folder):
         remedy = "name one of them"
-        problem = f"is another folder than {folder}"
-        raise SettingError(where="--library", setting=str(same), problem=problem, remedy=remedy)
-    library = folder or same or LIBRARY
+        problem = f"is another folder than {options.folder}"
+        raise SettingError(where="--library", setting=str(options.same), problem=problem, remedy=remedy)
+    library = options.folder or options.same or LIBRARY
     list_documents(library)  # a folder that is not there is the first thing to say
-    failing = _list_failures(failures)
-    named = world or (find_fitting_world(library) if kit is None else WORLD)
-    result = test_library(LibrarySetting(library, named, kit), failing, jobs=jobs, quiet=as_json)
-    if as_json:
+    failing = _list_failures(options.failures)
+    named = options.world or (find_fitting_world(library) if options.kit is None else WORLD)
+    result = test_library(
+        LibrarySetting(library, named, options.kit), failing, jobs=options.jobs, quiet=options.as_json
+    )
+    if options.as_json:
         print_json(result)
     else:
         _show(result, make_console())
@@ -81,9 +48,6 @@ def run_library_tests(
 
 def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
     """List the failing worlds of a folder; report on stderr which cannot be read."""
-    from understudy.errors import FileError
-    from understudy.falsification.failing_world import list_failing_worlds
-
     if folder is None:
         return ()
     if not folder.is_dir():
@@ -96,11 +60,6 @@ def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
 
 
 def _show(result: LibraryTestResult, out: Console) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from understudy.ui.cli.output import format_count
-
     for each in result.automata:
         lines = each.sentences
         mark = "[red]✗[/]" if not each.works else "[yellow]•[/]" if lines else "[green]✓[/]"
@@ -147,8 +106,6 @@ def _show(result: LibraryTestResult, out: Console) -> None:
 
 def _count_verdicts(rows: Sequence[PropertyRow]) -> str:
     """Return how many properties hold, fail, and are undecided, with colors."""
-    from understudy.ui.cli.output import format_count
-
     verdicts = [row.verdict for row in rows]
     parts = []
     if fails := verdicts.count("fails"):

@@ -1,49 +1,50 @@
-"""Command `understudy validate`: check every document, name and lesson of a library."""
+"""Commands `understudy validate` and `understudy rebuild`, which process all automata of a library in a world."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+from rich.markup import escape
+from rich.padding import Padding
 
-from understudy.ui.cli.options import (
-    LIBRARY,
-    WORLD,
-    AutomatonNames,
-    Json,
-    KitName,
-    LibraryOption,
-    WorldOption,
+from understudy.errors import join_names
+from understudy.learning.fit import learn
+from understudy.learning.report import find_contradictions, find_disagreements, find_overruled
+from understudy.model.tree import Tree
+from understudy.model.tree_regions import find_tested_features
+from understudy.sim.catalog import find_scenario
+from understudy.sim.scenario.files import list_builtin_scenarios
+from understudy.storage.library_folder import save_automaton
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.library_data import find_listed
+from understudy.ui.cli.library_options import RebuildOptions, ValidateOptions
+from understudy.ui.cli.named_inputs import find_kit, find_optional_scenario
+from understudy.ui.cli.options import WORLD
+from understudy.ui.cli.output import format_count, make_console
+from understudy.ui.cli.world_libraries import (
+    find_broken_documents,
+    find_fitting_world,
+    find_misfits,
+    find_problems,
+    open_all_libraries,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from understudy.storage.document import LoadedDocument
     from understudy.storage.library_folder import LoadedLibrary
 
 
-def validate(
-    names: AutomatonNames = None,
-    library: LibraryOption = LIBRARY,
-    world: WorldOption = WORLD,
-    kit: KitName = None,
-    as_json: Json = False,
-) -> None:
-    """Check a library: open every file, resolve every name, and examine every lesson.
-
-    The exit code is 2 if there are problems. Notes do not change it.
-
-    [dim]understudy validate --library demo/library[/]
-    """
-    from understudy.ui.cli.library_data import find_listed, find_problems, open_all_libraries
-    from understudy.ui.cli.options import find_kit, find_optional_scenario, import_learner, open_scenario
-    from understudy.ui.cli.output import make_console, print_json
-
-    where = find_optional_scenario(world) or open_scenario(WORLD)  # a body of one's own has no team
-    listings = open_all_libraries(library, where, find_kit(kit, world), import_learner())
-    problems = {label: [str(error)] for label, error in find_problems(library, listings, where).items()}
+def validate(options: ValidateOptions) -> None:
+    """Check a library: open every file, resolve every name, and examine every lesson."""
+    names = options.names
+    where = find_optional_scenario(options.world) or find_scenario(WORLD)  # a body of one's own has no team
+    listings = open_all_libraries(options.library, where, find_kit(options.kit, options.world), learn)
+    problems = {
+        label: [str(error)] for label, error in find_problems(options.library, listings, where).items()
+    }
     labels = [f"{prefix}{name}" for prefix, listing in listings.items() for name in listing.opened]
     names = ["".join(find_listed(listings, name)) if name not in problems else name for name in names or []]
     noted = {
@@ -55,12 +56,12 @@ def validate(
     checked = [name for name in dict.fromkeys([*labels, *problems]) if not names or name in names]
     problems = {name: problems[name] for name in checked if name in problems}
     noted = {name: noted[name] for name in checked if name in noted}
-    advice = suggest_other_scenario(library, problems) if problems and kit is None else None
-    if as_json:
-        result = {"library": str(library), "valid": not problems, "checked": checked}
+    advice = suggest_other_scenario(options.library, problems) if problems and options.kit is None else None
+    if options.as_json:
+        result = {"library": str(options.library), "valid": not problems, "checked": checked}
         print_json({**result, "problems": problems, "notes": noted, "advice": advice})
     else:
-        _show(library, checked, problems, noted)
+        _show(options.library, checked, problems, noted)
         if advice is not None:
             make_console().print(advice, soft_wrap=True, markup=False)
     raise typer.Exit(2 if problems else 0)
@@ -69,11 +70,6 @@ def validate(
 def _show(
     folder: Path, checked: list[str], problems: dict[str, list[str]], noted: dict[str, list[str]]
 ) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from understudy.ui.cli.output import format_count, make_console
-
     out = make_console()
     for name in checked:
         mark = "[red]✗[/]" if name in problems else "[yellow]•[/]" if name in noted else "[green]✓[/]"
@@ -88,11 +84,7 @@ def _show(
 
 def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | None:
     """Suggest a scenario or kit in which a library with problems would be valid; None if none could help."""
-    from understudy.sim.scenario.files import list_builtin_scenarios
-    from understudy.ui.cli.library_data import find_broken_documents, find_misfits
-    from understudy.ui.cli.options import open_scenario
-
-    worlds = [world for world in list_builtin_scenarios() if not find_misfits(folder, open_scenario(world))]
+    worlds = [world for world in list_builtin_scenarios() if not find_misfits(folder, find_scenario(world))]
     if worlds:
         return f"It is all valid in another scenario: give {' or '.join(f'--world {world}' for world in worlds)}."
     if set(problems) <= set(find_broken_documents(folder)):
@@ -102,10 +94,6 @@ def suggest_other_scenario(folder: Path, problems: Collection[str]) -> str | Non
 
 def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
     """Return notes on an automaton: stale trees, contradictions, unused features, states never entered."""
-    from understudy.errors import join_names
-    from understudy.model.tree import Tree
-    from understudy.model.tree_regions import find_tested_features
-
     opened = listing.opened[name]
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     found = []
@@ -127,9 +115,6 @@ def find_warnings(listing: LoadedLibrary, name: str) -> list[str]:
 
 
 def _lesson_notes(opened: LoadedDocument) -> list[str]:
-    from understudy.learning.report import find_contradictions, find_disagreements, find_overruled
-    from understudy.ui.cli.output import format_count
-
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     found: list[str] = []
     if lesson is None:
@@ -152,3 +137,31 @@ def _lesson_notes(opened: LoadedDocument) -> list[str]:
                 f"in {state}, {format_count(len(watched), 'watched example')} decided differently than the robot did"
             )
     return found
+
+
+def rebuild(options: RebuildOptions) -> None:
+    """Relearn and save automata whose stored trees no longer match their examples."""
+    named = options.world or (find_fitting_world(options.library) if options.kit is None else WORLD)
+    scenario = find_optional_scenario(named)
+    where = scenario or find_scenario(WORLD)  # a body of one's own has no team
+    called = named if scenario is None else scenario.name
+    listings = open_all_libraries(options.library, where, find_kit(options.kit, named), learn)
+    for listing in listings.values():
+        for error in listing.problems.values():
+            raise error
+    wanted = ["".join(find_listed(listings, name)) for name in options.names or []]
+    rebuilt = {}
+    for prefix, listing in listings.items():
+        for name, opened in listing.opened.items():
+            reason, label = opened.rebuilt, f"{prefix}{name}"
+            if reason is not None and (not wanted or label in wanted) and "classifier" not in reason:
+                save_automaton(listing.folder, opened.taught)
+                rebuilt[label] = reason
+    if options.as_json:
+        print_json({"library": str(options.library), "world": called, "rebuilt": rebuilt})
+        return
+    out = make_console()
+    for name, reason in rebuilt.items():
+        out.print(name, "learned again and saved:", reason, markup=False)
+    found = format_count(len(rebuilt), "automaton", "automata")
+    out.print(f"{escape(str(options.library))}, in {escape(called)}: {found} rebuilt", soft_wrap=True)

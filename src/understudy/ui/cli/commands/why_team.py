@@ -1,4 +1,4 @@
-"""Mode of `understudy why` for recordings of a team's agents: explain a decision across computers."""
+"""Decisions printed as text, and `understudy why` across the recordings of a team's agents."""
 
 from __future__ import annotations
 
@@ -7,14 +7,57 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
+from rich.padding import Padding
+
+from understudy.analysis.explain_team import AgentMoment, OrderSummary, ReportSummary, explain_team_moment
+from understudy.analysis.explanation_text import (
+    DIGITS,
+    DecisionLevelData,
+    describe_decision,
+    describe_rest,
+    describe_source,
+    describe_values,
+)
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.output import make_console
+from understudy.ui.cli.recordings import choose_recording_kit, load_recorded_libraries, read_recorded_scenario
+
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.analysis.explain_team import AgentMoment, OrderSummary, ReportSummary
-    from understudy.analysis.explanation_text import DecisionLevelData
+    from understudy.analysis.explain_run import AgentExplanation, DecisionReason
     from understudy.robots.recording.reader import Recording
     from understudy.robots.recording.team_reader import TeamRecording
     from understudy.sim.team.libraries import Libraries
+
+
+def print_levels(each: AgentExplanation, out: Console) -> None:
+    """Print the decision of every level of an agent."""
+    for level in each.levels:
+        since = f"in {level.state} since {round_values(level.since_s)} s"
+        out.print(f"\n[cyan]{escape(level.automaton)}[/] {escape(since)}")
+        if level.decision is None:
+            out.print(f"  stays: {escape(describe_rest(level))}", soft_wrap=True)
+        else:
+            print_decision(level.decision, out)
+
+
+def print_decision(reason: DecisionReason, out: Console) -> None:
+    """Print a decision, the readings behind it, and the examples it comes from."""
+    read, source = describe_values(reason), describe_source(reason)
+    lines = [escape(describe_decision(reason.explanation))]
+    if read:
+        lines.append(f"[dim]it read {escape(read)}[/]")
+    if source:
+        lines.append(f"[dim]{source}[/]" if reason.taught.lesson is None else source)
+    for line in lines:
+        out.print(Padding(line, (0, 0, 0, 2), expand=False))
+
+
+def round_values(time_s: float) -> str:
+    """Format a time (s), rounded as in `--json`."""
+    return f"{round(time_s, DIGITS):g}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,9 +110,6 @@ def explain_agents(
     as_json
         Whether to print JSON.
     """
-    from understudy.analysis.explain_team import explain_team_moment
-    from understudy.ui.cli.output import make_console, print_json
-
     former: dict[str, int] = {}
 
     def load(recording: Recording) -> Libraries:
@@ -86,9 +126,6 @@ def explain_agents(
 def _load_libraries(
     recording: Recording, library: Path | None, kit: str | None, former: dict[str, int]
 ) -> Libraries:
-    from understudy.ui.cli.library_data import load_recorded_libraries
-    from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
-
     ran, where = recording.head.ran, read_recorded_scenario(recording)
     parts = choose_recording_kit(recording, kit, where)
     known, versions = load_recorded_libraries(
@@ -99,8 +136,6 @@ def _load_libraries(
 
 
 def _make_data(each: AgentMoment) -> AgentMomentData:
-    from understudy.analysis.explanation_text import DecisionLevelData
-
     return AgentMomentData(
         agent=each.agent,
         host=each.host,
@@ -115,8 +150,6 @@ def _make_data(each: AgentMoment) -> AgentMomentData:
 
 
 def _show(team: TeamRecording, moments: Sequence[AgentMoment], former: dict[str, int], out: Console) -> None:
-    from rich.markup import escape
-
     for name, version in former.items():
         out.print(f"[dim]{escape(name)} is another by now: this is its version {version}[/]", soft_wrap=True)
     for number, each in enumerate(moments):
@@ -127,10 +160,6 @@ def _show(team: TeamRecording, moments: Sequence[AgentMoment], former: dict[str,
 
 
 def _show_moment(each: AgentMoment, out: Console, *, has_decided: bool) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.commands.why import print_levels
-
     name = each.agent if each.host == each.agent else f"{each.agent} (led by {each.host})"
     what = "decided at" if has_decided else "at"
     error = f" ± {each.error_s * 1e3:.2g} ms" if each.error_s else ""

@@ -3,64 +3,54 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
+from rich.markup import escape
 
-from understudy.ui.cli.options import Json
+from understudy.adapters.body_maker import find_world
+from understudy.errors import UnderstudyError
+from understudy.model.library import Kit
+from understudy.runtime.body import close_body
+from understudy.sim.catalog import find_scenario, is_function, list_scenarios
+from understudy.sim.kit import make_scenario_kit
+from understudy.sim.params import make_world_params
+from understudy.sim.scenario.files import format_scenario, read_scenario_text
+from understudy.sim.scenario.schema import Scenario
+from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.output import format_count, make_console, make_table
+from understudy.ui.cli.run_options import WorldsOptions
 
 if TYPE_CHECKING:
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.sim.scenario.schema import Scenario
 
 
-def list_worlds(
-    name: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[SCENARIO]",
-            help="Print the file of this scenario, or what a body of your own (MODULE:NAME) offers.",
-            show_default=False,
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """List the built-in scenarios and those of installed packages, or print the file of one to copy and change.
-
-    Of a function MODULE:NAME that makes a body of your own, print its readings, channels and behaviors.
-
-    [dim]understudy worlds patrol > mine.toml[/]
-
-    [dim]understudy worlds cart_pole:make[/]
-    """
-    from understudy.errors import UnderstudyError
-    from understudy.sim.catalog import is_function, list_scenarios
-    from understudy.sim.scenario.files import format_scenario, read_scenario_text
-    from understudy.sim.scenario.schema import Scenario
-    from understudy.ui.cli.options import open_scenario, open_world
-    from understudy.ui.cli.output import make_console, make_table, print_json
-
-    if name is not None:
-        scenario = open_world(name)
+def list_worlds(options: WorldsOptions) -> None:
+    """List the built-in scenarios and those of installed packages, or print the file of one to copy and change."""
+    if options.name is not None:
+        scenario = find_world(options.name)
         if not isinstance(scenario, Scenario):
             summary = _summarize_body(scenario)
-            if as_json:
+            if options.as_json:
                 print_json(summary)
             else:
                 _show_body(summary)
             return
-        if as_json:
+        if options.as_json:
             print_json(scenario)
         else:
-            typer.echo(format_scenario(scenario) if is_function(name) else read_scenario_text(name), nl=False)
+            typer.echo(
+                format_scenario(scenario) if is_function(options.name) else read_scenario_text(options.name),
+                nl=False,
+            )
         return
     rows = []
     for each in list_scenarios():
         try:
-            rows.append(_summarize(open_scenario(each)))
+            rows.append(_summarize(find_scenario(each)))
         except UnderstudyError as error:  # a package that fails does not hide the other scenarios
             typer.echo(str(error), err=True)
-    if as_json:
+    if options.as_json:
         print_json({"worlds": rows})
         return
     made = make_table("scenario", "#robots", "about")
@@ -87,9 +77,6 @@ class WorldSummary:
 
 
 def _summarize(scenario: Scenario) -> WorldSummary:
-    from understudy.sim.kit import make_scenario_kit
-    from understudy.sim.params import make_world_params
-
     kit = make_scenario_kit(scenario)
     return WorldSummary(
         name=scenario.name,
@@ -129,9 +116,6 @@ class PartSummary:
 
 def _summarize_body(maker: BodyMaker) -> BodySummary:
     """Make a body and describe what it offers."""
-    from understudy.model.library import Kit
-    from understudy.runtime.body import close_body
-
     body = maker(0)
     try:
         kit = getattr(body, "kit", None)
@@ -153,10 +137,6 @@ def _summarize_body(maker: BodyMaker) -> BodySummary:
 
 def _show_body(body: BodySummary) -> None:
     """Print what a body offers as a table."""
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import format_count, make_console, make_table
-
     out, table = make_console(), make_table("", "name", "unit", "about")
     table.columns[-1].no_wrap = False
     for reading in body.readings:

@@ -1,4 +1,4 @@
-"""Options for real robots (`--robot`, `--team`, `--record`), and their connection and recording."""
+"""Connection to real robots, and the recording of what they do."""
 
 from __future__ import annotations
 
@@ -10,26 +10,16 @@ from datetime import datetime
 from itertools import count
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
 from understudy.errors import SettingError
+from understudy.robots.fleet import connect_robot, connect_team
+from understudy.robots.recording.recorder import RunRecorder
+from understudy.robots.robot_file import is_team_file
+from understudy.robots.twin import DigitalTwin
+from understudy.storage.atomic_write import convert_os_errors
 
-if TYPE_CHECKING:
-    from understudy.robots.twin import DigitalTwin
-
-RobotFileOption: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--robot", metavar="FILE", help="File of a real robot to use.", show_default=False),
-]
-TeamFileOption: TypeAlias = Annotated[
-    Path | None,
-    typer.Option("--team", metavar="FILE", help="File of a team of real robots to use.", show_default=False),
-]
-NoRecording: TypeAlias = Annotated[
-    bool, typer.Option("--no-record", help="Do not record the messages of real robots.")
-]
 SIGNALED = 128
 """Offset of the exit code of a program that was ended by a signal."""
 FOLDER = "recordings"
@@ -54,6 +44,11 @@ def find_robots_file(robot: Path | None, team: Path | None, *, world: str | None
     return team or robot
 
 
+def split_robots_file(file: Path) -> tuple[Path | None, Path | None]:
+    """Return a file as that of a robot, or as that of a team."""
+    return (None, file) if is_team_file(file) else (file, None)
+
+
 @contextmanager
 def connect_twin(
     robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
@@ -71,10 +66,6 @@ def connect_twin(
 def _twin_of(
     robot: Path | None, team: Path | None, *, record: Path | None, recorded: bool
 ) -> Iterator[DigitalTwin]:
-    from understudy.robots.fleet import connect_robot, connect_team
-    from understudy.robots.recording.recorder import RunRecorder
-    from understudy.robots.twin import DigitalTwin
-
     path = team or robot or Path()
     recorder = RunRecorder(record or _place(path)) if recorded and path.is_file() else None
     twin = None
@@ -152,8 +143,6 @@ def _place(path: Path) -> Path:
 
 
 def _choose_unused_path(folder: Path, stem: str) -> Path:
-    from understudy.storage.atomic_write import convert_os_errors
-
     with convert_os_errors(
         folder, "making the folder of recordings", remedy="give --record PATH, or --no-record"
     ):

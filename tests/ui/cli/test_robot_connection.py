@@ -13,7 +13,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 pytest.importorskip("mcap", reason="needs the extra ros2")
 
 from understudy.errors import FileError
-from understudy.ui.cli import robot_options
+from understudy.ui.cli import robot_connection
 
 
 class Noon(datetime):
@@ -25,9 +25,9 @@ class Noon(datetime):
 def test_two_that_begin_in_one_second_have_a_file_each(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(robot_options, "datetime", Noon)
+    monkeypatch.setattr(robot_connection, "datetime", Noon)
     for name in ("rover-2026-11-22T12-00-00.mcap", "rover-2026-11-22T12-00-00-2.mcap"):
-        place = robot_options._place(tmp_path / "rover.toml")
+        place = robot_connection._place(tmp_path / "rover.toml")
         assert place == tmp_path / "recordings" / name
         place.touch()
 
@@ -35,7 +35,7 @@ def test_two_that_begin_in_one_second_have_a_file_each(
 def test_nothing_is_left_of_what_never_began(tmp_path: Path) -> None:
     path = tmp_path / "rover.toml"
     path.write_text("format = 1", encoding="utf-8")
-    with pytest.raises(FileError), robot_options.connect_twin(path, None, record=None, recorded=True):
+    with pytest.raises(FileError), robot_connection.connect_twin(path, None, record=None, recorded=True):
         pass
     assert not (tmp_path / "recordings").exists()
 
@@ -47,7 +47,7 @@ def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
     before = signal.signal(number, signal.SIG_DFL)
     try:
         how = KeyboardInterrupt if name == "SIGINT" else SystemExit
-        with robot_options.interrupt_on_termination(), pytest.raises(how) as left:
+        with robot_connection.interrupt_on_termination(), pytest.raises(how) as left:
             signal.raise_signal(number)
         assert name == "SIGINT" or left.value.args == (128 + number,)
         assert signal.getsignal(number) == signal.SIG_DFL
@@ -59,7 +59,7 @@ def test_who_is_told_to_end_leaves_orderly(name: str) -> None:
 def test_a_hang_up_is_ignored_where_somebody_wants_that() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with robot_options.interrupt_on_termination():
+        with robot_connection.interrupt_on_termination():
             signal.raise_signal(signal.SIGHUP)
     finally:
         signal.signal(signal.SIGHUP, before)
