@@ -8,7 +8,7 @@ export type Request =
   /** Go to the situation of further worlds in which an answer would change most, and pause there with the question. */
   | { do: "next_situation" }
   /** Set what the robot does in testing where it is uncertain. */
-  | { do: "set_query_policy"; policy: QueryPolicyName }
+  | { do: "set_query_policy"; policy: QueryPolicy }
   /** Go back to a moment at which the robot was uncertain and continued. */
   | { do: "go_to_mark"; number: Index }
   /** Set the reaction time of the demonstrator, s. */
@@ -333,8 +333,8 @@ export interface RecordedSeries {
 /** At least 1, at most 10,000 letters. */
 export type Sentence = string;
 
-/** What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment. */
-export type QueryPolicyName = "mark" | "never" | "pause";
+/** What happens at an uncertain decision. */
+export type QueryPolicy = "never" | "pause" | "mark";
 
 /** Whole, at least 0, at most 2,147,483,647. */
 export type Index = number;
@@ -454,10 +454,11 @@ export interface PropertyMistakeReply {
 /** The names that a property in a world can use; all but the worlds are empty if the world cannot be opened. */
 export interface PropertyChoicesReply {
   worlds: readonly string[];
-  behaviors: readonly BehaviorChoice[];
+  behaviors: readonly BehaviorParameters[];
   /** The targets for the parameters of the behavior. */
   bindable: readonly string[];
-  conditions: readonly ConditionChoice[];
+  /** Conditions to begin with. */
+  conditions: readonly ConditionExample[];
 }
 
 /** The first message to a page that connects. */
@@ -630,7 +631,7 @@ export interface Moved {
 
 /** One piece of advice about a lesson. */
 export interface Advice {
-  kind: string;
+  kind: AdviceKind;
   sentence: string;
   /** In how many new worlds the behavior went wrong for that; empty if in none. */
   evidence: string;
@@ -707,21 +708,26 @@ export interface SimplifyPreview {
   moments: Moments;
 }
 
-/** The range of a color: hue (degrees; from > to crosses red), saturation and value (each from 0 to 1). */
+/**
+ * The color range of an object: an arc of hues (degrees), and ranges of saturation and value (0 to 1).
+ *
+ * If the first hue is larger than the second, the arc crosses red. Red is 0, yellow 60, green 120, cyan 180, blue
+ * 240, magenta 300. Both ends belong to a range.
+ */
 export interface Color {
   hue_deg: readonly [number, number];
   saturation: readonly [number, number];
   value: readonly [number, number];
 }
 
-/** A behavior that a property can be about, and its parameters. */
-export interface BehaviorChoice {
+/** A behavior that the states of an automaton may run, or a property be about, with its parameters. */
+export interface BehaviorParameters {
   name: string;
   parameters: readonly string[];
 }
 
-/** A condition to begin with, under a heading. */
-export interface ConditionChoice {
+/** A condition of one clause, and the heading under which it is listed. */
+export interface ConditionExample {
   heading: string;
   text: string;
 }
@@ -753,7 +759,8 @@ export interface Scene {
   /** By type of robots. */
   cameras: readonly (readonly Camera[])[];
   features: readonly KitFeature[];
-  behaviors: readonly KitBehavior[];
+  /** The basic ones. */
+  behaviors: readonly BehaviorParameters[];
   /** The topmost sort first. */
   squads: readonly SquadSort[];
 }
@@ -780,7 +787,7 @@ export interface Library {
 export interface Session extends Lesson {
   name: string;
   targets: Readonly<Record<string, string>>;
-  mode: ModeName;
+  mode: Mode;
   state: string;
   path: readonly string[];
   flag: string | null;
@@ -935,6 +942,21 @@ export interface ExampleAttribution {
   how: string;
 }
 
+/** The subject of advice. */
+export type AdviceKind =
+  | "contradiction"
+  | "disagreement"
+  | "slip"
+  | "separating"
+  | "never left"
+  | "never entered"
+  | "gap"
+  | "stretched"
+  | "single"
+  | "idle"
+  | "outlook"
+  | "few";
+
 /** The state and the next state of a press. */
 export interface Slip {
   state: string;
@@ -1061,12 +1083,6 @@ export interface KitFeature extends Feature {
   parameters: readonly string[];
 }
 
-/** A basic behavior that the states of a new automaton may run, with its parameters. */
-export interface KitBehavior {
-  name: string;
-  parameters: readonly string[];
-}
-
 /** A sort of squads. */
 export interface SquadSort {
   name: string;
@@ -1157,7 +1173,13 @@ export interface Lesson {
   edition: number;
 }
 
-export type ModeName = "live" | "testing" | "training";
+/**
+ * The mode of a session.
+ *
+ * "training": the demonstrator decides. "testing": the learned automaton decides until the next press. "live": the
+ * learned automaton decides, and learns from every press.
+ */
+export type Mode = "training" | "testing" | "live";
 
 /** The diagnosis of the last correction, if it found suspect examples that are not resolved yet. */
 export interface Doubt {
@@ -1173,7 +1195,7 @@ export interface BehaviorCall {
 
 /** The query policy, the question that waits, and the marked moments at which the automaton is still uncertain. */
 export interface QueryStatus {
-  policy: QueryPolicyName;
+  policy: QueryPolicy;
   question: Question | null;
   marks: readonly UnsureMark[];
 }
@@ -1257,7 +1279,7 @@ export interface DriverChoice {
 /** An example that is responsible for a decision. */
 export interface ResponsibleExample {
   number: number;
-  kind: ExampleKindName;
+  kind: ExampleKind;
   correction: boolean;
   time_s: number | null;
 }
@@ -1277,7 +1299,7 @@ export interface Example {
   state: string;
   next: string;
   values: readonly string[];
-  kind: ExampleKindName;
+  kind: ExampleKind;
   correction: boolean;
   /** When the example was given, in s of the world's time; null if it was typed. */
   time_s: number | null;
@@ -1348,7 +1370,14 @@ export interface EvaluationResult {
   leaves_shown: boolean;
 }
 
-export type ExampleKindName = "confirmation" | "default" | "directive" | "watched";
+/**
+ * The way in which an example was recorded.
+ *
+ * "directive": the demonstrator switched to another state. "default": added automatically right after a switch, to
+ * stay in the new state. "confirmation": the demonstrator confirmed the current state. "watched": the demonstrator
+ * watched a decision of the robot and did not object.
+ */
+export type ExampleKind = "directive" | "default" | "confirmation" | "watched";
 
 /** An unseen world in which the evaluated automaton did not succeed. */
 export interface FailedWorld {

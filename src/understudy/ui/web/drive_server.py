@@ -30,7 +30,7 @@ from understudy.ui.web.messages.drive_requests import (
     SteerRobot,
 )
 from understudy.ui.web.server import PICTURE_S, SceneNewsData, close_socket, exchange_messages
-from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
+from understudy.ui.web.views.scene import FeatureData, describe_scene
 
 TAKEN = 4409
 """The code with which the connection of a page is closed when another page drives."""
@@ -84,10 +84,7 @@ class DriveServer:
         self.live = live
         self._kit, self._features, self._folder = kit, features, folder
         self._wall, self._wait = wall, wait
-        self._described = [
-            FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
-            for each in features
-        ]
+        self._described = [FeatureData.of_kind(each.kind, str(each), each.feature.unit) for each in features]
         self._page: Client | None = None
         self._shown: DriveNewsData | None = None
         self._picture_due_s = 0.0

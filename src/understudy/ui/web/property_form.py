@@ -92,16 +92,12 @@ def read_fields(table: object) -> PropertyFieldsData | None:
     if isinstance(decoded, DecodeProblem) or sum(key in table for key in CLAIMS) != 1:
         return None
     kind, condition, seconds = _read_claim(decoded)
-    return PropertyFieldsData(
+    return PropertyFieldsData.of(
+        decoded,
         kind=kind,
         condition=condition,
         seconds=None if isinstance(seconds, UnsetType) else seconds,
-        behavior=decoded.behavior,
-        targets=dict(decoded.targets),
-        world=decoded.world,
         seeds=format_toml_value(table["seeds"]),
-        limit_s=decoded.limit_s,
-        at_least=decoded.at_least,
     )
 
 

@@ -109,9 +109,10 @@ class TypeScript:
         if alias.name not in self._declared:
             self._declared.add(alias.name)
             comment = " ".join(filter(None, [alias.comment, _limits(alias.meaning)]))
-            self._parts.append(
-                f"{_comment(comment)}export type {alias.name} = {self._type(alias.meaning)};\n"
-            )
+            head, meaning = f"{_comment(comment)}export type {alias.name} =", self._type(alias.meaning)
+            line = f"export type {alias.name} = {meaning};"
+            broken = "".join(f"\n  | {each}" for each in meaning.split(" | "))
+            self._parts.append(f"{head} {meaning};\n" if len(line) <= WIDTH else f"{head}{broken};\n")
 
     def _in_place(self, struct: type[Struct], without: str) -> str:
         lines = self._fields(struct, without={without}, sent=True)
@@ -165,6 +166,8 @@ class TypeScript:
                 return "string"
             case mi.NoneType():
                 return "null"
+            case mi.EnumType():
+                return self._enum(kind)
             case mi.LiteralType():
                 return " | ".join(map(json.dumps, kind.values))
             case mi.TupleType():
@@ -179,6 +182,11 @@ class TypeScript:
             case mi.StructType() | mi.DataclassType():
                 return self._name(kind.cls)
         raise TypeError(f"no TypeScript type for {kind}")
+
+    def _enum(self, kind: mi.EnumType) -> str:
+        values = mi.LiteralType(tuple(each.value for each in kind.cls))
+        self._waiting.append(_Alias(kind.cls.__name__, values, _doc(kind.cls)))
+        return kind.cls.__name__
 
     def _union(self, kind: mi.UnionType) -> str:
         """Return a union type with null last."""

@@ -143,7 +143,7 @@ class SessionHost:
         doing = None if self.trainer is None else self.trainer.session.other_agents.behavior_call
         if doing is None or doing.behavior is None:
             return None
-        return BehaviorCallData(behavior=doing.behavior, targets=dict(doing.targets))
+        return BehaviorCallData.of(doing)
 
     @property
     def paused(self) -> bool:
@@ -172,7 +172,7 @@ class SessionHost:
     def library(self) -> LibraryData:
         """Return the library folder as it was last read, with the interrupted sessions."""
         left = [
-            InterruptedSessionData(name=name, examples=each.examples, began=each.began.isoformat())
+            InterruptedSessionData.of(each, name=name, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
         return self.library_view.data(left)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from msgspec import Meta
 
+from understudy.coaching.queries import QueryPolicy
 from understudy.ui.web.messages.base import Call, Index, Message
 
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
-
-
-QueryPolicyName: TypeAlias = Literal["never", "pause", "mark"]
-"""What the robot does in testing where it is unsure: nothing, wait for an answer, or go on and mark the moment."""
 
 
 class RequestAdvice(Message, frozen=True, kw_only=True, tag="request_advice"):
@@ -34,7 +31,7 @@ class GoToNextSituation(Message, frozen=True, kw_only=True, tag="next_situation"
 class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="set_query_policy"):
     """Set what the robot does in testing where it is uncertain."""
 
-    policy: QueryPolicyName
+    policy: QueryPolicy
 
 
 class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):

@@ -18,7 +18,7 @@ from understudy.segmentation.propose_behaviors import describe_command
 from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.views.scene import FeatureData, describe_kind
+from understudy.ui.web.views.scene import FeatureData
 from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways, state_fields
 
 MOST_POINTS = 3000
@@ -159,35 +159,26 @@ def describe_review(review: RecordingReview) -> ReviewData:
     """Return a drive under review as data."""
     segmentation = review.segmentation
     drive, names = segmentation.drive, segmentation.names
-    return ReviewData(
-        name=review.name,
+    return ReviewData.of(
+        review,
         tick_s=drive.tick_s,
         labels=list(names),
         episodes=[
-            EpisodeData(
-                source=each.source,
-                driver=review.find_driver(each.first),
-                first=each.first,
-                end=each.end,
-                from_s=float(drive.times[each.first]),
-            )
+            EpisodeData.of(each, driver=review.find_driver(each.first), from_s=float(drive.times[each.first]))
             for each in drive.episodes
         ],
-        drivers=list(review.drivers),
-        trust=review.trust,
         spans=list(_list_label_spans(review)),
         questions=[
-            LabelQuestionData(
-                first=each.first,
-                end=each.end,
+            LabelQuestionData.of(
+                each,
                 labels=[names.index(label) for label in each.labels],
                 chances=[round(chance, 3) for chance in each.chances],
             )
             for each in list_label_questions(segmentation)
         ],
         proposals=[
-            BehaviorProposalData(
-                command=dict(each.command),
+            BehaviorProposalData.of(
+                each,
                 description=describe_command(drive.channels, each.command),
                 seconds=round(each.seconds, 2),
                 spans=len(each.spans),
@@ -198,7 +189,6 @@ def describe_review(review: RecordingReview) -> ReviewData:
         ],
         omissions=list(drive.omissions),
         learned=None if review.learned is None else _describe_learned(review, review.learned),
-        can_undo=review.can_undo,
         saved=None if review.saved is None else str(review.saved),
     )
 
@@ -227,8 +217,8 @@ def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple
 def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
     automaton, lesson = learned.taught.automaton, learned.drive.lesson
     library = learned.drive.library.with_automaton(learned.taught)
-    return LearnedDriveData(
-        agreement=learned.agreement,
+    return LearnedDriveData.of(
+        learned,
         spans=[
             StateSpanData(first=first, end=end, label=int(learned.states[first]))
             for episode in review.segmentation.drive.episodes
@@ -243,10 +233,7 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
             for driver, each in learned.reactions.items()
             if each is not None
         ],
-        splits=[
-            SplitProposalData(state=each.state, entered_from=list(each.entered_from), evidence=str(each))
-            for each in learned.splits
-        ],
+        splits=[SplitProposalData.of(each, evidence=str(each)) for each in learned.splits],
         contradictions=[
             *(_describe_contradiction(review, each, None) for each in learned.contradictions),
             *(_describe_contradiction(review, each, trust) for each, trust in learned.settled),
@@ -257,8 +244,8 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
 def _describe_contradiction(
     review: RecordingReview, contradiction: DriverContradiction, trust: str | None
 ) -> ContradictionData:
-    return ContradictionData(
-        state=contradiction.state,
+    return ContradictionData.of(
+        contradiction,
         choices=[
             DriverChoiceData(
                 driver=driver,
@@ -320,11 +307,4 @@ def _describe_column(
     is_command: bool,
 ) -> SeriesData:
     values = [round(value, 5) if isfinite(value) else None for value in column.tolist()]
-    return SeriesData(
-        label=label,
-        unit=unit,
-        **describe_kind(kind),
-        is_command=is_command,
-        ticks=ticks.tolist(),
-        values=values,
-    )
+    return SeriesData.of_kind(kind, label, unit, is_command=is_command, ticks=ticks.tolist(), values=values)

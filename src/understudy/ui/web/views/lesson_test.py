@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from itertools import count, islice
 
+from msgspec import field
+
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
@@ -49,7 +51,7 @@ class PropertyResultData(Data, frozen=True, kw_only=True):
     """The result of testing a property of the lesson."""
 
     description: str
-    held: bool
+    was_met: bool = field(name="held")
     took_s: float | None
     """The time until what it demands was reached, s; null where it was not, or the property demands nothing."""
     problem: str
@@ -117,12 +119,7 @@ def _tested(result: LessonTestResult, former: str) -> LessonTestData:
         works=result.is_passing,
         examples=result.replayed.examples,
         otherwise=len(result.replayed.mismatches) + result.replayed.overruled,
-        properties=[
-            PropertyResultData(
-                description=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
-            )
-            for each in result.properties
-        ],
+        properties=[PropertyResultData.of(each, description=str(each.tested)) for each in result.properties],
         regressions=list(lesson_tests.describe_regressions(result)),
         differences=list(lesson_tests.describe_other_differences(result, former)),
     )
@@ -261,25 +258,10 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
     preview = preview_pruning(host.active_trainer, message.pruning)
     changed = sum(each.moments for each in preview.replayed.changes)
     return SimplifyReply(
-        preview=SimplifyPreviewData(
-            pruning=preview.pruning,
-            suggested=preview.suggested,
+        preview=SimplifyPreviewData.of(
+            preview,
             examples_needed=ENOUGH,
-            leaves=LeavesData(before=preview.leaves.before, after=preview.leaves.after),
-            states=[
-                StateConditionsData(state=state, before=list(each.before), after=list(each.after))
-                for state, each in preview.conditions.items()
-            ],
-            decisions=[
-                ChangedDecisionData(
-                    number=each.number,
-                    state=each.state,
-                    shown=each.shown,
-                    before=each.before,
-                    after=each.after,
-                )
-                for each in preview.decisions
-            ],
+            states=[StateConditionsData.of(each, state=state) for state, each in preview.conditions.items()],
             examples=preview.replayed.examples,
             moments=MomentsData(all=preview.replayed.before, changed=changed),
         )

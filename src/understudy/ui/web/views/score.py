@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec import field
+
 from understudy.falsification.lesson_score import Trend
 from understudy.ui.controller.keep_going import BetterVersion
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
@@ -26,11 +28,11 @@ class ScoreData(Data, frozen=True, kw_only=True):
     """What changed since the press before, by more than chance."""
     enabled: bool
     """Whether scores are taken."""
-    running: bool
+    is_running: bool = field(name="running")
     """Whether one is being taken."""
     goal: str
     """What success means, in words; empty if it is not known."""
-    chosen: bool
+    is_goal_chosen: bool = field(name="chosen")
     """Whether a person has chosen that."""
     offers: list[OfferedGoalData]
     """Goals of which a person can pick one."""
@@ -40,13 +42,4 @@ class ScoreData(Data, frozen=True, kw_only=True):
 
 def describe_score(score: LessonScoreKeeper, better: BetterVersion | None) -> ScoreData:
     """Return the score, what success means, and what made it worse, as the page shows them."""
-    return ScoreData(
-        text=score.describe(),
-        trend=score.trend,
-        enabled=score.enabled,
-        running=score.is_running,
-        goal=score.goal,
-        chosen=score.is_goal_chosen,
-        offers=[OfferedGoalData(name=each.name, claim=each.claim) for each in score.offers],
-        worse_since="" if better is None else better.since,
-    )
+    return ScoreData.of(score, text=score.describe(), worse_since="" if better is None else better.since)

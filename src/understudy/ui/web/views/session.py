@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 from msgspec import UNSET, UnsetType, field, structs
 
@@ -17,15 +17,16 @@ from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.change_summary import ChangeSummary, TransitionChange
 from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
 from understudy.model.learner_options import TreeOptions
-from understudy.model.lesson import Example, Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import Vectors, describe_tree_outcomes
+from understudy.training.trainee import Mode
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import QueryStatusData
-from understudy.ui.web.views.scene import FeatureData, describe_kind
+from understudy.ui.web.views.scene import FeatureData
 from understudy.ui.web.views.score import ScoreData, describe_score
 
 MOST_LISTED = 100
@@ -129,10 +130,6 @@ def list_exits(
             yield automaton.state_names[outcome], list(texts)
 
 
-ModeName: TypeAlias = Literal["training", "testing", "live"]
-ExampleKindName: TypeAlias = Literal["directive", "default", "confirmation", "watched"]
-
-
 class StateData(NestedStateData, frozen=True, kw_only=True):
     """A state of the automaton in training, with its keys."""
 
@@ -153,7 +150,7 @@ class ExampleData(Data, frozen=True, kw_only=True):
     state: str
     next: str
     values: list[str]
-    kind: ExampleKindName
+    kind: ExampleKind
     correction: bool
     time_s: float | None
     """When the example was given, in s of the world's time; null if it was typed."""
@@ -270,11 +267,11 @@ class SessionData(LessonData, frozen=True, kw_only=True):
 
     name: str
     targets: dict[str, str]
-    mode: ModeName
+    mode: Mode
     state: str
     path: list[str]
     flag: str | None
-    pending: str | None
+    waiting: str | None = field(name="pending")
     agent: int
     undoable: str | None
     redoable: str | None
@@ -314,18 +311,11 @@ class SessionViewBuilder:
     ) -> SessionData:
         """Return the data of the session in its present state."""
         trainer, view = self._trainer, self._trainer.session_view
-        return SessionData(
+        return SessionData.of(
+            view,
             **structs.asdict(self._taught()),
             name=trainer.name,
-            targets=dict(view.targets),
-            mode=view.mode.value,
-            state=view.state,
-            path=list(view.path),
-            flag=view.flag,
-            pending=view.waiting,
             agent=trainer.robot,
-            undoable=view.undoable,
-            redoable=view.redoable,
             unsaved=trainer.has_unsaved_changes,
             presses=view.examples,
             watching=trainer.session.is_watching,
@@ -344,21 +334,18 @@ class SessionViewBuilder:
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
             automaton, options = lesson.automaton, lesson.options
-            self._lesson = LessonData(
-                parameters=list(automaton.parameters),
+            self._lesson = LessonData.of(
+                options,
+                parameters=automaton.parameters,
                 states=[self._state(state) for state in automaton.states],
                 features=[
-                    FeatureData(label=str(bound), unit=bound.feature.unit, **describe_kind(bound.kind))
+                    FeatureData.of_kind(bound.kind, str(bound), bound.feature.unit)
                     for bound in automaton.features
                 ],
                 examples=_examples(lesson),
                 edges=list(_edges(lesson, learned)),
                 nested=self._nested.describe_nested(automaton, self._trainer.session.library),
-                watched=options.watched,
-                reaction_s=options.reaction_s,
-                unlearning=options.unlearning,
-                live=options.live,
-                flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
+                flags=automaton.flags,
                 properties=list(map(str, lesson.properties)),
                 pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
                 edition=1 if self._lesson is None else self._lesson.edition + 1,
@@ -417,7 +404,7 @@ def _doubt(trainer: Trainer) -> DoubtData | None:
         return None
     held = {example.number for example in trainer.session.examples if not example.quarantined}
     suspects = [
-        SuspectData(number=suspect.example.number, reason=suspect.reason)
+        SuspectData.of(suspect, number=suspect.example.number)
         for suspect in judgement.suspects
         if suspect.example.number in held
     ]
@@ -428,19 +415,14 @@ def _examples(lesson: Lesson) -> list[ExampleData]:
     features = lesson.automaton.features
     against = list_contradicting_numbers(lesson)
     return [
-        ExampleData(
-            number=example.number,
-            state=example.state,
-            next=example.next,
+        ExampleData.of(
+            example,
             values=[
                 describe.format_value(bound, value)
                 for bound, value in zip(features, example.values, strict=True)
             ],
-            kind=example.kind.value,
-            correction=example.correction,
             time_s=_time(lesson, example),
             contradicts=example.number in against,
-            quarantined=example.quarantined,
             source="" if example.source is None else str(example.source),
         )
         for example in lesson.examples
