@@ -14,6 +14,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.library import Kit
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.sensing.sensor_table import list_range_scans
+from understudy.storage.json_text import encode_json
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
@@ -34,7 +35,6 @@ from understudy.ui.web.views.scene import FeatureData, describe_scene
 
 TAKEN = 4409
 """The code with which the connection of a page is closed when another page drives."""
-_encode = msgspec.json.Encoder().encode
 _read = msgspec.json.Decoder(AnyDriveRequest).decode
 
 
@@ -171,7 +171,7 @@ class DriveServer:
         """Send the page the scene and the present moment."""
         if self._page is not None:
             scene = describe_scene(self.live.world, self._kit, [])
-            self._page.show(scene=_encode(SceneNewsData(scene=scene)))
+            self._page.show(scene=encode_json(SceneNewsData(scene=scene)))
         self._picture_due_s = 0.0
         self.show_frame()
 
@@ -218,4 +218,4 @@ class DriveServer:
         )
         if news != self._shown:
             self._shown = news
-            page.show(news=_encode(news))
+            page.show(news=encode_json(news))

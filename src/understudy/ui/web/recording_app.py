@@ -17,6 +17,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from understudy.errors import UnderstudyError
+from understudy.storage.json_text import encode_json
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
@@ -35,7 +36,6 @@ from understudy.ui.web.views.drive_review import describe_review, describe_serie
 
 REVIEW_PATH, SERIES_PATH = "/review", "/series"
 MOST_BYTES = 64 * 1024
-_encode = msgspec.json.Encoder().encode
 _read = msgspec.json.Decoder(AnyReviewRequest).decode
 
 
@@ -180,7 +180,7 @@ def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:
 
 def _answer(data: object, status: int = 200) -> Response:
     headers = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
-    return Response(_encode(data), status_code=status, media_type="application/json", headers=headers)
+    return Response(encode_json(data), status_code=status, media_type="application/json", headers=headers)
 
 
 def serve_recording(

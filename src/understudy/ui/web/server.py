@@ -16,6 +16,7 @@ from understudy.errors import SessionError
 from understudy.export.targets import TARGETS
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
+from understudy.storage.json_text import encode_json
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
@@ -46,7 +47,6 @@ RETURNED = "Going on: the page is here again"
 RETURN_S = 30.0
 """How long after a page in control left the run goes on when it comes back, s."""
 LEFT_ROBOTS = "no page is in control in the studio"
-_encode = msgspec.json.Encoder().encode
 
 
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
@@ -184,9 +184,9 @@ class StudioServer:
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )
-        viewer.send_reply(_encode(hello))
+        viewer.send_reply(encode_json(hello))
         news = self._show_session(library)
-        viewer.show(news=_encode(_to(news, has_control=has_control)), frame=self.host.frame())
+        viewer.show(news=encode_json(_to(news, has_control=has_control)), frame=self.host.frame())
         self._pictured = -1
         return viewer
 
@@ -232,7 +232,7 @@ class StudioServer:
             answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
             answer, reply = AnswerData(re=number, error=describe_error(error)), None
-        viewer.send_reply(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
+        viewer.send_reply(encode_json(answer, reply or {}))
         self.show()
 
     def answer_slow_actions(self) -> None:
@@ -243,7 +243,7 @@ class StudioServer:
                 answer = AnswerData(re=each.number, ok=True)
             except Exception as error:
                 answer = AnswerData(re=each.number, error=describe_error(error))
-            each.viewer.send_reply(_encode(answer))
+            each.viewer.send_reply(encode_json(answer))
 
     def _do(self, viewer: Client, message: Message) -> Data | SlowAction | None:
         """Execute a message and return the fields of the answer, or what is left to do in another thread.
@@ -297,7 +297,7 @@ class StudioServer:
         if team != self._team:
             self._team = team
             for viewer in self.viewers:
-                viewer.show(team=_encode(TeamNewsData(team=team)))
+                viewer.show(team=encode_json(TeamNewsData(team=team)))
 
     def show(self, *, session: bool = True) -> None:
         """Send every page the changes; on a new error, pause and show its message."""
@@ -340,7 +340,7 @@ class StudioServer:
             scene, _ = self._seen
             if before is None or scene != before[0]:
                 for viewer in self.viewers:
-                    viewer.show(scene=_encode(SceneNewsData(scene=scene)))
+                    viewer.show(scene=encode_json(SceneNewsData(scene=scene)))
         return self._seen
 
     def _list_places(self) -> PlacesData:
@@ -375,9 +375,9 @@ class StudioServer:
         )
         if news != self._shown or director is not self._directed:
             self._shown, self._directed = news, director
-            watching = _encode(news)
+            watching = encode_json(news)
             for viewer in self.viewers:
-                viewer.show(news=_encode(_to(news, has_control=True)) if viewer is director else watching)
+                viewer.show(news=encode_json(_to(news, has_control=True)) if viewer is director else watching)
         return news
 
 
