@@ -15,7 +15,7 @@ from understudy.properties.property_file import FILE, load_tables, parse_propert
 from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
+from understudy.ui.web.background import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.property_requests import PropertyFieldsData
 from understudy.ui.web.property_form import read_fields

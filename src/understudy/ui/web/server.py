@@ -21,6 +21,7 @@ from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
+from understudy.ui.web.background import SlowAction, SlowActions
 from understudy.ui.web.clients import PER_SECOND, Client, Clients
 from understudy.ui.web.failure_results import FailuresData
 from understudy.ui.web.frame_loop import Wait, repeat_each_frame
@@ -30,7 +31,6 @@ from understudy.ui.web.places import PlacesData
 from understudy.ui.web.property_list import LibraryPropertiesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction, SlowActions
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData

@@ -29,11 +29,11 @@ from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
-from understudy.ui.web.background_runs import UnseenWorldsEvaluation
 from understudy.ui.web.failure_results import FailingWorldList
 from understudy.ui.web.places import Places
 from understudy.ui.web.property_list import LibraryPropertyList
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views.library import InterruptedSessionData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (

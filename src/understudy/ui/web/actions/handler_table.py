@@ -14,12 +14,12 @@ from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.actions import camera, coach, failures, library, places, property_edits, session, world
+from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import coach as c
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction
 from understudy.ui.web.views import explanation, lesson_test
 
 Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | SlowAction | None]

@@ -25,10 +25,10 @@ from understudy.ui.controller.training_plan import (
     TrainingPlan,
     make_session_start,
 )
+from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.session import SetOtherAgents
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction
 
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:

@@ -19,7 +19,7 @@ from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.views.scene import FeatureData
-from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways, state_fields
+from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways
 
 MOST_POINTS = 3000
 """The largest number of points of a series; longer ones are thinned."""
@@ -224,7 +224,7 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
             for episode in review.segmentation.drive.episodes
             for first, end in list_runs(learned.states, episode.first, episode.end)
         ],
-        states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
+        states=[NestedStateData.of_state(state, library) for state in automaton.states],
         edges=list_ways(automaton, learned.taught.lesson),
         examples=len(lesson.examples),
         quarantined=sum(bool(each.quarantined) for each in lesson.examples),

@@ -30,7 +30,6 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import preview_pruning
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.web.background_runs import UnseenWorldsEvaluation
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import (
     CancelEvaluation,
@@ -40,6 +39,7 @@ from understudy.ui.web.messages.review import (
     TestLesson,
 )
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 
 FIRST_SEED = 1000
 """Unseen worlds are counted from here: those that people go through one after the other begin at 0."""
