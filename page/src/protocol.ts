@@ -17,14 +17,6 @@ export type Request =
   | { do: "correct_slip"; number: Index; next: Call }
   /** Confirm that the press of an example was intended. */
   | { do: "confirm_press"; number: Index }
-  /** Write a property to the library's file and test it; with `changes`, in place of the one of this name. */
-  | { do: "save_property"; name: NameField; fields: PropertyFields; changes?: boolean }
-  /** Remove a property from the library's file. */
-  | { do: "delete_property"; name: NameField }
-  /** Test one property of the library's file with what is in training; all of them without a name. */
-  | { do: "test_properties"; name?: NameField | null }
-  /** List the names that a property in a world can use. */
-  | { do: "property_choices"; world: ConditionField; behavior: ConditionField }
   /** Explain the current decisions on all levels, and the last switch. */
   | { do: "why" }
   /** Add the property that the automaton raises a flag in time, from the present moment on. */
@@ -33,6 +25,14 @@ export type Request =
   | { do: "remove_property"; property: Index }
   /** Go to the moment of a property. */
   | { do: "go_to_property"; property: Index }
+  /** Write a property to the library's file and test it; with `changes`, in place of the one of this name. */
+  | { do: "save_property"; name: NameField; fields: PropertyFields; changes?: boolean }
+  /** Remove a property from the library's file. */
+  | { do: "delete_property"; name: NameField }
+  /** Test one property of the library's file with what is in training; all of them without a name. */
+  | { do: "test_properties"; name?: NameField | null }
+  /** List the names that a property in a world can use. */
+  | { do: "property_choices"; world: ConditionField; behavior: ConditionField }
   /** Test an automaton on its lesson, with the unsaved state of what is in training. */
   | { do: "test"; name: NameField }
   /** Evaluate the automaton in training, as it stands, in 1 to 1000 unseen worlds. */
@@ -345,6 +345,9 @@ export type Call = string;
 /** At least 1, at most 150 letters. */
 export type NameField = string;
 
+/** More than 0. At most 86,400. */
+export type Seconds = number;
+
 /** The fields of a property's form; they are the keys of its table. */
 export interface PropertyFields {
   kind: PropertyKindName;
@@ -365,9 +368,6 @@ export interface PropertyFields {
 
 /** At most 1,000 letters. */
 export type ConditionField = string;
-
-/** More than 0. At most 86,400. */
-export type Seconds = number;
 
 /** How many examples each leaf of a question must set right for the question to stay. At least 0, at most 1,000,000. */
 export type Pruning = number;

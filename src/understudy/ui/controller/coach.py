@@ -288,6 +288,16 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     return StatusMessage(f"{situation.sentence} Space continues", "correction")
 
 
+def press_or_answer(trainer: Trainer, state: str | None) -> None:
+    """Direct the robot to a state (None: confirm the present one), which also answers an open question."""
+    if trainer.coach.question is not None:
+        answer_question(trainer, state)
+    elif state is None:
+        trainer.confirm()
+    else:
+        trainer.press(state)
+
+
 @keep_status
 def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
     """Answer the waiting question: record the press (None: confirm), and continue testing or live teaching.

@@ -20,17 +20,16 @@ from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
-from understudy.ui.web.clients import Client
-from understudy.ui.web.frame_loop import Wait, repeat_each_frame
+from understudy.ui.web.clients import Client, Wait, close_socket, exchange_messages, repeat_each_frame
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.drive_requests import (
+from understudy.ui.web.messages.drive import (
     AnyDriveRequest,
     BeginDriving,
     BeginWorld,
     LetAutomatonDrive,
     SteerRobot,
 )
-from understudy.ui.web.server import PICTURE_S, SceneNewsData, close_socket, exchange_messages
+from understudy.ui.web.server import PICTURE_S, SceneNewsData
 from understudy.ui.web.views.scene import FeatureData, describe_scene
 
 TAKEN = 4409

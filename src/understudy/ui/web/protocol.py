@@ -23,9 +23,7 @@ from understudy.ui.web.drive_server import DriveNewsData
 from understudy.ui.web.messages import (
     base,
     coach,
-    drive_requests,
-    drive_review,
-    property_requests,
+    drive,
     review,
     session,
 )
@@ -261,8 +259,7 @@ ALIASES = (
     session,
     review,
     coach,
-    property_requests,
-    drive_requests,
+    drive,
     scene,
     session_view,
     watched_team,
@@ -281,8 +278,8 @@ def format_protocol() -> str:
         [HelloData, SceneNewsData, SessionNewsData, TeamNewsData],
         comment="What the studio sends by itself.",
     )
-    module.requests("ReviewRequest", drive_review.REVIEW_REQUESTS, without="")
-    module.requests("DriveRequest", drive_requests.DRIVE_REQUESTS, without="")
+    module.requests("ReviewRequest", drive.REVIEW_REQUESTS, without="")
+    module.requests("DriveRequest", drive.DRIVE_REQUESTS, without="")
     module.interface(DriveNewsData)
     module.interface(drive_review_view.ReviewData)
     module.interface(drive_review_view.RecordedSeriesData)

@@ -22,7 +22,7 @@ from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
 from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
 from understudy.ui.web.app import STATIC, make_file_mount, make_page_route, serve_app
-from understudy.ui.web.messages.drive_review import (
+from understudy.ui.web.messages.drive import (
     AnyReviewRequest,
     DefineBehavior,
     LearnFromLabels,

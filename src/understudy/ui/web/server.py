@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from collections.abc import Callable
 
 import msgspec
 from msgspec import UNSET, UnsetType
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket
 
 from understudy import __version__
 from understudy.clock import REAL_TIME
@@ -22,9 +21,16 @@ from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
 from understudy.ui.web.background import SlowAction, SlowActions
-from understudy.ui.web.clients import PER_SECOND, Client, Clients
+from understudy.ui.web.clients import (
+    PER_SECOND,
+    Client,
+    Clients,
+    Wait,
+    close_socket,
+    exchange_messages,
+    repeat_each_frame,
+)
 from understudy.ui.web.failure_results import FailuresData
-from understudy.ui.web.frame_loop import Wait, repeat_each_frame
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
@@ -384,45 +390,6 @@ class StudioServer:
 def _to(news: SessionNewsData, *, has_control: bool) -> SessionNewsData:
     """Return a copy of the session news for a page that is in control, or is not."""
     return msgspec.structs.replace(news, has_control=has_control)
-
-
-async def exchange_messages(
-    client: Client,
-    websocket: WebSocket,
-    hearing: Coroutine[None, None, None],
-    *,
-    leave: Callable[[], None],
-) -> None:
-    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
-    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        leave()
-        for task in tasks:
-            task.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                await task
-
-
-async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
-    """Close the connection of a page, if it is still there."""
-    if websocket.application_state is WebSocketState.CONNECTED:
-        with suppress(RuntimeError, WebSocketDisconnect, OSError):
-            await websocket.close(code)
-
-
-async def send_queued(viewer: Client, websocket: WebSocket) -> None:
-    """Send a page what is queued for it, until it is closed."""
-    while not viewer.closing:
-        await viewer.waits.wait()
-        viewer.waits.clear()
-        while (waiting := viewer.next()) is not None:
-            sent, binary = waiting
-            if binary:
-                await websocket.send_bytes(sent)
-            else:
-                await websocket.send_text(sent.decode())
 
 
 def _stops(text: str | bytes) -> bool:

@@ -13,7 +13,7 @@ from understudy.ui.controller import coach as coach_actions
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.actions import camera, coach, failures, library, places, property_edits, session, world
+from understudy.ui.web.actions import camera, coach, library, places, property_edits, session, world
 from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import coach as c
 from understudy.ui.web.messages import review as r
@@ -91,7 +91,7 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
     }
 )
 """By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
-MODULES = (session, world, places, library, coach, explanation, lesson_test, camera, failures, property_edits)
+MODULES = (session, world, places, library, coach, explanation, lesson_test, camera, property_edits)
 """The modules that define the handlers of the other messages."""
 HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
     {

@@ -18,14 +18,14 @@ from understudy.sim.world import World
 from understudy.ui.controller.failing_worlds import make_draft
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.property_requests import (
+from understudy.ui.web.messages.review import (
     DeleteProperty,
     ListPropertyChoices,
     PropertyFieldsData,
     SaveProperty,
     TestProperties,
 )
-from understudy.ui.web.property_form import find_field, make_property_table
+from understudy.ui.web.property_list import find_field, make_property_table
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.scene import BehaviorParametersData
 

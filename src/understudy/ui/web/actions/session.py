@@ -260,13 +260,10 @@ def _press(host: SessionHost, state: str | None) -> None:
     """Direct to a state, or confirm the present one (None)."""
     trainer = host.active_trainer
     host.frame_version += 1
-    if trainer.coach.question is not None:
-        coach.answer_question(trainer, state)
+    is_answer = trainer.coach.question is not None
+    coach.press_or_answer(trainer, state)
+    if is_answer:
         host.note_tick()
-    elif state is None:
-        trainer.confirm()
-    else:
-        trainer.press(state)
 
 
 def handle_pause(host: SessionHost, message: m.Pause) -> None:
