@@ -8,11 +8,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from json import JSONDecodeError, JSONDecoder
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import msgspec
 
 from understudy.errors import FileError, UnderstudyError
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -53,6 +55,27 @@ def _to_plain(value: object) -> object:
     if isinstance(value, Path):
         return str(value)
     raise NotImplementedError(f"a {type(value).__name__} in a result")
+
+
+def take_facts(into: type[T], facts: object, **derived: object) -> T:
+    """Make a dataclass or struct from the attributes that a value has by the names of its fields, and from `derived`.
+
+    Fields that are structs themselves are made of their values in the same way. What is UNSET is left out.
+    """
+    return msgspec.convert(_Facts(facts, derived), into, from_attributes=True)
+
+
+class _Facts:
+    """The attributes of a value, and beside or instead of them those that were derived."""
+
+    def __init__(self, facts: object, derived: Mapping[str, object]) -> None:
+        self._facts, self._derived = facts, derived
+
+    def __getattr__(self, name: str) -> Any:
+        value = self._derived[name] if name in self._derived else getattr(self._facts, name)
+        if value is msgspec.UNSET:
+            raise AttributeError(name)
+        return value
 
 
 OPENED = (

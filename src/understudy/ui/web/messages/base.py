@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
+from typing import Annotated, ClassVar, Self, TypeAlias
 
-from msgspec import UNSET, Meta, Struct, convert
+from msgspec import Meta, Struct
+
+from understudy.storage.json_text import take_facts
 
 Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
@@ -29,23 +30,10 @@ class Data(Struct, frozen=True):
     def of(cls, facts: object, **derived: object) -> Self:
         """Take the fields from the attributes of these names that a value of the domain has, and from `derived`.
 
-        Fields that are messages themselves are taken from their values in the same way. A field that the page calls
-        otherwise than the domain has the domain's name here, and the page's as `field(name=...)`.
+        A field that the page calls otherwise than the domain has the domain's name here, and the page's as
+        `field(name=...)`.
         """
-        return convert(_Facts(facts, derived), cls, from_attributes=True)
-
-
-class _Facts:
-    """The attributes of a value, and beside or instead of them those that were derived."""
-
-    def __init__(self, facts: object, derived: Mapping[str, object]) -> None:
-        self._facts, self._derived = facts, derived
-
-    def __getattr__(self, name: str) -> Any:
-        value = self._derived[name] if name in self._derived else getattr(self._facts, name)
-        if value is UNSET:
-            raise AttributeError(name)
-        return value
+        return take_facts(cls, facts, **derived)
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):
