@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 
 import msgspec
+from msgspec import field
 from starlette.websockets import WebSocket
 
 from understudy.clock import REAL_TIME
@@ -47,7 +48,7 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     """Whether the automaton that was learned drives, until the stick is moved."""
     state: str
     """The state of the automaton that drives; empty if none does."""
-    current: bool
+    is_current: bool = field(name="current")
     """Whether the review has everything that was driven."""
     version: int
     """Grows whenever the review changes."""
@@ -201,19 +202,14 @@ class DriveServer:
         if page is None:
             return
         layout = live.layout
-        news = DriveNewsData(
-            driving=live.driving,
-            waiting=live.waiting,
-            automatic=live.automatic,
+        news = DriveNewsData.of(
+            live,
             state=live.find_automaton_state(),
-            current=live.is_current,
-            version=live.version,
             ticks=0 if live.driving else live.ticks,
             directions=layout.list_ways(),
             held=[each.name for each in layout.held],
             features=self._described,
             folder=self._folder,
-            error=live.error,
         )
         if news != self._shown:
             self._shown = news

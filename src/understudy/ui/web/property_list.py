@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
-
-from msgspec import UnsetType
 
 from understudy.analysis.rollout import Progress
 from understudy.errors import FileError, UnderstudyError, UnknownName
@@ -200,8 +198,13 @@ FIELDS = {
     "never_longer_than_s": "seconds",
 }
 """By the key of a table, the field of the form, where it has another name."""
-SECONDS = {"always": "within_s", "never longer": "never_longer_than_s", "progress": "never_longer_than_s"}
-"""By the kind of a property, the key of its time."""
+CLAIM_KEYS: Mapping[PropertyKindName, tuple[str, ...]] = {
+    "never": ("never",),
+    "always": ("always", "within_s"),
+    "never longer": ("never_longer_than_s", "while"),
+    "progress": ("never_longer_than_s", "without"),
+}
+"""By the kind of a property, the keys of its condition and its time, as they are written."""
 
 
 def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData) -> dict[str, Any]:
@@ -210,18 +213,13 @@ def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData)
     if fields.targets:
         table["targets"] = dict(fields.targets)
     table |= {"world": fields.world, "seeds": _parse_seeds(path, name, fields.seeds)}
-    seconds = SECONDS.get(fields.kind)
-    if seconds is not None:
-        if fields.seconds is None:
-            raise _wrong(path, name, seconds, "is missing", "give the time in s")
-        time = _shorten(fields.seconds)
-        if fields.kind == "always":
-            table |= {"always": fields.condition, seconds: time}
+    for key in CLAIM_KEYS[fields.kind]:
+        if FIELDS[key] != "seconds":
+            table[key] = PROGRESS if fields.kind == "progress" else fields.condition
+        elif fields.seconds is None:
+            raise _wrong(path, name, key, "is missing", "give the time in s")
         else:
-            table |= {seconds: time}
-            table |= {"without": PROGRESS} if fields.kind == "progress" else {"while": fields.condition}
-    else:
-        table["never"] = fields.condition
+            table[key] = _shorten(fields.seconds)
     if fields.limit_s is not None:
         table["limit_s"] = _shorten(fields.limit_s)
     if fields.at_least is not None:
@@ -266,21 +264,11 @@ def read_fields(table: object) -> PropertyFieldsData | None:
     decoded = decode_toml_values(table, PropertyTable)
     if isinstance(decoded, DecodeProblem) or sum(key in table for key in CLAIMS) != 1:
         return None
-    kind, condition, seconds = _read_claim(decoded)
+    kinds = (kind for kind, keys in CLAIM_KEYS.items() if all(key in table for key in keys))
     return PropertyFieldsData.of(
         decoded,
-        kind=kind,
-        condition=condition,
-        seconds=None if isinstance(seconds, UnsetType) else seconds,
+        kind=next(kinds, "progress"),
+        condition=next((table[key] for key in ("never", "always", "while") if key in table), ""),
+        seconds=table.get("within_s", table.get("never_longer_than_s")),
         seeds=format_toml_value(table["seeds"]),
     )
-
-
-def _read_claim(table: PropertyTable) -> tuple[PropertyKindName, str, float | UnsetType]:
-    if not isinstance(table.never, UnsetType):
-        return "never", table.never, table.within_s
-    if not isinstance(table.always, UnsetType):
-        return "always", table.always, table.within_s
-    if not isinstance(table.while_, UnsetType):
-        return "never longer", table.while_, table.never_longer_than_s
-    return "progress", "", table.never_longer_than_s

@@ -22,7 +22,6 @@ from understudy.ui.web.actions.handler_table import list_reply_types
 from understudy.ui.web.drive_server import DriveNewsData
 from understudy.ui.web.messages import (
     base,
-    coach,
     drive,
     review,
     session,
@@ -258,7 +257,6 @@ ALIASES = (
     base,
     session,
     review,
-    coach,
     drive,
     scene,
     session_view,

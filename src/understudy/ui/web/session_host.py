@@ -103,7 +103,7 @@ class SessionHost:
         self.doing = ActivityNames()
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
         self._idling = IdleWorld(world, self.wall)
-        self.shown_seeds: set[int] = set()  # of the worlds that were on the page
+        self.seen_seeds = set[int]()  # that of the trainer, too: see there
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
 
     # What there is to see
@@ -318,7 +318,7 @@ class SessionHost:
     def _begin_rewind(self) -> None:
         self.rewind_buffer.clear(() if self.trainer is None else self.trainer.session.examples)
         self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
-        self.shown_seeds.add(self.seed)
+        self.seen_seeds.add(self.seed)
         self._keep_moment()
 
     def _keep_moment(self) -> None:
@@ -383,6 +383,8 @@ class SessionHost:
         if policy is not None:
             trainer.coach.choose_query_policy(policy)
         self.began_with = len(trainer.session.examples)
+        self.seen_seeds |= trainer.seen_seeds
+        trainer.seen_seeds = self.seen_seeds
         trainer.set_speed(self._speed)
         trainer.suspend(False)
         trainer.status = StatusMessage(sentence)

@@ -1,14 +1,19 @@
-"""An evaluation of what is in training in unseen worlds, beside the world on the page."""
+"""What is in training in other worlds: an evaluation on request, and the score after each press."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+
+from msgspec import field
 
 from understudy.analysis.baseline import LENIENCE
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
 from understudy.analysis.raised_range import describe_raised
 from understudy.analysis.rollout import Progress
+from understudy.falsification.lesson_score import Trend
+from understudy.ui.controller.keep_going import BetterVersion
+from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.background import BackgroundRun
 from understudy.ui.web.messages.base import Data
@@ -123,3 +128,38 @@ def _success(evaluation: Evaluation) -> str:
     if evaluation.expert is not None:
         return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
     return f"{wanted} within {evaluation.taught.limit_s[0]:.0f} s"
+
+
+class OfferedGoalData(Data, frozen=True, kw_only=True):
+    """A goal of which a person can pick one."""
+
+    name: str
+    """What it says, shortly."""
+    claim: str
+    """What is measured, exactly."""
+
+
+class ScoreData(Data, frozen=True, kw_only=True):
+    """The share of new worlds in which the automaton in training works, taken after each press."""
+
+    text: str
+    """The score in words, or why there is none; empty before the first press."""
+    trend: Trend
+    """What changed since the press before, by more than chance."""
+    enabled: bool
+    """Whether scores are taken."""
+    is_running: bool = field(name="running")
+    """Whether one is being taken."""
+    goal: str
+    """What success means, in words; empty if it is not known."""
+    is_goal_chosen: bool = field(name="chosen")
+    """Whether a person has chosen that."""
+    offers: list[OfferedGoalData]
+    """Goals of which a person can pick one."""
+    worse_since: str
+    """What was done since a version that works in more worlds, in words; empty if none is known."""
+
+
+def describe_score(score: LessonScoreKeeper, better: BetterVersion | None) -> ScoreData:
+    """Return the score, what success means, and what made it worse, as the page shows them."""
+    return ScoreData.of(score, text=score.describe(), worse_since="" if better is None else better.since)

@@ -13,7 +13,7 @@ from understudy.ui.controller.coach import AdviceReport
 from understudy.ui.controller.lesson_check import locate_finding
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.messages import coach as m
+from understudy.ui.web.messages import review as m
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost

@@ -1,4 +1,4 @@
-"""The requests of the page about explanations, properties, tests, versions and pruning."""
+"""The requests of the page about explanations, advice, properties, tests, versions and pruning."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
+from understudy.coaching.queries import QueryPolicy
 from understudy.model.property import LONGEST_S
-from understudy.ui.web.messages.base import Data, Index, Message, NameField, Targets
+from understudy.ui.web.messages.base import Call, Data, Index, Message, NameField, Targets
 
+Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=LONGEST_S)]
 PropertyKindName: TypeAlias = Literal["never", "always", "never longer", "progress"]
 ConditionField: TypeAlias = Annotated[str, Meta(max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -161,3 +163,50 @@ class DiffVersions(Message, frozen=True, kw_only=True, tag="diff_versions"):
     name: NameField
     version: Index
     to: Index | None = None
+
+
+class RequestAdvice(Message, frozen=True, kw_only=True, tag="request_advice"):
+    """List what the lesson lacks, and estimate how late presses come."""
+
+    by_anyone: ClassVar[bool] = True
+
+
+class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
+    """Put the robot into the situation that this piece of advice or finding is about."""
+
+    sentence: Sentence
+
+
+class GoToNextSituation(Message, frozen=True, kw_only=True, tag="next_situation"):
+    """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
+
+
+class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="set_query_policy"):
+    """Set what the robot does in testing where it is uncertain."""
+
+    policy: QueryPolicy
+
+
+class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
+    """Go back to a moment at which the robot was uncertain and continued."""
+
+    number: Index
+
+
+class SetReactionTime(Message, frozen=True, kw_only=True, tag="set_reaction_time"):
+    """Set the reaction time of the demonstrator, s."""
+
+    reaction_s: float
+
+
+class CorrectSlip(Message, frozen=True, kw_only=True, tag="correct_slip"):
+    """Correct the press of an example: the demonstrator hit the wrong button."""
+
+    number: Index
+    next: Call
+
+
+class ConfirmPress(Message, frozen=True, kw_only=True, tag="confirm_press"):
+    """Confirm that the press of an example was intended."""
+
+    number: Index

@@ -159,7 +159,7 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         )
     goal = PropertyRule(success) if isinstance(success, Property) else None
     make_evaluation_task(library, name, scenario, binding=targets, goal=goal)  # mistakes are told at once
-    unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
+    unseen = (seed for seed in count(FIRST_SEED) if seed not in host.seen_seeds)
     seeds = list(islice(unseen, message.count))
     data = host.session_data()
     host.evaluation = UnseenWorldsEvaluation(

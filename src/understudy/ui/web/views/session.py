@@ -21,9 +21,8 @@ from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import QueryStatusData
-from understudy.ui.web.unseen_worlds import EvaluationData
+from understudy.ui.web.unseen_worlds import EvaluationData, ScoreData, describe_score
 from understudy.ui.web.views.scene import FeatureData
-from understudy.ui.web.views.score import ScoreData, describe_score
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
