@@ -62,7 +62,7 @@ class LessonTestData(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
     name: str
-    works: bool
+    is_passing: bool = field(name="works")
     examples: int
     otherwise: int
     """How many examples, shown or watched, are decided otherwise."""
@@ -114,9 +114,8 @@ def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]
 
 
 def _tested(result: LessonTestResult, former: str) -> LessonTestData:
-    return LessonTestData(
-        name=result.name,
-        works=result.is_passing,
+    return LessonTestData.of(
+        result,
         examples=result.replayed.examples,
         otherwise=len(result.replayed.mismatches) + result.replayed.overruled,
         properties=[PropertyResultData.of(each, description=str(each.tested)) for each in result.properties],
