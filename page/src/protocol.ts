@@ -700,7 +700,8 @@ export interface SimplifyPreview {
   suggested: PruningSuggestion | null;
   /** The number of examples needed for a suggestion. */
   examples_needed: number;
-  leaves: Leaves;
+  /** The number of leaves of all trees. */
+  leaves: { before: number; after: number };
   states: readonly StateConditions[];
   decisions: readonly ChangedDecision[];
   /** The number of examples replayed. */
@@ -998,12 +999,6 @@ export interface PruningSuggestion {
   left_out: number;
   wrong: number;
   wrong_pruned: number;
-}
-
-/** The number of leaves of all trees, before and after pruning. */
-export interface Leaves {
-  before: number;
-  after: number;
 }
 
 /** The conditions for leaving a state, in words, before and after pruning. */

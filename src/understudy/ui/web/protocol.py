@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent, indent
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_origin
 
 import msgspec.inspect as mi
 from msgspec import NODEFAULT, Struct
@@ -176,6 +176,9 @@ class TypeScript:
                 return f"Readonly<Record<{self.type_of(kind.key_type)}, {self.type_of(kind.value_type)}>>"
             case mi.UnionType():
                 return self._union(kind)
+            case mi.DataclassType() if get_origin(kind.cls) is not None:
+                # A generic class for some type has no name of its own.
+                return f"{{ {'; '.join(f'{each.name}: {self.type_of(each.type)}' for each in kind.fields)} }}"
             case mi.StructType() | mi.DataclassType():
                 return self._name(kind.cls)
         raise TypeError(f"no TypeScript type for {kind}")

@@ -158,11 +158,6 @@ def handle_go_to_next_situation(host: SessionHost, _: m.GoToNextSituation) -> No
     host.clear_rewind()
 
 
-def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
-    """Set what the automaton does in testing where it is uncertain."""
-    coach.change_query_policy(host.active_trainer, message.policy)
-
-
 def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:
     """Go back to a marked moment and ask its question there."""
     trainer = host.active_trainer

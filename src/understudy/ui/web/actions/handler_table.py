@@ -84,6 +84,7 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
         r.AddProperty: lesson_actions.add_property_here,
         r.RemoveProperty: lesson_actions.remove_property,
         r.ApplyPruning: lesson_actions.change_pruning,
+        r.SetQueryPolicy: coach_actions.change_query_policy,
         r.SetReactionTime: coach_actions.change_reaction_time,
         r.CorrectSlip: coach_actions.correct_slip,
         r.ConfirmPress: coach_actions.confirm_doubted_press,

@@ -7,6 +7,7 @@ from itertools import count, islice
 from msgspec import field
 
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
+from understudy.analysis.simplify_preview import BeforeAfter
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
@@ -198,13 +199,6 @@ def go_to_property(host: SessionHost, message: GoToProperty) -> StatusMessage:
     return StatusMessage(f"Property from here: {subject}")
 
 
-class LeavesData(Data, frozen=True, kw_only=True):
-    """The number of leaves of all trees, before and after pruning."""
-
-    before: int
-    after: int
-
-
 class StateConditionsData(Data, frozen=True, kw_only=True):
     """The conditions for leaving a state, in words, before and after pruning."""
 
@@ -238,7 +232,8 @@ class SimplifyPreviewData(Data, frozen=True, kw_only=True):
     """Null if there are too few examples for a suggestion."""
     examples_needed: int
     """The number of examples needed for a suggestion."""
-    leaves: LeavesData
+    leaves: BeforeAfter[int]
+    """The number of leaves of all trees."""
     states: list[StateConditionsData]
     decisions: list[ChangedDecisionData]
     examples: int
