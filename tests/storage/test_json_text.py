@@ -9,9 +9,9 @@ from types import MappingProxyType
 from typing import Any
 
 import pytest
-from msgspec import UNSET, Struct, UnsetType
+from msgspec import UNSET, Struct, UnsetType, ValidationError, field
 
-from understudy.storage.json_text import encode_json, format_json
+from understudy.storage.json_text import encode_json, format_json, take_facts
 
 
 class Tone(StrEnum):
@@ -55,3 +55,44 @@ def test_text_for_people() -> None:
 def test_what_json_does_not_have() -> None:
     with pytest.raises(NotImplementedError, match="a object in a result"):
         encode_json(object())
+
+
+class Mark(Struct):
+    tone: Tone
+    length: int = field(name="size")
+    at: list[float]
+    error: str | UnsetType = UNSET
+
+
+@dataclass(frozen=True)
+class Sheet:
+    notes: tuple[Note, ...]
+
+    @property
+    def title(self) -> str:
+        return "a sheet"
+
+
+class Page(Struct):
+    title: str
+    notes: list[Mark]
+
+
+def test_facts_are_taken_by_the_names_of_fields() -> None:
+    mark = take_facts(Mark, Note(Tone.HIGH, (1.0, 2.0)), length=3, error=UNSET)
+    assert encode_json(mark) == b'{"tone":"high","size":3,"at":[1.0,2.0]}'
+    assert take_facts(Mark, Note(Tone.HIGH, (1.0, 2.0)), length=3, at=[], error="x") == Mark(
+        Tone.HIGH, 3, [], "x"
+    )
+
+
+def test_facts_of_parts_are_taken_in_the_same_way() -> None:
+    page = take_facts(Page, Sheet(()), notes=[Mark(Tone.HIGH, 1, [])])
+    assert page == Page("a sheet", [Mark(Tone.HIGH, 1, [])])
+
+
+def test_a_fact_that_is_missing_or_of_another_type() -> None:
+    with pytest.raises(ValidationError, match="missing required field `length`"):
+        take_facts(Mark, Note(Tone.HIGH, (1.0, 2.0)))
+    with pytest.raises(ValidationError, match=r"Expected `int`, got `str` - at `\$.length`"):
+        take_facts(Mark, Note(Tone.HIGH, (1.0, 2.0)), length="3")
