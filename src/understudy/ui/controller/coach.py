@@ -288,14 +288,16 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     return StatusMessage(f"{situation.sentence} Space continues", "correction")
 
 
-def press_or_answer(trainer: Trainer, state: str | None) -> None:
-    """Direct the robot to a state (None: confirm the present one), which also answers an open question."""
-    if trainer.coach.question is not None:
+def press_or_answer(trainer: Trainer, state: str | None) -> bool:
+    """Direct the robot to a state (None: confirm the present one); return whether this answered an open question."""
+    is_answer = trainer.coach.question is not None
+    if is_answer:
         answer_question(trainer, state)
     elif state is None:
         trainer.confirm()
     else:
         trainer.press(state)
+    return is_answer
 
 
 @keep_status

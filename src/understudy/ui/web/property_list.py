@@ -48,11 +48,11 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
     problem: str
     """Why the file cannot be read; empty if it can."""
     rows: list[LibraryPropertyData]
-    testing: str | None
+    testing: str | None = None
     """The name of the property that is being tested."""
-    finished: int
+    finished: int = 0
     """The number of worlds of that test that have been run, of `total`."""
-    total: int
+    total: int = 1
 
 
 class RunningTests(BackgroundRun[list[PropertyResult]]):
@@ -162,15 +162,9 @@ class LibraryPropertyList:
 
     def data(self, trainer: Trainer | None) -> LibraryPropertiesData:
         """Return the properties as the page shows them."""
-        running = self._running
-        changed = bool(self._results) and self._lesson.has_changed(trainer)
-        return LibraryPropertiesData(
-            problem=self._problem,
-            rows=[self._describe(name, changed=changed) for name in self._subjects],
-            testing=None if running is None else running.testing,
-            finished=0 if running is None else running.finished,
-            total=1 if running is None else running.total,
-        )
+        running, changed = self._running, bool(self._results) and self._lesson.has_changed(trainer)
+        rows = [self._describe(name, changed=changed) for name in self._subjects]
+        return LibraryPropertiesData.of(running, problem=self._problem, rows=rows)
 
     def _describe(self, name: str, *, changed: bool) -> LibraryPropertyData:
         subject, result = self._subjects[name], self._results.get(name)

@@ -360,18 +360,15 @@ class StudioServer:
         host, director = self.host, self.viewers.director
         if host.status is not self._said:
             self._said, self._said_number = host.status, self._said_number + 1
-        news = SessionNewsData(
+        news = SessionNewsData.of(
+            host,
             library=library,
             session=host.session_data(),
             message=host.status,
             message_number=self._said_number,
             viewers=len(self.viewers),
-            paused=host.paused,
             speed="fastest" if host.speed == FASTEST else host.speed,
-            seed=host.seed,
-            sort=host.sort,
             robots=host.robots.list_statuses(),
-            run=host.run,
             places=self._places,
             failures=host.failures.data(host.scenario, host.trainer),
             properties=host.properties.data(host.trainer) if isinstance(host.world, World) else None,

@@ -248,21 +248,15 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
 
 def handle_press(host: SessionHost, message: m.PressState) -> None:
     """Direct the robot to a state; if a question is open, the press answers it."""
-    _press(host, message.state)
+    host.frame_version += 1
+    if coach.press_or_answer(host.active_trainer, message.state):
+        host.note_tick()
 
 
 def handle_confirm(host: SessionHost, _: m.Confirm) -> None:
     """Confirm the present state; if a question is open, this answers it."""
-    _press(host, None)
-
-
-def _press(host: SessionHost, state: str | None) -> None:
-    """Direct to a state, or confirm the present one (None)."""
-    trainer = host.active_trainer
     host.frame_version += 1
-    is_answer = trainer.coach.question is not None
-    coach.press_or_answer(trainer, state)
-    if is_answer:
+    if coach.press_or_answer(host.active_trainer, None):
         host.note_tick()
 
 
