@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from math import isfinite
 from pathlib import Path
@@ -197,7 +196,7 @@ def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
     segmentation, by_hand = review.segmentation, review.by_hand
     sure = segmentation.certainties
     for episode in segmentation.drive.episodes:
-        for first, end in list_runs(segmentation.labels * 2 + by_hand, episode.first, episode.end):
+        for first, end in episode.list_runs(segmentation.labels * 2 + by_hand):
             yield LabelSpanData(
                 first=first,
                 end=end,
@@ -208,12 +207,6 @@ def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
             )
 
 
-def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the beginning and the end of each run of equal values between two ticks."""
-    cuts = first + 1 + np.flatnonzero(np.diff(values[first:end]))
-    yield from itertools.pairwise([first, *cuts.tolist(), end])
-
-
 def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
     automaton, lesson = learned.taught.automaton, learned.drive.lesson
     library = learned.drive.library.with_automaton(learned.taught)
@@ -222,7 +215,7 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
         spans=[
             StateSpanData(first=first, end=end, label=int(learned.states[first]))
             for episode in review.segmentation.drive.episodes
-            for first, end in list_runs(learned.states, episode.first, episode.end)
+            for first, end in episode.list_runs(learned.states)
         ],
         states=[NestedStateData.of_state(state, library) for state in automaton.states],
         edges=list_ways(automaton, learned.taught.lesson),

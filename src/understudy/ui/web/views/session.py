@@ -300,9 +300,9 @@ def _doubt(trainer: Trainer) -> DoubtData | None:
         return None
     held = {example.number for example in trainer.session.examples if not example.quarantined}
     suspects = [
-        SuspectData.of(suspect, number=suspect.example.number)
-        for suspect in judgement.suspects
-        if suspect.example.number in held
+        SuspectData(number=number, reason=reason)
+        for number, reason in judgement.reasons.items()
+        if number in held
     ]
     return DoubtData(reason=judgement.reason, suspects=suspects) if suspects else None
 
