@@ -1,6 +1,6 @@
 /** What can be chosen: each behavior and feature with its parameters bound in every way. */
 
-import type { BehaviorCall, KitBehavior, Scene, Session, SessionNews } from "./protocol";
+import type { BehaviorCall, BehaviorParameters, Scene, Session, SessionNews } from "./protocol";
 
 export interface Offer {
   name: string;
@@ -11,12 +11,12 @@ export interface Offer {
 const MOST_WAYS = 24;
 
 /** A name with its parameters bound in every way. */
-export function callVariants(part: KitBehavior, names: readonly string[]): string[] {
+export function callVariants(part: BehaviorParameters, names: readonly string[]): string[] {
   return bindAll(part, names).map(formatCall);
 }
 
 /** A behavior called in every way. */
-export function bindAll(part: KitBehavior, names: readonly string[]): BehaviorCall[] {
+export function bindAll(part: BehaviorParameters, names: readonly string[]): BehaviorCall[] {
   let bindings: Record<string, string>[] = [{}];
   for (const parameter of part.parameters) {
     bindings = bindings.flatMap((targets) => names.map((name) => ({ ...targets, [parameter]: name })));

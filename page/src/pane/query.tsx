@@ -2,12 +2,12 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
-import type { QueryPolicyName, Session } from "../protocol";
+import type { QueryPolicy, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 
-const WAYS: Readonly<Record<QueryPolicyName, readonly [name: string, about: string]>> = {
+const WAYS: Readonly<Record<QueryPolicy, readonly [name: string, about: string]>> = {
   never: ["no", "Never asks."],
   pause: ["pause", "Pauses when unsure; your next press answers."],
   mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
@@ -20,7 +20,7 @@ export function QueryPart({ session, studio }: { session: Session; studio: Studi
       <div class="ask-when">
         <span id="ask-when">Ask when unsure</span>
         <div class="ways" role="group" aria-labelledby="ask-when">
-          {(Object.keys(WAYS) as QueryPolicyName[]).map((each) => (
+          {(Object.keys(WAYS) as QueryPolicy[]).map((each) => (
             <ControlButton
               key={each}
               aria-pressed={policy === each}

@@ -24,6 +24,7 @@ from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.view import WorldView
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.json_text import encode_json
 from understudy.storage.parquet import LINES, PARQUET, convert_to_parquet, import_duckdb
 
 VERSION = 2
@@ -244,7 +245,7 @@ def _finish(lines: Path, path: Path, header: dict[str, Any], *, titles: Mapping[
     else:
         made = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
         try:
-            about = msgspec.json.encode(header).decode()
+            about = encode_json(header).decode()
             convert_to_parquet(lines, made, titles, key="understudy", metadata=about)
             made.replace(path)
         finally:

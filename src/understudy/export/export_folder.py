@@ -15,9 +15,10 @@ from typing import Any
 
 from understudy.errors import FileError
 from understudy.export.hierarchy import GroundAutomaton, GroundBasic, Hierarchy
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles, fingerprint_file, format_json
+from understudy.export.target_files import ExportJob, FileByHand, TargetFiles, fingerprint_file
 from understudy.model.kinds import Categorical, Toroidal
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.json_text import format_json
 
 MANIFEST = "manifest.json"
 FORMAT = "understudy export"

@@ -7,9 +7,6 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from string import Template
-from typing import Any
-
-import msgspec
 
 from understudy.export.body_interface import RobotInterface
 from understudy.export.conformance import Conformance
@@ -86,8 +83,3 @@ def fill_template(name: str, values: Mapping[str, str]) -> bytes:
 def fill_templates(folder: str, values: Mapping[str, str], *names: str) -> dict[str, bytes]:
     """Fill in templates of a target's folder, which keep their names."""
     return {name: fill_template(f"{folder}/{name}", values) for name in names}
-
-
-def format_json(content: Any) -> bytes:
-    """Format a file of JSON, for people, too."""
-    return msgspec.json.format(msgspec.json.encode(content), indent=2) + b"\n"

@@ -18,7 +18,7 @@ from understudy.falsification.failure_replay import ExplainedRun, draw_failure
 from understudy.falsification.joint_worlds import Trial
 from understudy.sim.scenario.files import format_scenario, load_scenario
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
-from understudy.storage.json_text import convert_decode_errors
+from understudy.storage.json_text import convert_decode_errors, format_json
 
 RerunVerdict: TypeAlias = Literal["not run", "fails", "passes", "unknown"]
 
@@ -151,8 +151,7 @@ def write_failing_world(
         write_atomically(folder / SCENARIO_FILE, format_scenario(trial.scenario).encode())
         write_atomically(folder / PICTURE_FILE, picture)
         write_atomically(folder / WHY_FILE, "\n".join(why).encode())
-        facts_text = msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n"
-        write_atomically(folder / FACTS_FILE, facts_text)
+        write_atomically(folder / FACTS_FILE, format_json(facts))
     return FailingWorld(folder, trial, facts)
 
 

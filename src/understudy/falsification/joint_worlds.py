@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from msgspec import UNSET
 from msgspec.structs import replace
@@ -15,6 +14,7 @@ from understudy.sim.layout.placement import lay_out_worlds
 from understudy.sim.params import get_count_range
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario
 from understudy.sim.world import World
+from understudy.storage.json_text import encode_json
 
 
 class Trial(NamedTuple):
@@ -38,7 +38,7 @@ def group_alike(trials: Sequence[Trial]) -> list[list[int]]:
 
 def _describe_shape(scenario: Scenario) -> bytes:
     """Return all of a scenario but the places of objects and robots, the amounts of food, and which robots fail."""
-    return msgspec.json.encode(
+    return encode_json(
         replace(
             scenario,
             objects=tuple(map(_strip_object, scenario.objects)),

@@ -44,6 +44,11 @@ class DriveEpisode:
         """The ticks of the episode, to index columns of the drive with."""
         return slice(self.first, self.end)
 
+    def list_runs(self, values: NDArray[np.bool_ | np.int64]) -> list[tuple[int, int]]:
+        """List the runs of ticks in a row with the same value of a column of the drive [T]: first tick, and end."""
+        cuts = self.first + 1 + np.flatnonzero(np.diff(values[self.ticks]))
+        return list(pairwise([self.first, *cuts.tolist(), self.end]))
+
 
 @dataclass(frozen=True, slots=True)
 class RecordedDrive:

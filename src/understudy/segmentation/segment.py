@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -143,11 +142,9 @@ class Segmentation:
             The spans.
         """
         labels, certainties = self.labels, self.certainties
-        cuts = episode.first + 1 + np.flatnonzero(np.diff(labels[episode.ticks]))
-        edges = [episode.first, *cuts.tolist(), episode.end]
         return [
             Span(self.names[labels[first]], first, end, float(certainties[first:end].mean()))
-            for first, end in itertools.pairwise(edges)
+            for first, end in episode.list_runs(labels)
         ]
 
 

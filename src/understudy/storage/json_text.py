@@ -1,18 +1,20 @@
-"""JSON text of documents: a layout that is easy to read and compare, and line numbers of places in it."""
+"""JSON text: values of the domain encoded, documents laid out for reading, and line numbers of places in them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from json import JSONDecodeError, JSONDecoder
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import msgspec
 
 from understudy.errors import FileError, UnderstudyError
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -27,6 +29,53 @@ def convert_decode_errors() -> Iterator[None]:
         raise msgspec.DecodeError("it is not UTF-8 text") from error
     except RecursionError as error:
         raise msgspec.DecodeError("it is nested too deeply") from error
+
+
+def encode_json(value: Any, *more: Any) -> bytes:
+    """Encode a value of the domain as JSON in one line: dataclasses and structs as objects of their fields.
+
+    Further values are objects whose fields come behind those of the first. Mappings of any class are objects, paths are
+    texts, and NaN is null.
+    """
+    if more:
+        parts = [msgspec.to_builtins(each, enc_hook=_to_plain) for each in (value, *more)]
+        value = {name: each for part in parts for name, each in part.items()}
+    return msgspec.json.encode(value, enc_hook=_to_plain)
+
+
+def format_json(value: Any) -> bytes:
+    """Encode a value of the domain as JSON for people, too: indented, with a line feed at the end."""
+    return msgspec.json.format(encode_json(value), indent=2) + b"\n"
+
+
+def _to_plain(value: object) -> object:
+    """Convert mappings and paths, which msgspec cannot encode, to plain data."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, Path):
+        return str(value)
+    raise NotImplementedError(f"a {type(value).__name__} in a result")
+
+
+def take_facts(into: type[T], facts: object, **derived: object) -> T:
+    """Make a dataclass or struct from the attributes that a value has by the names of its fields, and from `derived`.
+
+    Fields that are structs themselves are made of their values in the same way. What is UNSET is left out.
+    """
+    return msgspec.convert(_Facts(facts, derived), into, from_attributes=True)
+
+
+class _Facts:
+    """The attributes of a value, and beside or instead of them those that were derived."""
+
+    def __init__(self, facts: object, derived: Mapping[str, object]) -> None:
+        self._facts, self._derived = facts, derived
+
+    def __getattr__(self, name: str) -> Any:
+        value = self._derived[name] if name in self._derived else getattr(self._facts, name)
+        if value is msgspec.UNSET:
+            raise AttributeError(name)
+        return value
 
 
 OPENED = (
@@ -57,7 +106,7 @@ def format_document(document: Any) -> bytes:
 
 def _lines(value: Any, path: tuple[str, ...], indent: str) -> str:
     if path not in OPENED or not value or not isinstance(value, dict | list):
-        return msgspec.json.format(msgspec.json.encode(value), indent=0).decode("utf-8")
+        return msgspec.json.format(encode_json(value), indent=0).decode("utf-8")
     below = indent + "  "
     if isinstance(value, dict):
         lines = [

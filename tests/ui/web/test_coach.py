@@ -489,7 +489,7 @@ def test_it_goes_to_where_an_answer_matters_most(server: StudioServer) -> None:
         person.done("next_situation")
         assert server.host.paused
         assert trainer.seed != before
-        assert trainer.seed in server.host.shown_seeds
+        assert trainer.seed in server.host.seen_seeds
         assert "an answer here matters most. I am not sure: " in trainer.status.text
         question = trainer.coach.question
         assert question is not None

@@ -18,7 +18,7 @@ from understudy.ui.web.actions.handler_table import (
     make_trainer_handler,
 )
 from understudy.ui.web.messages.base import Data, Message
-from understudy.ui.web.messages.coach import CorrectSlip
+from understudy.ui.web.messages.review import CorrectSlip
 from understudy.ui.web.messages.session import Redo, Undo
 from understudy.ui.web.session_host import SessionHost
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Generic, Literal, TypeAlias, TypeVar
 
 import pytest
 from msgspec import UNSET, Meta, Struct, UnsetType, field
@@ -135,3 +136,60 @@ class Odd(Struct):
 def test_a_type_that_json_does_not_have() -> None:
     with pytest.raises(TypeError, match="no TypeScript type for CustomType"):
         TypeScript("", []).interface(Odd)
+
+
+class Mode(StrEnum):
+    """How it goes."""
+
+    FAST = "fast"
+    SLOW = "slow"
+
+
+class Longest(StrEnum):
+    """What fills a line."""
+
+    FIRST = "a" * 60
+    SECOND = "b" * 60
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Pair(Generic[T]):
+    """Two values of one type, which has no name of its own on the page."""
+
+    before: T
+    after: T
+
+
+class RunData(Struct):
+    """A run."""
+
+    mode: Mode
+    longest: Longest
+    count: Pair[int]
+
+
+DOMAIN = f"""\
+/** A run. */
+export interface Run {{
+  mode: Mode;
+  longest: Longest;
+  count: {{ before: number; after: number }};
+}}
+
+/** How it goes. */
+export type Mode = "fast" | "slow";
+
+/** What fills a line. */
+export type Longest =
+  | "{"a" * 60}"
+  | "{"b" * 60}";
+"""
+
+
+def test_enums_and_generic_classes_of_the_domain() -> None:
+    module = TypeScript("", [])
+    module.interface(RunData)
+    assert module.text().strip() == DOMAIN.strip()

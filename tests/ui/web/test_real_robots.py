@@ -22,7 +22,7 @@ from understudy.robots.recording.teach_from_recording import list_recorded_press
 from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode
-from understudy.ui.web import slow_actions
+from understudy.ui.web import background
 from understudy.ui.web.clients import PER_SECOND, Client
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
@@ -46,7 +46,7 @@ class NotedExecutor(ThreadPoolExecutor):
 @pytest.fixture(autouse=True)
 def note_slow_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """The work of slow actions is noted."""
-    monkeypatch.setattr(slow_actions, "ThreadPoolExecutor", NotedExecutor)
+    monkeypatch.setattr(background, "ThreadPoolExecutor", NotedExecutor)
     monkeypatch.setattr(NotedExecutor, "begun", [])
 
 

@@ -16,8 +16,8 @@ from understudy.analysis.evaluate import evaluate
 from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.intervals import interval_of_share
 from understudy.analysis.rollout import Progress
-from understudy.ui.web.background_runs import UnseenWorldsEvaluation
 from understudy.ui.web.server import StudioServer
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test
 
 OTHER = {**GOTO, "name": "other", "discard": True}

@@ -8,11 +8,12 @@ import msgspec
 
 from understudy.export.exported_trace import format_trace_header
 from understudy.export.expressions import Expression, Number, ReadingValue, translate_function
-from understudy.export.target_files import TEMPLATES, ExportJob, TargetFiles, fill_templates, format_json
+from understudy.export.target_files import TEMPLATES, ExportJob, TargetFiles, fill_templates
 from understudy.model.behaviors import Behavior
 from understudy.model.features import Feature
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.document import encode_document
+from understudy.storage.json_text import format_json
 from understudy.storage.library_folder import make_file_stem
 from understudy.storage.schema import make_document_schema
 

@@ -14,7 +14,8 @@ from understudy.export.statechart import (
     join_parts,
     spell_part,
 )
-from understudy.export.target_files import ExportJob, TargetFiles, fill_templates, format_json
+from understudy.export.target_files import ExportJob, TargetFiles, fill_templates
+from understudy.storage.json_text import format_json
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
 FUNCTIONS_HERE = "functions"

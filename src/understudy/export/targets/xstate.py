@@ -16,8 +16,9 @@ from understudy.export.statechart import (
     join_parts,
     spell_part,
 )
-from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates, format_json
+from understudy.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
 from understudy.export.targets.scxml import MADE_BY_NPM
+from understudy.storage.json_text import format_json
 
 
 def make_xstate_files(job: ExportJob) -> TargetFiles:

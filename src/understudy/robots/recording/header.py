@@ -9,7 +9,7 @@ import msgspec
 from understudy.errors import UnderstudyError
 from understudy.model.kinds import parse_kind
 from understudy.runtime.body import Body, Channel, Reading
-from understudy.storage.json_text import convert_decode_errors
+from understudy.storage.json_text import convert_decode_errors, encode_json
 
 FORMAT = "understudy-recording/1"
 METADATA = "understudy"
@@ -114,8 +114,8 @@ def encode_header(head: RecordingHeader) -> dict[str, str]:
     body = _HeadBody(list(head.names), head.tick_s, head.began_s, readings, list(head.targets), channels)
     return {
         "format": FORMAT,
-        BODY: msgspec.json.encode(body).decode(),
-        RUN: msgspec.json.encode(head.ran).decode(),
+        BODY: encode_json(body).decode(),
+        RUN: encode_json(head.ran).decode(),
         **{FILE + name: content for name, content in head.files.items()},
     }
 

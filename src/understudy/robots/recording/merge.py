@@ -35,6 +35,7 @@ from understudy.robots.recording.reader import iterate_records
 from understudy.robots.recording.recorder import HEARD, SENT
 from understudy.robots.recording.writer import LIBRARY, PROFILE
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
+from understudy.storage.json_text import encode_json
 
 FORMAT = "understudy-team-recording/1"
 TEAM_METADATA = "understudy-team"
@@ -389,7 +390,7 @@ def _write_records(
     writer.start(profile=PROFILE, library=LIBRARY)
     writer.add_metadata(
         TEAM_METADATA,
-        {"format": FORMAT, "reference": clock.reference, CLOCKS: msgspec.json.encode(clock).decode()},
+        {"format": FORMAT, "reference": clock.reference, CLOCKS: encode_json(clock).decode()},
     )
     channels = _Channels(writer)
     streams = [

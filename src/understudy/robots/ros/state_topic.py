@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import msgspec
-
 from understudy.robots.recording.message_types import TEXT, encode_text
 from understudy.robots.ros.transport import Transport
+from understudy.storage.json_text import encode_json
 
 TOPIC = "understudy/transitions"
 """The topic of state changes, within the robot's namespace."""
@@ -62,7 +61,7 @@ class StateChangePublisher:
             return
         self._path = path
         record = {"time_s": time_s, "robot": self._robot, **changed._asdict(), "path": path}
-        self._publish(encode_text(msgspec.json.encode(record).decode()))
+        self._publish(encode_text(encode_json(record).decode()))
 
 
 def resolve_topic_name(namespace: str, topic: str) -> str:

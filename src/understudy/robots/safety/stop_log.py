@@ -20,7 +20,7 @@ import msgspec
 
 from understudy.errors import FileError
 from understudy.robots.robot_file import RobotFile
-from understudy.storage.json_text import convert_decode_errors
+from understudy.storage.json_text import convert_decode_errors, encode_json
 
 ENDING = ".stops.jsonl"
 
@@ -54,7 +54,7 @@ def append_stop(path: Path | str, stop: StopEvent | None = None) -> None:
 
     OSError is raised if it cannot.
     """
-    line = b"" if stop is None else msgspec.json.encode(stop) + b"\n"
+    line = b"" if stop is None else encode_json(stop) + b"\n"
     log = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
         if line:

@@ -17,13 +17,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock, Thread
 
-import msgspec
-
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import BYE, READY, RESTING, STOPPED, WatchdogConfig
+from understudy.storage.json_text import encode_json
 
 STARTING_S = 15.0
 """Longest time for starting, s, chosen for very busy computers; then WatchdogFailed is raised."""
@@ -105,7 +104,7 @@ class WatchdogClient:
                 raise WatchdogFailed(robot=self._file.name, problem=str(error)) from None
             orders = WatchdogConfig(file=self._file, log=str(self._log.absolute()), peers=tuple(set(peers)))
             try:
-                _tell(process, msgspec.json.encode(orders) + b"\n")
+                _tell(process, encode_json(orders) + b"\n")
                 answer = _line(process, STARTING_S)
             except OSError as error:
                 answer = str(error).encode()

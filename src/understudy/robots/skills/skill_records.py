@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from understudy.robots.recording.message_types import TEXT, encode_text
 from understudy.robots.ros.state_topic import resolve_topic_name
 from understudy.robots.ros.transport import Transport
 from understudy.robots.skills.execution import Execution
+from understudy.storage.json_text import encode_json
 
 TOPIC = "understudy/skills"
 """The topic of records of skills, within the robot's namespace."""
@@ -49,7 +49,7 @@ class SkillRecords:
 
     def _write(self, skill: str, step: str, **about: Any) -> None:
         record = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
-        self._publish(encode_text(msgspec.json.encode(record).decode()))
+        self._publish(encode_text(encode_json(record).decode()))
 
 
 def to_plain(message: Any) -> Any:

@@ -22,6 +22,7 @@ from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.network import Inbox, Network, Observe
 from understudy.sim.scenario.files import format_scenario
 from understudy.storage.document import fingerprint_automaton
+from understudy.storage.json_text import encode_json
 
 
 class RecordedNetwork:
@@ -184,7 +185,7 @@ class _Beginnings:
     def note_restored(self) -> None:
         """Record that the agent goes on in the state that it is in."""
         frames = self._agent.interpreter.snapshot(self._agent.body.time_s)
-        self._write_duty(frames=msgspec.json.encode(list(frames)).decode())
+        self._write_duty(frames=encode_json(list(frames)).decode())
 
     def _write_duty(self, **more: Any) -> None:
         self._write(encode_message(DUTY, make_message(DUTY, **_describe_duty(self._agent), **more)), None)

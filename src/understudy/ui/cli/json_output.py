@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-import msgspec
+from understudy.storage.json_text import format_json
 
 
 def print_json(result: Any) -> None:
@@ -16,19 +14,10 @@ def print_json(result: Any) -> None:
     `result` is plain data or an instance whose fields are printed in order. Raises TypeError unless it encodes to an
     object: objects can gain keys later without breaking programs that read them.
     """
-    text = msgspec.json.format(msgspec.json.encode(result, enc_hook=_plain), indent=2) + b"\n"
+    text = format_json(result)
     if not text.startswith(b"{"):
         raise TypeError(f"a command prints one object, and this is a {type(result).__name__}")
     if sys.stdout is not None:  # it is none where a program was started without
         sys.stdout.flush()
         sys.stdout.buffer.write(text)  # UTF-8, whatever letters the terminal has
         sys.stdout.buffer.flush()
-
-
-def _plain(value: object) -> object:
-    """Convert mappings and paths, which msgspec cannot encode, to plain data."""
-    if isinstance(value, Mapping):
-        return dict(value)
-    if isinstance(value, Path):
-        return str(value)
-    raise NotImplementedError(f"a {type(value).__name__} in a result")

@@ -288,6 +288,18 @@ def go_to_next_situation(trainer: Trainer) -> StatusMessage:
     return StatusMessage(f"{situation.sentence} Space continues", "correction")
 
 
+def press_or_answer(trainer: Trainer, state: str | None) -> bool:
+    """Direct the robot to a state (None: confirm the present one); return whether this answered an open question."""
+    is_answer = trainer.coach.question is not None
+    if is_answer:
+        answer_question(trainer, state)
+    elif state is None:
+        trainer.confirm()
+    else:
+        trainer.press(state)
+    return is_answer
+
+
 @keep_status
 def answer_question(trainer: Trainer, state: str | None) -> StatusMessage:
     """Answer the waiting question: record the press (None: confirm), and continue testing or live teaching.

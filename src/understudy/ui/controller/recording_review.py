@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
@@ -259,8 +258,7 @@ class RecordingReview:
                 segmentation = split_state(segmentation, state, entered_from)
         marks = np.where(by_hand, before.labels, -1)
         for episode in before.drive.episodes:
-            cuts = episode.first + 1 + np.flatnonzero(np.diff(marks[episode.ticks]))
-            for first, end in pairwise([episode.first, *cuts.tolist(), episode.end]):
+            for first, end in episode.list_runs(marks):
                 if by_hand[first]:
                     segmentation = relabel(segmentation, first, end, before.names[marks[first]])
         return segmentation

@@ -1,4 +1,4 @@
-"""The lesson as the library has it, beside which that in training is compared and saved, and what others have saved."""
+"""The lesson as the library has it, with which the lesson in training is compared, and what others saved meanwhile."""
 
 from __future__ import annotations
 
@@ -54,25 +54,24 @@ class SavedLesson:
         self.lesson, self._since = taught.lesson, ChangeSince(taught.lesson)
         return path
 
+    def list_library_changes(self, library: Library, automaton: Automaton) -> tuple[str, ...]:
+        """List what others have saved in the folder since the session began: one sentence for each automaton.
 
-def list_library_changes(
-    folder: Path, library: Library, automaton: Automaton, saved: Lesson | None
-) -> tuple[str, ...]:
-    """List what others have saved in a folder since a session began: one sentence for each automaton.
-
-    `automaton` is the one in training, `saved` its lesson as the session last read or saved it, and `library` has the
-    automata that it uses, as the session read them. A file that cannot be read counts as changed.
-    """
-    name, used = automaton.name, _list_used(library, automaton, {})
-    sentences = [f"others had saved another version of {name} meanwhile, which is kept as a former version"]
-    return (
-        *(sentences if _differs(folder, library, name, saved) else ()),
-        *(
-            f"{part} was changed meanwhile, and is taught here as it was: open {name} again to use it"
-            for part in used
-            if _differs(folder, library, part, library.taught[part].lesson)
-        ),
-    )
+        `automaton` is the one in training, and `library` has the automata that it uses, as the session read them. A
+        file that cannot be read counts as changed.
+        """
+        name, used = automaton.name, _list_used(library, automaton, {})
+        sentences = [
+            f"others had saved another version of {name} meanwhile, which is kept as a former version"
+        ]
+        return (
+            *(sentences if _differs(self.folder, library, name, self.lesson) else ()),
+            *(
+                f"{part} was changed meanwhile, and is taught here as it was: open {name} again to use it"
+                for part in used
+                if _differs(self.folder, library, part, library.taught[part].lesson)
+            ),
+        )
 
 
 def _list_used(library: Library, automaton: Automaton, names: dict[str, None]) -> dict[str, None]:

@@ -30,7 +30,7 @@ from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.keep_going import LessonContinuation
 from understudy.ui.controller.key_bindings import KeyBindings, bind_drive_keys, bind_state_keys
 from understudy.ui.controller.recent_history import RecentHistory
-from understudy.ui.controller.saved_lesson import SavedLesson, list_library_changes
+from understudy.ui.controller.saved_lesson import SavedLesson
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, Tone, keep_status
 from understudy.ui.controller.training_plan import LessonChoices, check_new_name
@@ -466,7 +466,7 @@ class Trainer:
         """Save the automaton and keep its former version; report outcomes that are lost, and what others saved."""
         taught, library = self.session.make_trained_automaton(), self.session.library
         worse = find_regressions_since_saved(self.folder, library, taught)
-        others = list_library_changes(self.folder, library, taught.automaton, self._saved.lesson)
+        others = self._saved.list_library_changes(library, taught.automaton)
         changed = self.change_to_save
         path = self.save_unchecked(taught)
         sentence = formatting.format_saved_message(path, worse, others, changed)

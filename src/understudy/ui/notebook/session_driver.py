@@ -6,23 +6,75 @@ the person cannot see, and nothing is learned from silence.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
 
+import msgspec
+from msgspec import Meta, Struct
+
+from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError
 from understudy.falsification.lesson_score import ScoreChange
 from understudy.robots.twin import DigitalTwin
 from understudy.training.session import Session
+from understudy.ui.controller import coach
 from understudy.ui.controller.clock import RealTimeClock, check_speed
 from understudy.ui.controller.open_session import find_ground
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.notebook.widget_request import ACTIONS, WidgetRequest, parse_request, press_state
 
 REPORT_S = 2.0
 """How often a view that is on a screen reports it, s; the page's script has the same number."""
 SILENT_S = 3 * REPORT_S
 """The time without a report after which a view counts as hidden, s."""
+
+
+Action: TypeAlias = Literal[
+    "press", "confirm", "toggle_mode", "pause", "step", "restart", "new_world", "undo", "redo", "ask", "save",
+    "toggle_score", "show", "hide",
+]  # fmt: skip
+
+
+class WidgetRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A request of a view. `state` is the state that was pressed, `view` the view that is shown or hidden."""
+
+    action: Action
+    state: Annotated[str, Meta(max_length=150)] = ""
+    view: Annotated[str, Meta(max_length=50)] = ""
+
+
+def parse_request(content: object) -> WidgetRequest:
+    """Parse a request; SessionError if it is not one, as from a page of another version."""
+    try:
+        return msgspec.convert(content, WidgetRequest)
+    except msgspec.ValidationError as error:
+        raise SessionError(
+            f"the notebook's page sent a request that cannot be understood ({error}): restart the kernel and reload "
+            "the page, so that both have the same version"
+        ) from None
+
+
+def toggle_questions(trainer: Trainer) -> None:
+    """Let the robot pause and ask where it is unsure, or no longer."""
+    asks = trainer.coach.asking.when is QueryPolicy.PAUSE
+    coach.change_query_policy(trainer, QueryPolicy.NEVER if asks else QueryPolicy.PAUSE)
+
+
+ACTIONS: Mapping[str, Callable[[Trainer], object]] = {
+    "confirm": lambda trainer: coach.press_or_answer(trainer, None),
+    "toggle_mode": Trainer.toggle_mode,
+    "pause": Trainer.pause,
+    "step": Trainer.step,
+    "restart": Trainer.restart,
+    "new_world": Trainer.new_world,
+    "undo": Trainer.undo,
+    "redo": Trainer.redo,
+    "ask": toggle_questions,
+    "save": Trainer.save,
+    "toggle_score": Trainer.toggle_score,
+}
+"""What the trainer does on a request that has neither state nor view."""
 
 
 class SessionDriver:
@@ -77,7 +129,7 @@ class SessionDriver:
 
     def _handle(self, request: WidgetRequest) -> None:
         if request.action == "press":
-            press_state(self.trainer, request.state)
+            coach.press_or_answer(self.trainer, request.state)
         elif request.action == "show":
             self._views[request.view] = self._wall()
             self._suspend_unseen()

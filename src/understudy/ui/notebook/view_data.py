@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from understudy.coaching.queries import QueryPolicy
-from understudy.model.automaton import Automaton, Transition
+from understudy.model.automaton import Automaton
 from understudy.model.change_summary import ChangeSummary
-from understudy.model.describe import BY_CLASSIFIER, format_value, list_shown_vectors
-from understudy.model.lesson import Lesson
-from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import describe_tree_outcomes
+from understudy.model.describe import format_value, list_conditions_by_switch
 from understudy.sim.view import WorldView
 from understudy.training.trainee import Mode
 from understudy.ui.controller import formatting
@@ -83,7 +80,7 @@ def describe_lesson_data(trainer: Trainer) -> PlainData:
         }
         for state in automaton.states
     ]
-    conditions = _list_conditions(lesson, transitions)
+    conditions = list_conditions_by_switch(replace(automaton, transitions=transitions), lesson)
     return {
         "states": states,
         "transitions": _number_transitions(automaton, conditions),
@@ -105,31 +102,6 @@ def _number_transitions(automaton: Automaton, conditions: Conditions) -> list[Pl
         }
         for number, (begin, end) in enumerate(pairs, start=1)
     ]
-
-
-def _list_conditions(
-    lesson: Lesson, transitions: Mapping[str, Transition]
-) -> dict[tuple[str, str], list[str]]:
-    """Return the conditions in words for each pair of state and next state."""
-    automaton, found = lesson.automaton, dict[tuple[str, str], list[str]]()
-    for state, function in transitions.items():
-        for following, texts in _list_outcomes(lesson, automaton, state, function):
-            if following != state:
-                found[state, following] = texts
-    return found
-
-
-def _list_outcomes(
-    lesson: Lesson, automaton: Automaton, state: str, function: Transition
-) -> list[tuple[str, list[str]]]:
-    if not isinstance(function, Tree):  # a classifier has no conditions to show
-        directed = dict.fromkeys(
-            example.next for example in lesson.examples if example.state == state and example.is_from_press
-        )
-        return [(following, [BY_CLASSIFIER]) for following in directed]
-    names = automaton.state_names
-    outcomes = describe_tree_outcomes(function, automaton.features, list_shown_vectors(lesson, state))
-    return [(names[outcome], list(texts)) for outcome, texts in outcomes.items() if outcome != STAY]
 
 
 def describe_moment(trainer: Trainer, view: WorldView) -> PlainData:

@@ -21,7 +21,7 @@ from understudy.model.binding import format_bound_name
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.model.plain_names import format_names
-from understudy.training.edits import DesignChange, change_design
+from understudy.training.edits import change_design
 from understudy.ui.controller.training_plan import (
     LessonChoices,
     TrainingPlan,
@@ -125,13 +125,8 @@ class LessonForm(Screen[LessonChoices | None]):
         )
 
         def check(choices: LessonChoices) -> None:
-            choice = DesignChange(
-                states=choices.states or (),
-                features=choices.features or (),
-                flags=choices.flags or (),
-                options=choices.options(lesson.options),
-            )
-            change_design(lesson, library, choice, {})  # no parameter is new
+            change = choices.to_design_change(lesson.options)
+            change_design(lesson, library, change, {})  # no parameter is new
 
         return cls(library, automaton.name, now, check, again=True)
 

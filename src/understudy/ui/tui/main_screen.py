@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Literal
 
 from rich.text import Text
@@ -40,13 +40,15 @@ LEAST_SIDE = 38
 WIDE = 110
 """Columns from which one line is enough to say what was recorded."""
 
-ACTIONS = {
-    "t": "toggle_mode", "enter": "confirm", "u": "undo", "ctrl+z": "undo", "U": "redo", "ctrl+y": "redo",
-    "space": "pause", "full_stop": "step", "plus": "faster", "equals_sign": "faster", "minus": "slower",
-    "r": "restart", "R": "reset_world", "n": "new_world", "d": "drive", "w": "toggle_watching",
-    "p": "cycle_targets", "M": "toggle_score", "T": "keep_going", "B": "go_back",
+ACTIONS: Mapping[str, Callable[[Trainer], object]] = {
+    "t": Trainer.toggle_mode, "enter": Trainer.confirm, "u,ctrl+z": Trainer.undo, "U,ctrl+y": Trainer.redo,
+    "space": Trainer.pause, "full_stop": Trainer.step, "plus,equals_sign": Trainer.faster, "minus": Trainer.slower,
+    "r": Trainer.restart, "R": Trainer.reset_world, "n": Trainer.new_world, "d": Trainer.drive,
+    "w": Trainer.toggle_watching, "p": Trainer.cycle_targets, "M": Trainer.toggle_score, "T": Trainer.keep_going,
+    "B": Trainer.go_back, "S": choose_next_goal, "C": set_up_advised_situation, "F": skip_ahead,
+    "G": go_to_next_situation,
 }  # fmt: skip
-"""From a key to what the trainer does."""
+"""What keys do with the trainer."""
 
 
 class TeachingScreen(Screen[str]):
@@ -67,20 +69,16 @@ class TeachingScreen(Screen[str]):
     #keys { height: auto; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        *(Binding(key, f"trainer('{action}')", show=False) for key, action in ACTIONS.items()),
+        *(Binding(keys, f"trainer('{keys}')", show=False) for keys in ACTIONS),
         Binding("s", "save", show=False),
         Binding("question_mark", "show('why')", show=False),
         Binding("D", "show('changes')", show=False),
-        Binding("S", "goal", show=False),
         Binding("l", "lesson", show=False),
         Binding("A", "ask", show=False),
         Binding("y", "arm", show=False),
         Binding("backspace", "stop", show=False),
-        Binding("C", "coach", show=False),
         Binding("K", "advice", show=False),
         Binding("W", "failures", show=False),
-        Binding("F", "skip", show=False),
-        Binding("G", "next_situation", show=False),
         Binding("c", "choose", show=False),
         Binding("h,f1", "help", show=False),
         Binding("q,ctrl+c", "leave", show=False),
@@ -173,31 +171,28 @@ class TeachingScreen(Screen[str]):
         if name is not None:
             event.stop()
             event.prevent_default()
-            self._guarded(lambda: self.trainer.press(name))
-            self.draw()
+            self._act(lambda trainer: trainer.press(name))
 
-    def action_trainer(self, what: str) -> None:
-        """Run an action of the trainer."""
-        self._guarded(getattr(self.trainer, what))
+    def action_trainer(self, keys: str) -> None:
+        """Do what keys do with the trainer."""
+        self._act(ACTIONS[keys])
+
+    def _act(self, action: Callable[[Trainer], object]) -> None:
+        self._guarded(lambda: action(self.trainer))
         self.draw()
 
     def action_save(self) -> None:
         """Save the automaton; ask first if it decides otherwise than the saved one beyond what was pressed."""
         changed = self.trainer.change_to_save
         if changed is None:
-            self.action_trainer("save")
+            self._act(Trainer.save)
             return
         question = f"Since {self.trainer.name} was last saved: {changed}."
         self.app.push_screen(QuestionDialog(question, {"s": "save", "escape": "not now"}), self._save)
 
     def _save(self, way: str | None) -> None:
         if way == "s":
-            self.action_trainer("save")
-
-    def action_goal(self) -> None:
-        """Choose the next of the offered goals as what success means."""
-        self._guarded(lambda: choose_next_goal(self.trainer))
-        self.draw()
+            self._act(Trainer.save)
 
     def action_show(self, what: Literal["why", "changes"]) -> None:
         """Show the explanation, or what changed, in place of the examples, or show these again."""
@@ -259,11 +254,6 @@ class TeachingScreen(Screen[str]):
             self.trainer.status = StatusMessage("Stopped. y arms it again", "error")
             self.draw()
 
-    def action_coach(self) -> None:
-        """Set up the next situation that the coach suggests."""
-        self._guarded(lambda: set_up_advised_situation(self.trainer))
-        self.draw()
-
     def action_advice(self) -> None:
         """Show what the coach suggests, and what a check of the automaton finds."""
         self._guarded(self._show_advice)
@@ -276,7 +266,7 @@ class TeachingScreen(Screen[str]):
 
     def _advised(self, sets_up: bool | None) -> None:
         if sets_up:
-            self.action_coach()
+            self._act(set_up_advised_situation)
 
     def action_failures(self) -> None:
         """Show the failing worlds, one of which can be opened."""
@@ -289,16 +279,6 @@ class TeachingScreen(Screen[str]):
         self.robots = RobotArming(trainer.body, self._wall, place="the terminal")
         self.lower = "examples"
         trainer.suspend(False)
-        self.draw()
-
-    def action_skip(self) -> None:
-        """Skip to the next moment at which the person is needed."""
-        self._guarded(lambda: skip_ahead(self.trainer))
-        self.draw()
-
-    def action_next_situation(self) -> None:
-        """Go to the situation in which an answer matters most."""
-        self._guarded(lambda: go_to_next_situation(self.trainer))
         self.draw()
 
     def action_help(self) -> None:
@@ -316,8 +296,7 @@ class TeachingScreen(Screen[str]):
 
     def _chosen(self, choices: LessonChoices | None) -> None:
         if choices is not None:
-            self._guarded(lambda: self.trainer.change_design(choices))
-            self.draw()
+            self._act(lambda trainer: trainer.change_design(choices))
 
     def action_leave(self) -> None:
         """End the session; ask first if there are unsaved changes."""

@@ -1,18 +1,22 @@
-"""Access to the studio: the address it listens on, and which connections it accepts."""
+"""Access to the studio: the address it listens on, which connections it accepts, and routes that refuse others."""
 
 from __future__ import annotations
 
 import errno
 import ipaddress
 import socket
-from collections.abc import Collection
+from collections.abc import Awaitable, Callable, Collection, Sequence
 from dataclasses import dataclass
 from secrets import compare_digest, token_urlsafe
 from urllib.parse import urlsplit
 
-from starlette.requests import HTTPConnection
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import Response
+from starlette.routing import Route
 
-from understudy.errors import SettingError
+from understudy.errors import SettingError, UnderstudyError
+from understudy.storage.json_text import encode_json
+from understudy.ui.controller.status import describe_error
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 PORT = 8437
@@ -41,6 +45,11 @@ class ListenAddress:
         host = socket.gethostname() if self.host in EVERYWHERE else self.host
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
+
+    @property
+    def hosts(self) -> Collection[str] | None:
+        """The host names by which browsers may connect; None: any, where a token is required."""
+        return LOOPBACK if is_loopback(self.host) else None
 
 
 def is_loopback(host: str) -> bool:
@@ -101,3 +110,55 @@ def find_connection_problem(
     if token is not None and not compare_digest(sent_token.encode(), token.encode()):
         return "the token is missing or wrong: open the link that the studio printed"
     return None
+
+
+class RequestRefused(Exception):
+    """A request that is answered with a status of HTTP, a sentence, and more about it."""
+
+    def __init__(self, status: int, problem: str, **more: object) -> None:
+        self.status, self.more = status, more
+        super().__init__(problem)
+
+
+def make_guarded_route(
+    path: str,
+    serve: Callable[[Request], Awaitable[Response]],
+    find_problem: Callable[[HTTPConnection], str | None],
+    *,
+    methods: Sequence[str] = ("GET",),
+) -> Route:
+    """Make a route whose errors are answered as `{"error": sentence}`.
+
+    `find_problem` returns why a caller may not connect, or None.
+    """
+
+    async def guarded(request: Request) -> Response:
+        try:
+            problem = find_problem(request)
+            if problem is not None:
+                raise RequestRefused(403, problem)
+            return await serve(request)
+        except RequestRefused as error:
+            return answer_json({"error": str(error), **error.more}, error.status)
+        except Exception as error:
+            return answer_json(
+                {"error": describe_error(error)}, 400 if isinstance(error, UnderstudyError) else 500
+            )
+
+    return Route(path, guarded, methods=list(methods))
+
+
+def answer_json(data: object, status: int = 200) -> Response:
+    """Answer with a value of the domain."""
+    headers = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
+    return Response(encode_json(data), status_code=status, media_type="application/json", headers=headers)
+
+
+async def read_body(request: Request, most: int, problem: str, *, status: int = 413) -> bytes:
+    """Read the body of a request; RequestRefused with this problem if it has more bytes than `most`."""
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > most:
+            raise RequestRefused(status, problem)
+    return bytes(content)

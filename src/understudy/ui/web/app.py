@@ -15,7 +15,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
+from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem
 from understudy.ui.web.actions.camera import make_camera_route
 from understudy.ui.web.export_zip import make_export_route
 from understudy.ui.web.library_zip import make_library_route
@@ -122,5 +122,5 @@ def serve_app(app: Starlette, address: ListenAddress, *, ready: Callable[[], Non
 
 def serve(studio: StudioServer, address: ListenAddress, *, ready: Callable[[], None] = lambda: None) -> None:
     """Serve the studio until a signal ends it; the journal is complete then."""
-    hosts = LOOPBACK if is_loopback(address.host) else None
-    serve_app(make_app(studio, token=address.token, hosts=hosts), address, ready=ready)
+    app = make_app(studio, token=address.token, hosts=address.hosts)
+    serve_app(app, address, ready=ready)

@@ -1,14 +1,25 @@
-"""The pages connected to the studio, their queues of messages, and which of them is in control."""
+"""The pages connected to a server: their queues of messages, the exchange, and which of them is in control."""
 
 from __future__ import annotations
 
+import asyncio
 from asyncio import Event
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
+from contextlib import suppress
 from secrets import token_urlsafe
+from typing import TypeAlias
+
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from understudy.errors import SessionError
 
+Wait: TypeAlias = Callable[[float], Awaitable[None]]
+"""A function that lets other tasks run for some seconds, such as `asyncio.sleep`."""
+
+FRAME_S = 1 / 60
+REST_S = 0.002
+"""The least pause (s) between two steps, in which messages are received."""
 SILENT_S = 30.0
 """Seconds without a message after which another page may take control."""
 PER_SECOND = 200
@@ -34,12 +45,8 @@ class Client:
         self._wall = wall
         self._allowance, self._refused = float(PER_SECOND), 0
         self._texts: deque[bytes] = deque()
-        self._scene: bytes | None = None
-        self._news: bytes | None = None
-        self._team: bytes | None = None
-        self._frame: bytes | None = None
-        self._picture: bytes | None = None
-        self._sent_frame = False  # last of the two, which take turns
+        self._newest: dict[str, bytes] = {}
+        self._sent_frame = False  # last of frame and picture, which take turns
 
     def allow_message(self) -> bool:
         """Count a received message and return whether it is within the message rate.
@@ -65,19 +72,9 @@ class Client:
             self.close()
         self.waits.set()
 
-    def show(
-        self,
-        *,
-        scene: bytes | None = None,
-        news: bytes | None = None,
-        team: bytes | None = None,
-        frame: bytes | None = None,
-        picture: bytes | None = None,
-    ) -> None:
-        """Queue a scene, news, a frame or a picture in place of an unsent one of the same sort."""
-        self._scene, self._news = scene or self._scene, news or self._news
-        self._team, self._frame = team or self._team, frame or self._frame
-        self._picture = picture or self._picture
+    def show(self, **parts: bytes) -> None:
+        """Queue a `scene`, `news`, a `team`, a `frame` or a `picture` in place of an unsent one of the same sort."""
+        self._newest |= parts
         self.waits.set()
 
     def close(self) -> None:
@@ -89,21 +86,13 @@ class Client:
         """Remove and return the next queued message and whether it is binary; None if nothing is queued."""
         if self._texts:
             return self._texts.popleft(), False
-        if self._scene is not None:
-            sent, self._scene = self._scene, None
-            return sent, False
-        if self._news is not None:
-            sent, self._news = self._news, None
-            return sent, False
-        if self._team is not None:
-            sent, self._team = self._team, None
-            return sent, False
-        if self._frame is not None and not (self._sent_frame and self._picture is not None):
-            sent, self._frame, self._sent_frame = self._frame, None, True
-            return sent, True
-        if self._picture is not None:
-            sent, self._picture, self._sent_frame = self._picture, None, False
-            return sent, True
+        first, second = ("picture", "frame") if self._sent_frame else ("frame", "picture")
+        for sort in ("scene", "news", "team", first, second):
+            if sort in self._newest:
+                is_binary = sort in ("frame", "picture")
+                if is_binary:
+                    self._sent_frame = sort == "frame"
+                return self._newest.pop(sort), is_binary
         return None
 
 
@@ -177,3 +166,50 @@ class Clients:
                 if self.director is None
                 else "this page is not in control: another page is"
             )
+
+
+async def exchange_messages(
+    client: Client,
+    websocket: WebSocket,
+    hearing: Coroutine[None, None, None],
+    *,
+    leave: Callable[[], None],
+) -> None:
+    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
+    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        leave()
+        for task in tasks:
+            task.cancel()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+                await task
+
+
+async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
+    """Close the connection of a page, if it is still there."""
+    if websocket.application_state is WebSocketState.CONNECTED:
+        with suppress(RuntimeError, WebSocketDisconnect, OSError):
+            await websocket.close(code)
+
+
+async def send_queued(viewer: Client, websocket: WebSocket) -> None:
+    """Send a page what is queued for it, until it is closed."""
+    while not viewer.closing:
+        await viewer.waits.wait()
+        viewer.waits.clear()
+        while (waiting := viewer.next()) is not None:
+            sent, binary = waiting
+            if binary:
+                await websocket.send_bytes(sent)
+            else:
+                await websocket.send_text(sent.decode())
+
+
+async def repeat_each_frame(step: Callable[[], None], *, clock: Callable[[], float], wait: Wait) -> None:
+    """Call a step at most once per frame, and let other tasks run in between."""
+    while True:
+        began_s = clock()
+        step()
+        await wait(max(REST_S, FRAME_S - (clock() - began_s)))

@@ -10,7 +10,7 @@ from starlette.requests import HTTPConnection
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket
 
-from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
+from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem
 from understudy.ui.web.app import (
     REFUSED,
     STATIC,
@@ -85,5 +85,5 @@ def serve_drive(
     ready
         Called when pages are served.
     """
-    hosts = LOOPBACK if is_loopback(address.host) else None
-    serve_app(make_drive_app(server, token=address.token, hosts=hosts), address, ready=ready)
+    app = make_drive_app(server, token=address.token, hosts=address.hosts)
+    serve_app(app, address, ready=ready)

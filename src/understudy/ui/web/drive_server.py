@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 
 import msgspec
+from msgspec import field
 from starlette.websockets import WebSocket
 
 from understudy.clock import REAL_TIME
@@ -14,27 +15,26 @@ from understudy.model.features import BoundFeature
 from understudy.model.library import Kit
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.sensing.sensor_table import list_range_scans
+from understudy.storage.json_text import encode_json
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.live_drive import LiveDrive
 from understudy.ui.controller.status import describe_error
 from understudy.ui.controller.stick import StickPosition
 from understudy.ui.web import frames
-from understudy.ui.web.clients import Client
-from understudy.ui.web.frame_loop import Wait, repeat_each_frame
+from understudy.ui.web.clients import Client, Wait, close_socket, exchange_messages, repeat_each_frame
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.drive_requests import (
+from understudy.ui.web.messages.drive import (
     AnyDriveRequest,
     BeginDriving,
     BeginWorld,
     LetAutomatonDrive,
     SteerRobot,
 )
-from understudy.ui.web.server import PICTURE_S, SceneNewsData, close_socket, exchange_messages
-from understudy.ui.web.views.scene import FeatureData, describe_kind, describe_scene
+from understudy.ui.web.server import PICTURE_S, SceneNewsData
+from understudy.ui.web.views.scene import FeatureData, describe_scene
 
 TAKEN = 4409
 """The code with which the connection of a page is closed when another page drives."""
-_encode = msgspec.json.Encoder().encode
 _read = msgspec.json.Decoder(AnyDriveRequest).decode
 
 
@@ -48,7 +48,7 @@ class DriveNewsData(Data, frozen=True, kw_only=True, tag_field="is", tag="drive"
     """Whether the automaton that was learned drives, until the stick is moved."""
     state: str
     """The state of the automaton that drives; empty if none does."""
-    current: bool
+    is_current: bool = field(name="current")
     """Whether the review has everything that was driven."""
     version: int
     """Grows whenever the review changes."""
@@ -84,10 +84,7 @@ class DriveServer:
         self.live = live
         self._kit, self._features, self._folder = kit, features, folder
         self._wall, self._wait = wall, wait
-        self._described = [
-            FeatureData(label=str(each), unit=each.feature.unit, **describe_kind(each.kind))
-            for each in features
-        ]
+        self._described = [FeatureData.of_kind(each.kind, str(each), each.feature.unit) for each in features]
         self._page: Client | None = None
         self._shown: DriveNewsData | None = None
         self._picture_due_s = 0.0
@@ -174,7 +171,7 @@ class DriveServer:
         """Send the page the scene and the present moment."""
         if self._page is not None:
             scene = describe_scene(self.live.world, self._kit, [])
-            self._page.show(scene=_encode(SceneNewsData(scene=scene)))
+            self._page.show(scene=encode_json(SceneNewsData(scene=scene)))
         self._picture_due_s = 0.0
         self.show_frame()
 
@@ -205,20 +202,15 @@ class DriveServer:
         if page is None:
             return
         layout = live.layout
-        news = DriveNewsData(
-            driving=live.driving,
-            waiting=live.waiting,
-            automatic=live.automatic,
+        news = DriveNewsData.of(
+            live,
             state=live.find_automaton_state(),
-            current=live.is_current,
-            version=live.version,
             ticks=0 if live.driving else live.ticks,
             directions=layout.list_ways(),
             held=[each.name for each in layout.held],
             features=self._described,
             folder=self._folder,
-            error=live.error,
         )
         if news != self._shown:
             self._shown = news
-            page.show(news=_encode(news))
+            page.show(news=encode_json(news))

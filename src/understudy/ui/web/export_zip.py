@@ -12,10 +12,10 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import Route
 
-from understudy.errors import SessionError, SettingError, UnderstudyError
+from understudy.errors import SessionError, SettingError
 from understudy.export.body_interface import (
     BodyInterface,
     RobotInterface,
@@ -28,7 +28,7 @@ from understudy.export.identifiers import make_identifier
 from understudy.model.library import Library
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.twin import DigitalTwin
-from understudy.ui.controller.status import describe_error
+from understudy.ui.web.access import make_guarded_route, read_body
 from understudy.ui.web.session_host import SessionHost
 
 PATH = "/export.zip"
@@ -57,17 +57,11 @@ def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
     """
 
     async def serve(request: Request) -> Response:
-        problem = refusal(request)
-        if problem is not None:
-            return _refuse(403, problem)
-        try:
-            order = await _read_order(request)
-            library = host.library_view.library
-            host.library_view.find_automaton(order.name)
-            body = _describe_body(host, library, order)
-            content, sentence = await run_in_threadpool(zip_export, library, order, body)
-        except Exception as error:
-            return _refuse(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
+        order = await _read_order(request)
+        library = host.library_view.library
+        host.library_view.find_automaton(order.name)
+        body = _describe_body(host, library, order)
+        content, sentence = await run_in_threadpool(zip_export, library, order, body)
         headers = {
             "Cache-Control": "no-store",
             "Content-Disposition": f'attachment; filename="{_find_stem(order)}.zip"',
@@ -76,19 +70,14 @@ def make_export_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
         }
         return Response(content, media_type="application/zip", headers=headers)
 
-    return Route(PATH, serve, methods=["POST"])
+    return make_guarded_route(PATH, serve, refusal, methods=["POST"])
 
 
 async def _read_order(request: Request) -> ExportOrder:
     query = request.query_params
     binding = dict(pair.partition("=")[::2] for pair in query.getlist("bind"))
-    content = bytearray()
-    async for chunk in request.stream():
-        content += chunk
-        if len(content) > MOST_ROBOT_FILE:
-            raise SessionError(
-                f"{UPLOADED} is larger than {MOST_ROBOT_FILE // 1024} kB: give that of one robot"
-            )
+    problem = f"{UPLOADED} is larger than {MOST_ROBOT_FILE // 1024} kB: give that of one robot"
+    content = await read_body(request, MOST_ROBOT_FILE, problem, status=400)
     try:
         robot_file = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -146,7 +135,3 @@ def _describe_result(order: ExportOrder, result: ExportResult) -> str:
 
 def _find_stem(order: ExportOrder) -> str:
     return f"{make_identifier(order.name)}-{make_identifier(order.to)}"
-
-
-def _refuse(status: int, problem: str) -> Response:
-    return JSONResponse({"error": problem}, status_code=status)

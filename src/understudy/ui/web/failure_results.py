@@ -17,7 +17,7 @@ from understudy.ui.controller.failing_worlds import (
 )
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
+from understudy.ui.web.background import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
 
 QUICK_S = 1.0

@@ -15,7 +15,7 @@ from zlib import error as ZlibError
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import Route
 
 from understudy.errors import FileError, SessionError, UnderstudyError
@@ -24,7 +24,8 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.storage.document import check_apart, decode_document, encode_document, parse_document
 from understudy.storage.library_folder import list_documents, make_file_stem, save_automaton
-from understudy.ui.controller.status import StatusMessage, describe_error
+from understudy.ui.controller.status import StatusMessage
+from understudy.ui.web.access import RequestRefused, answer_json, make_guarded_route, read_body
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import LibraryView
@@ -146,53 +147,35 @@ class NameTaken(SessionError, json_type="AlreadyThere"):
 def make_library_route(studio: StudioServer, refusal: Callable[[HTTPConnection], str | None]) -> Route:
     """Return the route that exports and imports the library; `refusal` returns why a connection is refused, or None."""
 
-    def not_directing(request: Request) -> str | None:
+    def refuse_others(request: Request) -> None:
         director, key = studio.viewers.director, request.query_params.get("key", "")
         if director is None or not compare_digest(director.key.encode(), key.encode()):
-            return "this page is not in control: only the page in control may import a library"
-        return None
+            problem = "this page is not in control: only the page in control may import a library"
+            raise RequestRefused(403, problem)
 
     async def serve(request: Request) -> Response:
-        problem = refusal(request)
-        if problem is not None:
-            return _error(403, problem)
-        try:
-            if request.method == "POST":
-                return await take(request)
-            content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
-            return Response(content, media_type="application/zip", headers=HEADERS)
-        except NameTaken as error:
-            return JSONResponse({"error": str(error), "conflicts": error.names}, status_code=409)
-        except Exception as error:
-            return _error(400 if isinstance(error, UnderstudyError) else 500, describe_error(error))
+        if request.method == "POST":
+            return await take(request)
+        content = await run_in_threadpool(zip_library, studio.host.library_view.folder)
+        return Response(content, media_type="application/zip", headers=HEADERS)
 
     async def take(request: Request) -> Response:
         taken = request.query_params.get("conflicts", "refuse")
         if taken not in get_args(Taken):
-            return _error(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
-        problem = not_directing(request)
-        if problem is not None:
-            return _error(403, problem)
-        content = bytearray()
-        async for chunk in request.stream():
-            content += chunk
-            if len(content) > MOST_PACKED:
-                return _error(
-                    413, f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
-                )
-        library = await run_in_threadpool(unzip_library, bytes(content), studio.host.kit)
-        problem = not_directing(request)  # it took a while
-        if problem is not None:
-            return _error(403, problem)
-        sentence = import_automata(studio.host, library, taken)
+            raise RequestRefused(400, f"taken is {taken[:20]!r}: give one of {', '.join(get_args(Taken))}")
+        refuse_others(request)
+        problem = f"the zip is larger than {MOST_PACKED // 2**20} MB: give several smaller ones"
+        content = await read_body(request, MOST_PACKED, problem)
+        library = await run_in_threadpool(unzip_library, content, studio.host.kit)
+        refuse_others(request)  # it took a while
+        try:
+            sentence = import_automata(studio.host, library, taken)
+        except NameTaken as error:
+            raise RequestRefused(409, str(error), conflicts=error.names) from None
         studio.show()
-        return JSONResponse({"message": sentence})
+        return answer_json({"message": sentence})
 
-    return Route(PATH, serve, methods=["GET", "POST"])
-
-
-def _error(status: int, problem: str) -> Response:
-    return JSONResponse({"error": problem}, status_code=status)
+    return make_guarded_route(PATH, serve, refusal, methods=["GET", "POST"])
 
 
 def import_automata(host: SessionHost, imported: Library, taken: str) -> str:

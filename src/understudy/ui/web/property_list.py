@@ -1,24 +1,26 @@
-"""The properties of the library's file on the page, and their tests with what is in training."""
+"""The properties of the library's file on the page: their forms, and their tests with what is in training."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from understudy.analysis.rollout import Progress
-from understudy.errors import UnderstudyError, UnknownName
-from understudy.model.property import Property
+from understudy.errors import FileError, UnderstudyError, UnknownName
+from understudy.model.property import PROGRESS, Property
 from understudy.properties.library_properties import try_property
-from understudy.properties.property_file import FILE, load_tables, parse_property
+from understudy.properties.property_file import CLAIMS, FILE, PropertyTable, load_tables, parse_property
 from understudy.properties.run_property import PropertyResult, describe_result
+from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
+from understudy.sim.scenario.toml_writer import format_toml_value
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.background_runs import BackgroundRun, LessonIdentity
+from understudy.ui.web.background import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.property_requests import PropertyFieldsData
-from understudy.ui.web.property_form import read_fields
+from understudy.ui.web.messages.review import PropertyFieldsData, PropertyKindName
 
 VerdictName: TypeAlias = Literal["not tested", "holds", "fails", "undecided"]
 
@@ -46,11 +48,11 @@ class LibraryPropertiesData(Data, frozen=True, kw_only=True):
     problem: str
     """Why the file cannot be read; empty if it can."""
     rows: list[LibraryPropertyData]
-    testing: str | None
+    testing: str | None = None
     """The name of the property that is being tested."""
-    finished: int
+    finished: int = 0
     """The number of worlds of that test that have been run, of `total`."""
-    total: int
+    total: int = 1
 
 
 class RunningTests(BackgroundRun[list[PropertyResult]]):
@@ -160,15 +162,9 @@ class LibraryPropertyList:
 
     def data(self, trainer: Trainer | None) -> LibraryPropertiesData:
         """Return the properties as the page shows them."""
-        running = self._running
-        changed = bool(self._results) and self._lesson.has_changed(trainer)
-        return LibraryPropertiesData(
-            problem=self._problem,
-            rows=[self._describe(name, changed=changed) for name in self._subjects],
-            testing=None if running is None else running.testing,
-            finished=0 if running is None else running.finished,
-            total=1 if running is None else running.total,
-        )
+        running, changed = self._running, bool(self._results) and self._lesson.has_changed(trainer)
+        rows = [self._describe(name, changed=changed) for name in self._subjects]
+        return LibraryPropertiesData.of(running, problem=self._problem, rows=rows)
 
     def _describe(self, name: str, *, changed: bool) -> LibraryPropertyData:
         subject, result = self._subjects[name], self._results.get(name)
@@ -184,3 +180,89 @@ class LibraryPropertyList:
             sentences=[] if result is None else list(describe_result(result)),
             stale=result is not None and (changed or name in self._outdated),
         )
+
+
+FIELDS = {
+    "": "name",
+    "never": "condition",
+    "always": "condition",
+    "while": "condition",
+    "without": "kind",
+    "within_s": "seconds",
+    "never_longer_than_s": "seconds",
+}
+"""By the key of a table, the field of the form, where it has another name."""
+CLAIM_KEYS: Mapping[PropertyKindName, tuple[str, ...]] = {
+    "never": ("never",),
+    "always": ("always", "within_s"),
+    "never longer": ("never_longer_than_s", "while"),
+    "progress": ("never_longer_than_s", "without"),
+}
+"""By the kind of a property, the keys of its condition and its time, as they are written."""
+
+
+def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData) -> dict[str, Any]:
+    """Make the table of a property from the fields of its form; FileError if a field is empty that must not be."""
+    table: dict[str, Any] = {"behavior": fields.behavior}
+    if fields.targets:
+        table["targets"] = dict(fields.targets)
+    table |= {"world": fields.world, "seeds": _parse_seeds(path, name, fields.seeds)}
+    for key in CLAIM_KEYS[fields.kind]:
+        if FIELDS[key] != "seconds":
+            table[key] = PROGRESS if fields.kind == "progress" else fields.condition
+        elif fields.seconds is None:
+            raise _wrong(path, name, key, "is missing", "give the time in s")
+        else:
+            table[key] = _shorten(fields.seconds)
+    if fields.limit_s is not None:
+        table["limit_s"] = _shorten(fields.limit_s)
+    if fields.at_least is not None:
+        table["at_least"] = _shorten(fields.at_least)
+    return table
+
+
+def _parse_seeds(path: Path | str, name: str, text: str) -> Any:
+    try:
+        table = tomllib.loads(f"seeds = {text}")
+    except ValueError:
+        table = {}
+    if list(table) != ["seeds"]:
+        remedy = "give their number, as 200, or a list, as [1, 4], or { first = 1000, count = 200 }"
+        raise _wrong(path, name, "seeds", f"are {text!r:.60}" if text.strip() else "are missing", remedy)
+    return table["seeds"]
+
+
+def _shorten(number: float) -> float:
+    """Return a whole number as one, so that it is written without a point."""
+    return int(number) if number.is_integer() else number
+
+
+def _wrong(path: Path | str, name: str, key: str, problem: str, remedy: str) -> FileError:
+    return FileError(path=path, place=f"{name}.{key}", problem=problem, remedy=remedy)
+
+
+def find_field(name: str, error: FileError) -> tuple[str, str]:
+    """Return the field of a property's form that an error is about, and the error without its file and table."""
+    key = error.place.removeprefix(name).removeprefix(".")
+    of_table = error.place == name or error.place.startswith(f"{name}.")
+    if not of_table:
+        return "", str(error)
+    field = FIELDS.get(key, key.partition(".")[0])
+    return field, f"{key or name}: {error.problem}; {error.remedy}"
+
+
+def read_fields(table: object) -> PropertyFieldsData | None:
+    """Return the fields of a table's form; None if its keys are not those of a property."""
+    if not isinstance(table, dict):
+        return None
+    decoded = decode_toml_values(table, PropertyTable)
+    if isinstance(decoded, DecodeProblem) or sum(key in table for key in CLAIMS) != 1:
+        return None
+    kinds = (kind for kind, keys in CLAIM_KEYS.items() if all(key in table for key in keys))
+    return PropertyFieldsData.of(
+        decoded,
+        kind=next(kinds, "progress"),
+        condition=next((table[key] for key in ("never", "always", "while") if key in table), ""),
+        seconds=table.get("within_s", table.get("never_longer_than_s")),
+        seeds=format_toml_value(table["seeds"]),
+    )

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent, indent
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_origin
 
 import msgspec.inspect as mi
 from msgspec import NODEFAULT, Struct
@@ -22,10 +22,7 @@ from understudy.ui.web.actions.handler_table import list_reply_types
 from understudy.ui.web.drive_server import DriveNewsData
 from understudy.ui.web.messages import (
     base,
-    coach,
-    drive_requests,
-    drive_review,
-    property_requests,
+    drive,
     review,
     session,
 )
@@ -109,9 +106,10 @@ class TypeScript:
         if alias.name not in self._declared:
             self._declared.add(alias.name)
             comment = " ".join(filter(None, [alias.comment, _limits(alias.meaning)]))
-            self._parts.append(
-                f"{_comment(comment)}export type {alias.name} = {self._type(alias.meaning)};\n"
-            )
+            head, meaning = f"{_comment(comment)}export type {alias.name} =", self._type(alias.meaning)
+            line = f"export type {alias.name} = {meaning};"
+            broken = "".join(f"\n  | {each}" for each in meaning.split(" | "))
+            self._parts.append(f"{head} {meaning};\n" if len(line) <= WIDTH else f"{head}{broken};\n")
 
     def _in_place(self, struct: type[Struct], without: str) -> str:
         lines = self._fields(struct, without={without}, sent=True)
@@ -165,6 +163,8 @@ class TypeScript:
                 return "string"
             case mi.NoneType():
                 return "null"
+            case mi.EnumType():
+                return self._enum(kind)
             case mi.LiteralType():
                 return " | ".join(map(json.dumps, kind.values))
             case mi.TupleType():
@@ -176,9 +176,17 @@ class TypeScript:
                 return f"Readonly<Record<{self.type_of(kind.key_type)}, {self.type_of(kind.value_type)}>>"
             case mi.UnionType():
                 return self._union(kind)
+            case mi.DataclassType() if get_origin(kind.cls) is not None:
+                # A generic class for some type has no name of its own.
+                return f"{{ {'; '.join(f'{each.name}: {self.type_of(each.type)}' for each in kind.fields)} }}"
             case mi.StructType() | mi.DataclassType():
                 return self._name(kind.cls)
         raise TypeError(f"no TypeScript type for {kind}")
+
+    def _enum(self, kind: mi.EnumType) -> str:
+        values = mi.LiteralType(tuple(each.value for each in kind.cls))
+        self._waiting.append(_Alias(kind.cls.__name__, values, _doc(kind.cls)))
+        return kind.cls.__name__
 
     def _union(self, kind: mi.UnionType) -> str:
         """Return a union type with null last."""
@@ -252,9 +260,7 @@ ALIASES = (
     base,
     session,
     review,
-    coach,
-    property_requests,
-    drive_requests,
+    drive,
     scene,
     session_view,
     watched_team,
@@ -273,8 +279,8 @@ def format_protocol() -> str:
         [HelloData, SceneNewsData, SessionNewsData, TeamNewsData],
         comment="What the studio sends by itself.",
     )
-    module.requests("ReviewRequest", drive_review.REVIEW_REQUESTS, without="")
-    module.requests("DriveRequest", drive_requests.DRIVE_REQUESTS, without="")
+    module.requests("ReviewRequest", drive.REVIEW_REQUESTS, without="")
+    module.requests("DriveRequest", drive.DRIVE_REQUESTS, without="")
     module.interface(DriveNewsData)
     module.interface(drive_review_view.ReviewData)
     module.interface(drive_review_view.RecordedSeriesData)

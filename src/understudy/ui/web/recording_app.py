@@ -14,14 +14,21 @@ from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
-from starlette.routing import BaseRoute, Route
+from starlette.routing import BaseRoute
 
-from understudy.errors import UnderstudyError
 from understudy.ui.controller.recording_review import RecordingReview
 from understudy.ui.controller.status import describe_error
-from understudy.ui.web.access import LOOPBACK, ListenAddress, find_connection_problem, is_loopback
+from understudy.ui.web.access import (
+    LOOPBACK,
+    ListenAddress,
+    RequestRefused,
+    answer_json,
+    find_connection_problem,
+    make_guarded_route,
+    read_body,
+)
 from understudy.ui.web.app import STATIC, make_file_mount, make_page_route, serve_app
-from understudy.ui.web.messages.drive_review import (
+from understudy.ui.web.messages.drive import (
     AnyReviewRequest,
     DefineBehavior,
     LearnFromLabels,
@@ -35,7 +42,6 @@ from understudy.ui.web.views.drive_review import describe_review, describe_serie
 
 REVIEW_PATH, SERIES_PATH = "/review", "/series"
 MOST_BYTES = 64 * 1024
-_encode = msgspec.json.Encoder().encode
 _read = msgspec.json.Decoder(AnyReviewRequest).decode
 
 
@@ -116,45 +122,35 @@ def make_review_routes(
     """
     lock = lock or Lock()
 
-    async def series(request: Request) -> Response:
-        problem = refuse(request)
-        if problem is not None:
-            return _answer({"error": problem}, 403)
+    async def series(_: Request) -> Response:
         return await run_in_threadpool(list_series)
 
     def list_series() -> Response:
-        try:
-            with lock:
-                return _answer(describe_series(source.find_review(), source.list_places()))
-        except UnderstudyError as error:
-            return _answer({"error": describe_error(error)}, 400)
+        with lock:
+            return answer_json(describe_series(source.find_review(), source.list_places()))
 
     async def show(request: Request) -> Response:
-        problem = refuse(request)
-        if problem is not None:
-            return _answer({"error": problem}, 403)
-        content = b""
-        if request.method == "POST":
-            async for chunk in request.stream():
-                content += chunk
-                if len(content) > MOST_BYTES:
-                    return _answer({"error": "the request is too long"}, 413)
+        content = await read_body(request, MOST_BYTES, "the request is too long")
         return await run_in_threadpool(answer, content)
 
     def answer(content: bytes) -> Response:
         """Do what a request asks for, if it has any content, and return the review as it stands then."""
         with lock:
-            try:
-                if content:
-                    source.check_change()
-                review = source.find_review()
-                if content:
-                    carry_out(review, _read(content))
-                return _answer(describe_review(review))
-            except (UnderstudyError, msgspec.DecodeError) as error:
-                return _answer({"error": describe_error(error)}, 400)
+            if content:
+                source.check_change()
+            review = source.find_review()
+            if content:
+                try:
+                    request = _read(content)
+                except msgspec.DecodeError as error:
+                    raise RequestRefused(400, describe_error(error)) from None
+                carry_out(review, request)
+            return answer_json(describe_review(review))
 
-    return [Route(REVIEW_PATH, show, methods=["GET", "POST"]), Route(SERIES_PATH, series)]
+    return [
+        make_guarded_route(REVIEW_PATH, show, refuse, methods=["GET", "POST"]),
+        make_guarded_route(SERIES_PATH, series, refuse),
+    ]
 
 
 def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:
@@ -178,11 +174,6 @@ def carry_out(review: RecordingReview, request: AnyReviewRequest) -> None:
             review.undo()
 
 
-def _answer(data: object, status: int = 200) -> Response:
-    headers = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
-    return Response(_encode(data), status_code=status, media_type="application/json", headers=headers)
-
-
 def serve_recording(
     review: RecordingReview,
     address: ListenAddress,
@@ -203,6 +194,5 @@ def serve_recording(
     ready
         Called when pages are served.
     """
-    hosts = LOOPBACK if is_loopback(address.host) else None
-    app = make_recording_app(review, places=places, token=address.token, hosts=hosts)
+    app = make_recording_app(review, places=places, token=address.token, hosts=address.hosts)
     serve_app(app, address, ready=ready)

@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.model.lesson import Example
 from understudy.training.other_agents import SessionSnapshot
 from understudy.training.session import Session
 from understudy.ui.controller.coach import CoachController
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.coach import QueryPolicyName
 
 EVERY_S = 0.5
 KEPT_S = 300.0
@@ -119,7 +118,7 @@ class UnsureMarkData(Data, frozen=True, kw_only=True):
 class QueryStatusData(Data, frozen=True, kw_only=True):
     """The query policy, the question that waits, and the marked moments at which the automaton is still uncertain."""
 
-    policy: QueryPolicyName
+    policy: QueryPolicy
     question: QuestionData | None
     marks: list[UnsureMarkData]
 
@@ -135,10 +134,7 @@ class UncertainMoment:
     @property
     def data(self) -> UnsureMarkData:
         """The marked moment as the page shows it."""
-        question = self.question
-        return UnsureMarkData(
-            number=self.number, time_s=question.time_s, run=self.run, sentence=question.sentence
-        )
+        return UnsureMarkData.of(self.question, number=self.number, run=self.run)
 
 
 class UncertainMoments:
@@ -165,13 +161,9 @@ class UncertainMoments:
     def data(self, coach: CoachController) -> QueryStatusData:
         """Return the query policy, the waiting question and the open marks as the page shows them."""
         question = coach.question
-        pending = (
-            None
-            if question is None
-            else QuestionData(sentence=question.sentence, next=question.next, answers=list(question.answers))
-        )
         marks = [mark.data for mark in self._still(coach.asking)]
-        return QueryStatusData(policy=coach.asking.when.value, question=pending, marks=marks)
+        pending = None if question is None else QuestionData.of(question)
+        return QueryStatusData(policy=coach.asking.when, question=pending, marks=marks)
 
     def _still(self, asking: UncertaintyQueries) -> tuple[UncertainMoment, ...]:
         """Return the marked moments at which the present automaton would still be uncertain."""

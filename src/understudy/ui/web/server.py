@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from collections.abc import Callable
 
 import msgspec
 from msgspec import UNSET, UnsetType
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket
 
 from understudy import __version__
 from understudy.clock import REAL_TIME
@@ -16,20 +15,28 @@ from understudy.errors import SessionError
 from understudy.export.targets import TARGETS
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
+from understudy.storage.json_text import encode_json
 from understudy.ui.controller.arming import RobotStatus
 from understudy.ui.controller.clock import FASTEST
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.web.actions import handler_table
-from understudy.ui.web.clients import PER_SECOND, Client, Clients
+from understudy.ui.web.background import SlowAction, SlowActions
+from understudy.ui.web.clients import (
+    PER_SECOND,
+    Client,
+    Clients,
+    Wait,
+    close_socket,
+    exchange_messages,
+    repeat_each_frame,
+)
 from understudy.ui.web.failure_results import FailuresData
-from understudy.ui.web.frame_loop import Wait, repeat_each_frame
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.places import PlacesData
 from understudy.ui.web.property_list import LibraryPropertiesData
 from understudy.ui.web.rewind import RunData
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction, SlowActions
 from understudy.ui.web.views.library import LibraryData
 from understudy.ui.web.views.scene import SceneData
 from understudy.ui.web.views.session import SessionData
@@ -46,7 +53,6 @@ RETURNED = "Going on: the page is here again"
 RETURN_S = 30.0
 """How long after a page in control left the run goes on when it comes back, s."""
 LEFT_ROBOTS = "no page is in control in the studio"
-_encode = msgspec.json.Encoder().encode
 
 
 class HelloData(Data, frozen=True, kw_only=True, tag_field="is", tag="hello"):
@@ -184,9 +190,9 @@ class StudioServer:
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )
-        viewer.send_reply(_encode(hello))
+        viewer.send_reply(encode_json(hello))
         news = self._show_session(library)
-        viewer.show(news=_encode(_to(news, has_control=has_control)), frame=self.host.frame())
+        viewer.show(news=encode_json(_to(news, has_control=has_control)), frame=self.host.frame())
         self._pictured = -1
         return viewer
 
@@ -232,7 +238,7 @@ class StudioServer:
             answer = AnswerData(re=number, ok=True, ms=ms)
         except Exception as error:
             answer, reply = AnswerData(re=number, error=describe_error(error)), None
-        viewer.send_reply(_encode({**msgspec.to_builtins(answer), **msgspec.to_builtins(reply or {})}))
+        viewer.send_reply(encode_json(answer, reply or {}))
         self.show()
 
     def answer_slow_actions(self) -> None:
@@ -243,7 +249,7 @@ class StudioServer:
                 answer = AnswerData(re=each.number, ok=True)
             except Exception as error:
                 answer = AnswerData(re=each.number, error=describe_error(error))
-            each.viewer.send_reply(_encode(answer))
+            each.viewer.send_reply(encode_json(answer))
 
     def _do(self, viewer: Client, message: Message) -> Data | SlowAction | None:
         """Execute a message and return the fields of the answer, or what is left to do in another thread.
@@ -297,7 +303,7 @@ class StudioServer:
         if team != self._team:
             self._team = team
             for viewer in self.viewers:
-                viewer.show(team=_encode(TeamNewsData(team=team)))
+                viewer.show(team=encode_json(TeamNewsData(team=team)))
 
     def show(self, *, session: bool = True) -> None:
         """Send every page the changes; on a new error, pause and show its message."""
@@ -340,7 +346,7 @@ class StudioServer:
             scene, _ = self._seen
             if before is None or scene != before[0]:
                 for viewer in self.viewers:
-                    viewer.show(scene=_encode(SceneNewsData(scene=scene)))
+                    viewer.show(scene=encode_json(SceneNewsData(scene=scene)))
         return self._seen
 
     def _list_places(self) -> PlacesData:
@@ -354,18 +360,15 @@ class StudioServer:
         host, director = self.host, self.viewers.director
         if host.status is not self._said:
             self._said, self._said_number = host.status, self._said_number + 1
-        news = SessionNewsData(
+        news = SessionNewsData.of(
+            host,
             library=library,
             session=host.session_data(),
             message=host.status,
             message_number=self._said_number,
             viewers=len(self.viewers),
-            paused=host.paused,
             speed="fastest" if host.speed == FASTEST else host.speed,
-            seed=host.seed,
-            sort=host.sort,
             robots=host.robots.list_statuses(),
-            run=host.run,
             places=self._places,
             failures=host.failures.data(host.scenario, host.trainer),
             properties=host.properties.data(host.trainer) if isinstance(host.world, World) else None,
@@ -375,54 +378,15 @@ class StudioServer:
         )
         if news != self._shown or director is not self._directed:
             self._shown, self._directed = news, director
-            watching = _encode(news)
+            watching = encode_json(news)
             for viewer in self.viewers:
-                viewer.show(news=_encode(_to(news, has_control=True)) if viewer is director else watching)
+                viewer.show(news=encode_json(_to(news, has_control=True)) if viewer is director else watching)
         return news
 
 
 def _to(news: SessionNewsData, *, has_control: bool) -> SessionNewsData:
     """Return a copy of the session news for a page that is in control, or is not."""
     return msgspec.structs.replace(news, has_control=has_control)
-
-
-async def exchange_messages(
-    client: Client,
-    websocket: WebSocket,
-    hearing: Coroutine[None, None, None],
-    *,
-    leave: Callable[[], None],
-) -> None:
-    """Send a page what is queued for it while its messages are heard, until either ends; then call `leave`."""
-    tasks = [asyncio.create_task(send_queued(client, websocket)), asyncio.create_task(hearing)]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        leave()
-        for task in tasks:
-            task.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
-                await task
-
-
-async def close_socket(websocket: WebSocket, code: int = 1000) -> None:
-    """Close the connection of a page, if it is still there."""
-    if websocket.application_state is WebSocketState.CONNECTED:
-        with suppress(RuntimeError, WebSocketDisconnect, OSError):
-            await websocket.close(code)
-
-
-async def send_queued(viewer: Client, websocket: WebSocket) -> None:
-    """Send a page what is queued for it, until it is closed."""
-    while not viewer.closing:
-        await viewer.waits.wait()
-        viewer.waits.clear()
-        while (waiting := viewer.next()) is not None:
-            sent, binary = waiting
-            if binary:
-                await websocket.send_bytes(sent)
-            else:
-                await websocket.send_text(sent.decode())
 
 
 def _stops(text: str | bytes) -> bool:

@@ -29,11 +29,11 @@ from understudy.ui.controller.open_session import OpenSession
 from understudy.ui.controller.status import StatusMessage, describe_error, keep_status
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web import frames
-from understudy.ui.web.background_runs import UnseenWorldsEvaluation
 from understudy.ui.web.failure_results import FailingWorldList
 from understudy.ui.web.places import Places
 from understudy.ui.web.property_list import LibraryPropertyList
 from understudy.ui.web.rewind import RewindBuffer, RewindPoint, RunData, UncertainMoments
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views.library import InterruptedSessionData, LibraryData
 from understudy.ui.web.views.scene import SceneData, describe_scene
 from understudy.ui.web.views.session import (
@@ -103,7 +103,7 @@ class SessionHost:
         self.doing = ActivityNames()
         self.agent, self.began_with = 0, 0  # the robot that is trained, and with how many examples
         self._idling = IdleWorld(world, self.wall)
-        self.shown_seeds: set[int] = set()  # of the worlds that were on the page
+        self.seen_seeds = set[int]()  # that of the trainer, too: see there
         self.discarded: dict[str, Path] = {}  # journals of lessons that were cut off and thrown away
 
     # What there is to see
@@ -143,7 +143,7 @@ class SessionHost:
         doing = None if self.trainer is None else self.trainer.session.other_agents.behavior_call
         if doing is None or doing.behavior is None:
             return None
-        return BehaviorCallData(behavior=doing.behavior, targets=dict(doing.targets))
+        return BehaviorCallData.of(doing)
 
     @property
     def paused(self) -> bool:
@@ -172,7 +172,7 @@ class SessionHost:
     def library(self) -> LibraryData:
         """Return the library folder as it was last read, with the interrupted sessions."""
         left = [
-            InterruptedSessionData(name=name, examples=each.examples, began=each.began.isoformat())
+            InterruptedSessionData.of(each, name=name, began=each.began.isoformat())
             for name, each in self.cut_off.items()
         ]
         return self.library_view.data(left)
@@ -318,7 +318,7 @@ class SessionHost:
     def _begin_rewind(self) -> None:
         self.rewind_buffer.clear(() if self.trainer is None else self.trainer.session.examples)
         self.run = RunData(number=self.run.number + 1, from_s=self.world.time_s)
-        self.shown_seeds.add(self.seed)
+        self.seen_seeds.add(self.seed)
         self._keep_moment()
 
     def _keep_moment(self) -> None:
@@ -383,6 +383,8 @@ class SessionHost:
         if policy is not None:
             trainer.coach.choose_query_policy(policy)
         self.began_with = len(trainer.session.examples)
+        self.seen_seeds |= trainer.seen_seeds
+        trainer.seen_seeds = self.seen_seeds
         trainer.set_speed(self._speed)
         trainer.suspend(False)
         trainer.status = StatusMessage(sentence)

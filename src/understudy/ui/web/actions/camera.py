@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from msgspec import structs
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from understudy.errors import SessionError, SettingError
+from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import write_color
 from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot import Robot
@@ -47,18 +47,10 @@ def make_camera_route(host: SessionHost, refusal: Callable[[HTTPConnection], str
     return Route(PATH, serve)
 
 
-class ColorData(Data, frozen=True, kw_only=True):
-    """The range of a color: hue (degrees; from > to crosses red), saturation and value (each from 0 to 1)."""
-
-    hue_deg: tuple[float, float]
-    saturation: tuple[float, float]
-    value: tuple[float, float]
-
-
 class ColorReply(Data, frozen=True, kw_only=True):
     """The color that was learned."""
 
-    color: ColorData
+    color: Color
 
 
 def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
@@ -70,7 +62,7 @@ def handle_pick_color(host: SessionHost, message: PickColor) -> ColorReply:
     host.status = StatusMessage(
         f"Cameras detect {message.name} by this color now; saved in {robot.path.name}", "recorded"
     )
-    return ColorReply(color=ColorData(**structs.asdict(color)))
+    return ColorReply(color=color)
 
 
 def _eye(host: SessionHost, number: int) -> tuple[Robot, LiveCamera]:

@@ -6,7 +6,6 @@ from msgspec import UNSET, UnsetType
 
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.pose_sampling import Placeable
-from understudy.coaching.queries import QueryPolicy
 from understudy.coaching.situation_setup import SituationSpec
 from understudy.errors import SessionError
 from understudy.ui.controller import coach
@@ -14,7 +13,7 @@ from understudy.ui.controller.coach import AdviceReport
 from understudy.ui.controller.lesson_check import locate_finding
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.messages import coach as m
+from understudy.ui.web.messages import review as m
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
@@ -34,7 +33,7 @@ class SlipData(Data, frozen=True, kw_only=True):
 class AdviceData(Data, frozen=True, kw_only=True):
     """One piece of advice about a lesson."""
 
-    kind: str
+    kind: AdviceKind
     sentence: str
     evidence: str
     """In how many new worlds the behavior went wrong for that; empty if in none."""
@@ -101,12 +100,9 @@ def handle_advise(host: SessionHost, _: m.RequestAdvice) -> AdviceReply:
 
 
 def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
-    return AdviceData(
-        kind=advice.kind.value,
-        sentence=advice.sentence,
-        evidence=advice.evidence,
+    return AdviceData.of(
+        advice,
         weight=round(advice.weight, 3),
-        examples=list(advice.examples),
         slip=_says(trainer, advice) if advice.kind is AdviceKind.SLIP else None,
         can_set_up=advice.region is not None and isinstance(trainer.session.body, Placeable),
     )
@@ -114,19 +110,15 @@ def _advice(trainer: Trainer, advice: Advice) -> AdviceData:
 
 def _finding(trainer: Trainer, finding: Finding) -> FindingData:
     situation = locate_finding(finding, trainer.session.lesson)
-    return FindingData(
+    return FindingData.of(
+        finding,
         error=finding.severity is Severity.ERROR,
-        sentence=finding.sentence,
-        remedy=finding.remedy,
-        assumptions=list(finding.assumptions),
-        examples=list(finding.examples),
         can_set_up=situation is not None and isinstance(trainer.session.body, Placeable),
     )
 
 
 def _says(trainer: Trainer, advice: Advice) -> SlipData:
-    example = next(each for each in trainer.session.examples if each.number == advice.examples[0])
-    return SlipData(state=example.state, next=example.next)
+    return SlipData.of(next(each for each in trainer.session.examples if each.number == advice.examples[0]))
 
 
 def _late(report: AdviceReport) -> ReactionEstimateData | None:
@@ -164,11 +156,6 @@ def handle_go_to_next_situation(host: SessionHost, _: m.GoToNextSituation) -> No
     """Go to the situation of further worlds in which an answer would change most, and pause there."""
     coach.go_to_next_situation(host.active_trainer)
     host.clear_rewind()
-
-
-def handle_set_query_policy(host: SessionHost, message: m.SetQueryPolicy) -> None:
-    """Set what the automaton does in testing where it is uncertain."""
-    coach.change_query_policy(host.active_trainer, QueryPolicy(message.policy))
 
 
 def handle_go_to_uncertain(host: SessionHost, message: m.GoToUncertain) -> None:

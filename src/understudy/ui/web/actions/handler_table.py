@@ -13,13 +13,12 @@ from understudy.ui.controller import coach as coach_actions
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.actions import camera, coach, failures, library, places, property_edits, session, world
-from understudy.ui.web.messages import coach as c
+from understudy.ui.web.actions import camera, coach, library, places, property_edits, session, world
+from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import review as r
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.base import Data, Message
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction
 from understudy.ui.web.views import explanation, lesson_test
 
 Handler: TypeAlias = Callable[[SessionHost, Any], Data | StatusMessage | SlowAction | None]
@@ -85,13 +84,14 @@ TRAINER_ACTIONS: Mapping[type[Message], Callable[..., object]] = MappingProxyTyp
         r.AddProperty: lesson_actions.add_property_here,
         r.RemoveProperty: lesson_actions.remove_property,
         r.ApplyPruning: lesson_actions.change_pruning,
-        c.SetReactionTime: coach_actions.change_reaction_time,
-        c.CorrectSlip: coach_actions.correct_slip,
-        c.ConfirmPress: coach_actions.confirm_doubted_press,
+        r.SetQueryPolicy: coach_actions.change_query_policy,
+        r.SetReactionTime: coach_actions.change_reaction_time,
+        r.CorrectSlip: coach_actions.correct_slip,
+        r.ConfirmPress: coach_actions.confirm_doubted_press,
     }
 )
 """By message, the action on the trainer that does what it asks for, where that needs nothing but its fields."""
-MODULES = (session, world, places, library, coach, explanation, lesson_test, camera, failures, property_edits)
+MODULES = (session, world, places, library, coach, explanation, lesson_test, camera, property_edits)
 """The modules that define the handlers of the other messages."""
 HANDLERS: Mapping[type[Message], Handler] = MappingProxyType(
     {

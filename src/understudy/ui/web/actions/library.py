@@ -6,7 +6,6 @@ from msgspec import field
 
 from understudy.errors import SessionError, UnknownName
 from understudy.learning.change_attribution import (
-    ConditionChange,
     ExampleAttribution,
     HowMoved,
     attribute_condition_changes,
@@ -143,8 +142,8 @@ class ChangeData(Data, frozen=True, kw_only=True):
 class MovedData(Data, frozen=True, kw_only=True):
     """A switch between two states whose conditions changed: those gone, those new, and the responsible examples."""
 
-    from_: str = field(name="from")
-    to: str
+    state: str = field(name="from")
+    next: str = field(name="to")
     what: HowMoved
     gone: list[str]
     new: list[str]
@@ -183,18 +182,7 @@ def handle_diff_versions(host: SessionHost, message: DiffVersions) -> ChangesRep
         differences.pop("conditions", None)  # they say which, and why
     return ChangesReply(
         changes=[ChangeData(topic=topic, lines=lines) for topic, lines in differences.items()],
-        moved=[_moved(each) for each in switches],
-    )
-
-
-def _moved(each: ConditionChange) -> MovedData:
-    return MovedData(
-        from_=each.state,
-        to=each.next,
-        what=each.what,
-        gone=list(each.gone),
-        new=list(each.new),
-        examples=each.examples,
+        moved=[MovedData.of(each) for each in switches],
     )
 
 

@@ -7,7 +7,7 @@ import os
 from understudy.analysis.evaluate import find_flags
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.model.library import Library
-from understudy.properties.condition_examples import list_condition_examples
+from understudy.properties.condition_examples import ConditionExample, list_condition_examples
 from understudy.properties.edit_property_file import write_property
 from understudy.properties.library_properties import FittingLibraries, check_in_world
 from understudy.properties.property_file import FILE, locate_errors, locate_world, parse_property
@@ -18,15 +18,16 @@ from understudy.sim.world import World
 from understudy.ui.controller.failing_worlds import make_draft
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.property_requests import (
+from understudy.ui.web.messages.review import (
     DeleteProperty,
     ListPropertyChoices,
     PropertyFieldsData,
     SaveProperty,
     TestProperties,
 )
-from understudy.ui.web.property_form import find_field, make_property_table
+from understudy.ui.web.property_list import find_field, make_property_table
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.views.scene import BehaviorParametersData
 
 RESERVED = ("understudy", "version")
 """Keys of the file itself, which cannot be names of properties."""
@@ -40,28 +41,15 @@ class PropertyMistakeReply(Data, frozen=True, kw_only=True):
     mistake: str
 
 
-class BehaviorChoiceData(Data, frozen=True, kw_only=True):
-    """A behavior that a property can be about, and its parameters."""
-
-    name: str
-    parameters: list[str]
-
-
-class ConditionChoiceData(Data, frozen=True, kw_only=True):
-    """A condition to begin with, under a heading."""
-
-    heading: str
-    text: str
-
-
 class PropertyChoicesReply(Data, frozen=True, kw_only=True):
     """The names that a property in a world can use; all but the worlds are empty if the world cannot be opened."""
 
     worlds: list[str]
-    behaviors: list[BehaviorChoiceData]
+    behaviors: list[BehaviorParametersData]
     bindable: list[str]
     """The targets for the parameters of the behavior."""
-    conditions: list[ConditionChoiceData]
+    conditions: tuple[ConditionExample, ...]
+    """Conditions to begin with."""
 
 
 def handle_save_property(host: SessionHost, message: SaveProperty) -> PropertyMistakeReply | StatusMessage:
@@ -134,8 +122,8 @@ def handle_list_property_choices(host: SessionHost, message: ListPropertyChoices
     """List the names that a property in a world can use."""
     _refuse_unsimulated(host)
     worlds = _list_worlds(host)
-    behaviors = list[BehaviorChoiceData]()
-    bindable, conditions = list[str](), list[ConditionChoiceData]()
+    behaviors = list[BehaviorParametersData]()
+    bindable, conditions = list[str](), tuple[ConditionExample, ...]()
     used = {table.get("world") for table in host.properties.tables.values() if isinstance(table, dict)}
     if message.world in (*worlds, *used):
         try:
@@ -145,23 +133,19 @@ def handle_list_property_choices(host: SessionHost, message: ListPropertyChoices
             library, flags = _find_behavior(where, message.behavior)
             bindable = list(library.kit.targets)
             sample = World(where.scenario, [0])
-            conditions = [
-                ConditionChoiceData(heading=each.heading, text=each.text)
-                for each in list_condition_examples(sample, library, flags, message.behavior.split("/")[-1])
-            ]
+            conditions = list_condition_examples(sample, library, flags, message.behavior.split("/")[-1])
         except UnderstudyError:
             pass  # saving says why
     return PropertyChoicesReply(worlds=worlds, behaviors=behaviors, bindable=bindable, conditions=conditions)
 
 
-def _list_behaviors(where: FittingLibraries) -> list[BehaviorChoiceData]:
+def _list_behaviors(where: FittingLibraries) -> list[BehaviorParametersData]:
     """List the automata of all libraries; SORT/NAME where several libraries have one of this name."""
     libraries = {id(each): (sort, each) for sort, each in where.libraries.items()}
     names = [name for _, each in libraries.values() for name in each.taught]
     return [
-        BehaviorChoiceData(
-            name=name if names.count(name) == 1 else f"{sort}/{name}",
-            parameters=list(each.taught[name].automaton.parameters),
+        BehaviorParametersData.of(
+            each.taught[name].automaton, name=name if names.count(name) == 1 else f"{sort}/{name}"
         )
         for sort, each in libraries.values()
         for name in each.taught

@@ -25,10 +25,10 @@ from understudy.ui.controller.training_plan import (
     TrainingPlan,
     make_session_start,
 )
+from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.messages.session import SetOtherAgents
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction
 
 
 def begin_automaton(host: SessionHost, name: str, choices: LessonChoices, *, discard: bool) -> None:
@@ -248,25 +248,16 @@ def _before(journal: Path, number: int) -> SnapshotTaken | None:
 
 def handle_press(host: SessionHost, message: m.PressState) -> None:
     """Direct the robot to a state; if a question is open, the press answers it."""
-    _press(host, message.state)
+    host.frame_version += 1
+    if coach.press_or_answer(host.active_trainer, message.state):
+        host.note_tick()
 
 
 def handle_confirm(host: SessionHost, _: m.Confirm) -> None:
     """Confirm the present state; if a question is open, this answers it."""
-    _press(host, None)
-
-
-def _press(host: SessionHost, state: str | None) -> None:
-    """Direct to a state, or confirm the present one (None)."""
-    trainer = host.active_trainer
     host.frame_version += 1
-    if trainer.coach.question is not None:
-        coach.answer_question(trainer, state)
+    if coach.press_or_answer(host.active_trainer, None):
         host.note_tick()
-    elif state is None:
-        trainer.confirm()
-    else:
-        trainer.press(state)
 
 
 def handle_pause(host: SessionHost, message: m.Pause) -> None:

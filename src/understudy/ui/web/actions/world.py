@@ -5,9 +5,9 @@ from __future__ import annotations
 from understudy.errors import SettingError
 from understudy.robots.arming_order import ArmingOrder
 from understudy.ui.controller.status import StatusMessage
+from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import session as m
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.slow_actions import SlowAction
 
 FOOD = 10
 """Units of food in a source that a person adds."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, Self, TypeAlias
 
 from msgspec import Meta, Struct
+
+from understudy.storage.json_text import take_facts
 
 Seed: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Id: TypeAlias = Annotated[int, Meta(ge=0, le=2**53 - 1)]
@@ -23,6 +25,15 @@ Index: TypeAlias = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 
 class Data(Struct, frozen=True):
     """A message part that the studio sends; a struct `ExampleData` is the type `Example` on the page."""
+
+    @classmethod
+    def of(cls, facts: object, **derived: object) -> Self:
+        """Take the fields from the attributes of these names that a value of the domain has, and from `derived`.
+
+        A field that the page calls otherwise than the domain has the domain's name here, and the page's as
+        `field(name=...)`.
+        """
+        return take_facts(cls, facts, **derived)
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="do"):

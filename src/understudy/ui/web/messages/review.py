@@ -1,15 +1,19 @@
-"""The requests of the page about explanations, properties, tests, versions and pruning."""
+"""The requests of the page about explanations, advice, properties, tests, versions and pruning."""
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
+from understudy.coaching.queries import QueryPolicy
 from understudy.model.property import LONGEST_S
-from understudy.ui.web.messages.base import Index, Message, NameField
+from understudy.ui.web.messages.base import Call, Data, Index, Message, NameField, Targets
 
+Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=LONGEST_S)]
+PropertyKindName: TypeAlias = Literal["never", "always", "never longer", "progress"]
+ConditionField: TypeAlias = Annotated[str, Meta(max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Pruning: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
 """How many examples each leaf of a question must set right for the question to stay."""
 
@@ -37,6 +41,53 @@ class GoToProperty(Message, frozen=True, kw_only=True, tag="go_to_property"):
     """Go to the moment of a property."""
 
     property: Index
+
+
+class PropertyFieldsData(Data, frozen=True, kw_only=True):
+    """The fields of a property's form; they are the keys of its table."""
+
+    kind: PropertyKindName
+    condition: ConditionField
+    """The condition that must never hold, hold in time, or not hold for longer; "goal" is the scenario's goal."""
+    seconds: float | None
+    """The time in s; null for a condition that must never hold."""
+    behavior: ConditionField
+    targets: Targets
+    world: ConditionField
+    """A scenario by name, or a file, relative to the library's folder."""
+    seeds: ConditionField
+    """As in the file: a number of worlds, a list, or { first = 1000, count = 500 }."""
+    limit_s: float | None
+    at_least: float | None
+    """The share of worlds in which it must hold; null for all."""
+
+
+class SaveProperty(Message, frozen=True, kw_only=True, tag="save_property"):
+    """Write a property to the library's file and test it; with `changes`, in place of the one of this name."""
+
+    name: NameField
+    fields: PropertyFieldsData
+    changes: bool = False
+
+
+class DeleteProperty(Message, frozen=True, kw_only=True, tag="delete_property"):
+    """Remove a property from the library's file."""
+
+    name: NameField
+
+
+class TestProperties(Message, frozen=True, kw_only=True, tag="test_properties"):
+    """Test one property of the library's file with what is in training; all of them without a name."""
+
+    name: NameField | None = None
+
+
+class ListPropertyChoices(Message, frozen=True, kw_only=True, tag="property_choices"):
+    """List the names that a property in a world can use."""
+
+    by_anyone: ClassVar[bool] = True
+    world: ConditionField
+    behavior: ConditionField
 
 
 class TestLesson(Message, frozen=True, kw_only=True, tag="test"):
@@ -112,3 +163,50 @@ class DiffVersions(Message, frozen=True, kw_only=True, tag="diff_versions"):
     name: NameField
     version: Index
     to: Index | None = None
+
+
+class RequestAdvice(Message, frozen=True, kw_only=True, tag="request_advice"):
+    """List what the lesson lacks, and estimate how late presses come."""
+
+    by_anyone: ClassVar[bool] = True
+
+
+class SetUpSituation(Message, frozen=True, kw_only=True, tag="set_up"):
+    """Put the robot into the situation that this piece of advice or finding is about."""
+
+    sentence: Sentence
+
+
+class GoToNextSituation(Message, frozen=True, kw_only=True, tag="next_situation"):
+    """Go to the situation of further worlds in which an answer would change most, and pause there with the question."""
+
+
+class SetQueryPolicy(Message, frozen=True, kw_only=True, tag="set_query_policy"):
+    """Set what the robot does in testing where it is uncertain."""
+
+    policy: QueryPolicy
+
+
+class GoToUncertain(Message, frozen=True, kw_only=True, tag="go_to_mark"):
+    """Go back to a moment at which the robot was uncertain and continued."""
+
+    number: Index
+
+
+class SetReactionTime(Message, frozen=True, kw_only=True, tag="set_reaction_time"):
+    """Set the reaction time of the demonstrator, s."""
+
+    reaction_s: float
+
+
+class CorrectSlip(Message, frozen=True, kw_only=True, tag="correct_slip"):
+    """Correct the press of an example: the demonstrator hit the wrong button."""
+
+    number: Index
+    next: Call
+
+
+class ConfirmPress(Message, frozen=True, kw_only=True, tag="confirm_press"):
+    """Confirm that the press of an example was intended."""
+
+    number: Index

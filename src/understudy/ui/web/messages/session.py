@@ -8,7 +8,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from understudy.errors import UnderstudyError
-from understudy.ui.web.messages import coach, property_requests, review
+from understudy.ui.web.messages import review
 from understudy.ui.web.messages.base import (
     Call,
     Calls,
@@ -363,7 +363,7 @@ class ReleaseControl(Message, frozen=True, kw_only=True, tag="release_control"):
     """Release control."""
 
 
-_MODULES = (__name__, review.__name__, coach.__name__, property_requests.__name__)
+_MODULES = (__name__, review.__name__)
 REQUESTS: tuple[type[Message], ...] = tuple(
     each for each in Message.__subclasses__() if each.__module__ in _MODULES
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from math import isfinite
 from pathlib import Path
@@ -18,8 +17,8 @@ from understudy.segmentation.propose_behaviors import describe_command
 from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.views.scene import FeatureData, describe_kind
-from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways, state_fields
+from understudy.ui.web.views.scene import FeatureData
+from understudy.ui.web.views.session import NestedStateData, TransitionData, list_ways
 
 MOST_POINTS = 3000
 """The largest number of points of a series; longer ones are thinned."""
@@ -159,35 +158,26 @@ def describe_review(review: RecordingReview) -> ReviewData:
     """Return a drive under review as data."""
     segmentation = review.segmentation
     drive, names = segmentation.drive, segmentation.names
-    return ReviewData(
-        name=review.name,
+    return ReviewData.of(
+        review,
         tick_s=drive.tick_s,
         labels=list(names),
         episodes=[
-            EpisodeData(
-                source=each.source,
-                driver=review.find_driver(each.first),
-                first=each.first,
-                end=each.end,
-                from_s=float(drive.times[each.first]),
-            )
+            EpisodeData.of(each, driver=review.find_driver(each.first), from_s=float(drive.times[each.first]))
             for each in drive.episodes
         ],
-        drivers=list(review.drivers),
-        trust=review.trust,
         spans=list(_list_label_spans(review)),
         questions=[
-            LabelQuestionData(
-                first=each.first,
-                end=each.end,
+            LabelQuestionData.of(
+                each,
                 labels=[names.index(label) for label in each.labels],
                 chances=[round(chance, 3) for chance in each.chances],
             )
             for each in list_label_questions(segmentation)
         ],
         proposals=[
-            BehaviorProposalData(
-                command=dict(each.command),
+            BehaviorProposalData.of(
+                each,
                 description=describe_command(drive.channels, each.command),
                 seconds=round(each.seconds, 2),
                 spans=len(each.spans),
@@ -198,7 +188,6 @@ def describe_review(review: RecordingReview) -> ReviewData:
         ],
         omissions=list(drive.omissions),
         learned=None if review.learned is None else _describe_learned(review, review.learned),
-        can_undo=review.can_undo,
         saved=None if review.saved is None else str(review.saved),
     )
 
@@ -207,7 +196,7 @@ def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
     segmentation, by_hand = review.segmentation, review.by_hand
     sure = segmentation.certainties
     for episode in segmentation.drive.episodes:
-        for first, end in list_runs(segmentation.labels * 2 + by_hand, episode.first, episode.end):
+        for first, end in episode.list_runs(segmentation.labels * 2 + by_hand):
             yield LabelSpanData(
                 first=first,
                 end=end,
@@ -218,23 +207,17 @@ def _list_label_spans(review: RecordingReview) -> Iterator[LabelSpanData]:
             )
 
 
-def list_runs(values: NDArray[np.int64], first: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the beginning and the end of each run of equal values between two ticks."""
-    cuts = first + 1 + np.flatnonzero(np.diff(values[first:end]))
-    yield from itertools.pairwise([first, *cuts.tolist(), end])
-
-
 def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> LearnedDriveData:
     automaton, lesson = learned.taught.automaton, learned.drive.lesson
     library = learned.drive.library.with_automaton(learned.taught)
-    return LearnedDriveData(
-        agreement=learned.agreement,
+    return LearnedDriveData.of(
+        learned,
         spans=[
             StateSpanData(first=first, end=end, label=int(learned.states[first]))
             for episode in review.segmentation.drive.episodes
-            for first, end in list_runs(learned.states, episode.first, episode.end)
+            for first, end in episode.list_runs(learned.states)
         ],
-        states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
+        states=[NestedStateData.of_state(state, library) for state in automaton.states],
         edges=list_ways(automaton, learned.taught.lesson),
         examples=len(lesson.examples),
         quarantined=sum(bool(each.quarantined) for each in lesson.examples),
@@ -243,10 +226,7 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
             for driver, each in learned.reactions.items()
             if each is not None
         ],
-        splits=[
-            SplitProposalData(state=each.state, entered_from=list(each.entered_from), evidence=str(each))
-            for each in learned.splits
-        ],
+        splits=[SplitProposalData.of(each, evidence=str(each)) for each in learned.splits],
         contradictions=[
             *(_describe_contradiction(review, each, None) for each in learned.contradictions),
             *(_describe_contradiction(review, each, trust) for each, trust in learned.settled),
@@ -257,8 +237,8 @@ def _describe_learned(review: RecordingReview, learned: LearnedDrive) -> Learned
 def _describe_contradiction(
     review: RecordingReview, contradiction: DriverContradiction, trust: str | None
 ) -> ContradictionData:
-    return ContradictionData(
-        state=contradiction.state,
+    return ContradictionData.of(
+        contradiction,
         choices=[
             DriverChoiceData(
                 driver=driver,
@@ -320,11 +300,4 @@ def _describe_column(
     is_command: bool,
 ) -> SeriesData:
     values = [round(value, 5) if isfinite(value) else None for value in column.tolist()]
-    return SeriesData(
-        label=label,
-        unit=unit,
-        **describe_kind(kind),
-        is_command=is_command,
-        ticks=ticks.tolist(),
-        values=values,
-    )
+    return SeriesData.of_kind(kind, label, unit, is_command=is_command, ticks=ticks.tolist(), values=values)

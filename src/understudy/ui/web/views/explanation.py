@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from msgspec import field
+
 from understudy.analysis.explain_run import DecisionReason, LevelExplanation
 from understudy.analysis.explanation_text import (
     MOST_EXAMPLES,
@@ -18,16 +20,15 @@ from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import RequestExplanation
 from understudy.ui.web.session_host import SessionHost
-from understudy.ui.web.views.session import ExampleKindName
 
 
 class ResponsibleExampleData(Data, frozen=True, kw_only=True):
     """An example that is responsible for a decision."""
 
     number: int
-    kind: ExampleKindName
+    kind: ExampleKind
     correction: bool
-    time_s: float | None
+    shown_s: float | None = field(name="time_s")
 
 
 class DecisionBasisData(Data, frozen=True, kw_only=True):
@@ -78,13 +79,10 @@ def handle_explain(host: SessionHost, _: RequestExplanation) -> ReasonsReply:
 
 def _level(trainer: Trainer, level: LevelExplanation, *, first: bool) -> LevelData:
     decision = level.decision
-    return LevelData(
-        automaton=level.automaton,
-        state=level.state,
-        since_s=level.since_s,
-        decision=describe_rest(level)
-        if decision is None
-        else f"It {describe_decision(decision.explanation)}.",
+    sentence = describe_rest(level) if decision is None else f"It {describe_decision(decision.explanation)}."
+    return LevelData.of(
+        level,
+        decision=sentence,
         in_training=first and trainer.session_view.mode is Mode.TRAINING,
         **_describe_basis(trainer, decision),
     )
@@ -96,8 +94,8 @@ def _last(trainer: Trainer) -> LastSwitchData | None:
         return None
     switch, reason = last
     decision = f"It {describe_switch(switch.before, switch.after, reason.explanation)}."
-    return LastSwitchData(
-        automaton=switch.call, time_s=switch.time_s, decision=decision, **_describe_basis(trainer, reason)
+    return LastSwitchData.of(
+        switch, automaton=switch.call, decision=decision, **_describe_basis(trainer, reason)
     )
 
 
@@ -106,20 +104,11 @@ def _describe_basis(trainer: Trainer, reason: DecisionReason | None) -> dict[str
     if reason is None:
         return {"readings": "", "by_hand": False, "in_lesson": False, "examples": [], "omitted": 0}
     data = DecisionData.from_reason(reason)
+    watched_last = sorted(data.examples, key=lambda each: each.kind is ExampleKind.WATCHED)
     return {
         "readings": data.read,
         "by_hand": data.by_hand,
         "in_lesson": reason.taught.automaton.name == trainer.name,
-        "examples": _examples(data)[:MOST_EXAMPLES],
+        "examples": watched_last[:MOST_EXAMPLES],
         "omitted": max(0, len(data.examples) - MOST_EXAMPLES),
     }
-
-
-def _examples(data: DecisionData) -> list[ResponsibleExampleData]:
-    """Return the examples responsible for a decision, those recorded from silence last."""
-    return [
-        ResponsibleExampleData(
-            number=each.number, kind=each.kind.value, correction=each.correction, time_s=each.shown_s
-        )
-        for each in sorted(data.examples, key=lambda each: each.kind is ExampleKind.WATCHED)
-    ]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from itertools import count, islice
 
+from msgspec import field
+
 from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
+from understudy.analysis.simplify_preview import BeforeAfter
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
@@ -28,7 +31,6 @@ from understudy.training.other_agents import SessionSnapshot
 from understudy.ui.controller import lesson_actions
 from understudy.ui.controller.lesson_actions import preview_pruning
 from understudy.ui.controller.status import StatusMessage
-from understudy.ui.web.background_runs import UnseenWorldsEvaluation
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.review import (
     CancelEvaluation,
@@ -38,6 +40,7 @@ from understudy.ui.web.messages.review import (
     TestLesson,
 )
 from understudy.ui.web.session_host import SessionHost
+from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 
 FIRST_SEED = 1000
 """Unseen worlds are counted from here: those that people go through one after the other begin at 0."""
@@ -49,7 +52,7 @@ class PropertyResultData(Data, frozen=True, kw_only=True):
     """The result of testing a property of the lesson."""
 
     description: str
-    held: bool
+    was_met: bool = field(name="held")
     took_s: float | None
     """The time until what it demands was reached, s; null where it was not, or the property demands nothing."""
     problem: str
@@ -60,7 +63,7 @@ class LessonTestData(Data, frozen=True, kw_only=True):
     """The result of testing an automaton on its lesson."""
 
     name: str
-    works: bool
+    is_passing: bool = field(name="works")
     examples: int
     otherwise: int
     """How many examples, shown or watched, are decided otherwise."""
@@ -112,17 +115,11 @@ def _former(host: SessionHost, name: str) -> tuple[str, TrainedAutomaton | None]
 
 
 def _tested(result: LessonTestResult, former: str) -> LessonTestData:
-    return LessonTestData(
-        name=result.name,
-        works=result.is_passing,
+    return LessonTestData.of(
+        result,
         examples=result.replayed.examples,
         otherwise=len(result.replayed.mismatches) + result.replayed.overruled,
-        properties=[
-            PropertyResultData(
-                description=str(each.tested), held=each.was_met, took_s=each.took_s, problem=each.problem
-            )
-            for each in result.properties
-        ],
+        properties=[PropertyResultData.of(each, description=str(each.tested)) for each in result.properties],
         regressions=list(lesson_tests.describe_regressions(result)),
         differences=list(lesson_tests.describe_other_differences(result, former)),
     )
@@ -162,7 +159,7 @@ def handle_evaluate_session(host: SessionHost, message: EvaluateSession) -> Stat
         )
     goal = PropertyRule(success) if isinstance(success, Property) else None
     make_evaluation_task(library, name, scenario, binding=targets, goal=goal)  # mistakes are told at once
-    unseen = (seed for seed in count(FIRST_SEED) if seed not in host.shown_seeds)
+    unseen = (seed for seed in count(FIRST_SEED) if seed not in host.seen_seeds)
     seeds = list(islice(unseen, message.count))
     data = host.session_data()
     host.evaluation = UnseenWorldsEvaluation(
@@ -202,13 +199,6 @@ def go_to_property(host: SessionHost, message: GoToProperty) -> StatusMessage:
     return StatusMessage(f"Property from here: {subject}")
 
 
-class LeavesData(Data, frozen=True, kw_only=True):
-    """The number of leaves of all trees, before and after pruning."""
-
-    before: int
-    after: int
-
-
 class StateConditionsData(Data, frozen=True, kw_only=True):
     """The conditions for leaving a state, in words, before and after pruning."""
 
@@ -242,7 +232,8 @@ class SimplifyPreviewData(Data, frozen=True, kw_only=True):
     """Null if there are too few examples for a suggestion."""
     examples_needed: int
     """The number of examples needed for a suggestion."""
-    leaves: LeavesData
+    leaves: BeforeAfter[int]
+    """The number of leaves of all trees."""
     states: list[StateConditionsData]
     decisions: list[ChangedDecisionData]
     examples: int
@@ -261,25 +252,10 @@ def handle_preview_simplify(host: SessionHost, message: PreviewSimplify) -> Simp
     preview = preview_pruning(host.active_trainer, message.pruning)
     changed = sum(each.moments for each in preview.replayed.changes)
     return SimplifyReply(
-        preview=SimplifyPreviewData(
-            pruning=preview.pruning,
-            suggested=preview.suggested,
+        preview=SimplifyPreviewData.of(
+            preview,
             examples_needed=ENOUGH,
-            leaves=LeavesData(before=preview.leaves.before, after=preview.leaves.after),
-            states=[
-                StateConditionsData(state=state, before=list(each.before), after=list(each.after))
-                for state, each in preview.conditions.items()
-            ],
-            decisions=[
-                ChangedDecisionData(
-                    number=each.number,
-                    state=each.state,
-                    shown=each.shown,
-                    before=each.before,
-                    after=each.after,
-                )
-                for each in preview.decisions
-            ],
+            states=[StateConditionsData.of(each, state=state) for state, each in preview.conditions.items()],
             examples=preview.replayed.examples,
             moments=MomentsData(all=preview.replayed.before, changed=changed),
         )

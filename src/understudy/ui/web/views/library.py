@@ -127,11 +127,9 @@ class LibraryView:
         )
         why_not = self._why_not(name)
         lesson = taught.lesson
-        return TrainedBehaviorData(
-            name=name,
-            parameters=list(taught.automaton.parameters),
+        return TrainedBehaviorData.of(
+            taught.automaton,
             runs=list(runs),
-            flags=list(taught.automaton.flags),
             examples=0 if lesson is None else sum(example.is_from_press for example in lesson.examples),
             versions=len(list_versions(self.folder, name)),
             complete=why_not is None,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import isinf, isnan
-from typing import Any, Literal, TypeAlias
+from typing import Literal, Self, TypeAlias
 
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, UnsetType, field
 
-from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.kinds import Kind
 from understudy.model.library import Kit
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.sim.body_world import BodyWorld
@@ -59,7 +59,7 @@ class DiscData(Data, frozen=True, kw_only=True):
 class RangeArcData(Data, frozen=True, kw_only=True):
     """The arc of a distance sensor relative to the robot's heading; both angles are equal for a beam."""
 
-    name: str
+    reading: str = field(name="name")
     from_deg: float
     to_deg: float
     range: float
@@ -84,6 +84,11 @@ class FeatureData(Data, frozen=True, kw_only=True):
     period: float | UnsetType = UNSET
     """The period of a toroidal feature."""
 
+    @classmethod
+    def of_kind(cls, kind: Kind, label: str, unit: str, **more: object) -> Self:
+        """Describe a feature of this kind, with what else a subclass has."""
+        return cls.of(kind, label=label, unit=unit, kind=type(kind).__name__.lower(), **more)
+
 
 class KitFeatureData(FeatureData, frozen=True, kw_only=True):
     """A feature that a new automaton may use, as the page gets it."""
@@ -91,8 +96,8 @@ class KitFeatureData(FeatureData, frozen=True, kw_only=True):
     parameters: list[str]
 
 
-class KitBehaviorData(Data, frozen=True, kw_only=True):
-    """A basic behavior that the states of a new automaton may run, with its parameters."""
+class BehaviorParametersData(Data, frozen=True, kw_only=True):
+    """A behavior that the states of an automaton may run, or a property be about, with its parameters."""
 
     name: str
     parameters: list[str]
@@ -135,7 +140,8 @@ class SceneData(Data, frozen=True, kw_only=True):
     cameras: list[list[CameraData]]
     """By type of robots."""
     features: list[KitFeatureData]
-    behaviors: list[KitBehaviorData]
+    behaviors: list[BehaviorParametersData]
+    """The basic ones."""
     squads: list[SquadSortData]
     """The topmost sort first."""
 
@@ -157,7 +163,7 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         needs_held_key=isinstance(world, DigitalTwin) and world.fleet.needs_hold_to_run,
         robots=world.robots,
         types=[
-            RobotTypeData(name=name, radius=kind.radius, color=kind.color, team=kind.team or name)
+            RobotTypeData.of(kind, name=name, team=kind.team or name)
             for name, kind in zip(world.names.types, kinds, strict=True)
         ],
         robot_type=view.robots.type.tolist(),
@@ -172,17 +178,11 @@ def describe_scene(world: Ground, kit: Kit, squads: list[SquadSortData]) -> Scen
         sonars=[_sonars(kind) for kind in kinds],
         cameras=[_cameras(kind) for kind in kinds],
         features=[
-            KitFeatureData(
-                label=name,
-                parameters=list(feature.parameters),
-                unit=feature.unit,
-                **describe_kind(feature.kind),
-            )
+            KitFeatureData.of_kind(feature.kind, name, feature.unit, parameters=feature.parameters)
             for name, feature in kit.features.items()
         ],
         behaviors=[
-            KitBehaviorData(name=name, parameters=list(behavior.parameters))
-            for name, behavior in kit.behaviors.items()
+            BehaviorParametersData.of(behavior, name=name) for name, behavior in kit.behaviors.items()
         ],
         squads=squads,
     )
@@ -199,15 +199,6 @@ def _eyes(world: Ground) -> list[int]:
     if not isinstance(world, DigitalTwin):
         return []
     return [number for number, robot in enumerate(world.fleet) if robot.senses.camera is not None]
-
-
-def describe_kind(kind: Kind) -> dict[str, Any]:
-    """Return the fields of `FeatureData` that describe a kind of values."""
-    if isinstance(kind, Categorical):
-        return {"kind": "categorical", "labels": list(kind.labels)}
-    if isinstance(kind, Toroidal):
-        return {"kind": "toroidal", "period": kind.period}
-    return {"kind": "continuous"}
 
 
 def _classes(world: Ground) -> list[ObjectClassData]:
@@ -230,11 +221,7 @@ def _classes(world: Ground) -> list[ObjectClassData]:
 
 
 def _sonars(kind: RobotType) -> list[RangeArcData]:
-    return [
-        RangeArcData(name=arc.reading, from_deg=arc.from_deg, to_deg=arc.to_deg, range=scan.range)
-        for scan in list_range_scans(kind)
-        for arc in scan.arcs
-    ]
+    return [RangeArcData.of(arc, range=scan.range) for scan in list_range_scans(kind) for arc in scan.arcs]
 
 
 def _cameras(kind: RobotType) -> list[CameraData]:

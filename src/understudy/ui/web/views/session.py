@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Self
 
 from msgspec import UNSET, UnsetType, field, structs
 
-from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.raised_range import describe_raised
 from understudy.learning.report import list_contradicting_numbers
 from understudy.model import describe
 from understudy.model.automaton import Automaton, State, Transition
 from understudy.model.change_summary import ChangeSummary, TransitionChange
-from understudy.model.describe import BY_CLASSIFIER, list_shown_vectors
+from understudy.model.describe import list_conditions_by_switch
 from understudy.model.learner_options import TreeOptions
-from understudy.model.lesson import Example, Lesson
+from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
-from understudy.model.tree import STAY, Tree
-from understudy.model.tree_text import Vectors, describe_tree_outcomes
+from understudy.training.trainee import Mode
 from understudy.ui.controller.key_bindings import Arrow
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import QueryStatusData
-from understudy.ui.web.views.scene import FeatureData, describe_kind
-from understudy.ui.web.views.score import ScoreData, describe_score
-
-MOST_LISTED = 100
-"""The greatest number of failed worlds that are listed."""
+from understudy.ui.web.unseen_worlds import EvaluationData, ScoreData, describe_score
+from understudy.ui.web.views.scene import FeatureData
 
 
 class NestedStateData(Data, frozen=True, kw_only=True):
@@ -40,6 +33,17 @@ class NestedStateData(Data, frozen=True, kw_only=True):
     runs: str | None
     automaton: str | None
     """The trained automaton that it runs."""
+
+    @classmethod
+    def of_state(cls, state: State, library: Library, **more: object) -> Self:
+        """Describe a state of an automaton of a library, with what else a subclass has."""
+        return cls.of(
+            state,
+            flag=state.flag is not None,
+            runs=None if state.behavior is None else library.format_call(state.behavior, state.binding),
+            automaton=state.behavior if state.behavior in library.taught else None,
+            **more,
+        )
 
 
 class TransitionData(Data, frozen=True, kw_only=True):
@@ -87,7 +91,7 @@ class NestedAutomata:
 
 def _drawn(automaton: Automaton, library: Library, lesson: Lesson | None) -> NestedAutomatonData:
     return NestedAutomatonData(
-        states=[NestedStateData(**state_fields(state, library)) for state in automaton.states],
+        states=[NestedStateData.of_state(state, library) for state in automaton.states],
         edges=list_ways(automaton, lesson),
     )
 
@@ -96,41 +100,8 @@ def list_ways(automaton: Automaton, lesson: Lesson | None) -> list[TransitionDat
     """Return the conditions for each switch of an automaton in words; its lesson tells which were shown."""
     return [
         TransitionData(from_=state, to=following, when=when)
-        for state, function in automaton.transitions.items()
-        for following, when in list_exits(automaton, function, (), list_shown_vectors(lesson, state))
-        if following != state
+        for (state, following), when in list_conditions_by_switch(automaton, lesson).items()
     ]
-
-
-def state_fields(state: State, library: Library) -> dict[str, Any]:
-    """Return the fields of `NestedStateData`."""
-    return {
-        "name": state.name,
-        "flag": state.flag is not None,
-        "runs": None if state.behavior is None else library.format_call(state.behavior, state.binding),
-        "automaton": state.behavior if state.behavior in library.taught else None,
-    }
-
-
-def list_exits(
-    automaton: Automaton, function: Transition, directed: Sequence[str], vectors: Vectors
-) -> Iterator[tuple[str, list[str]]]:
-    """Yield each next state of a transition function and its conditions in words.
-
-    A classifier has no conditions to show: its next states are those in `directed`, with a note instead.
-    """
-    if not isinstance(function, Tree):
-        for following in directed:
-            yield following, [BY_CLASSIFIER]
-        return
-    outcomes: Mapping[int, Sequence[Any]] = describe_tree_outcomes(function, automaton.features, vectors)
-    for outcome, texts in outcomes.items():
-        if outcome != STAY:
-            yield automaton.state_names[outcome], list(texts)
-
-
-ModeName: TypeAlias = Literal["training", "testing", "live"]
-ExampleKindName: TypeAlias = Literal["directive", "default", "confirmation", "watched"]
 
 
 class StateData(NestedStateData, frozen=True, kw_only=True):
@@ -153,7 +124,7 @@ class ExampleData(Data, frozen=True, kw_only=True):
     state: str
     next: str
     values: list[str]
-    kind: ExampleKindName
+    kind: ExampleKind
     correction: bool
     time_s: float | None
     """When the example was given, in s of the world's time; null if it was typed."""
@@ -221,60 +192,16 @@ class LessonData(Data, frozen=True, kw_only=True):
     """Grows whenever the lesson changes."""
 
 
-class FailedWorldData(Data, frozen=True, kw_only=True):
-    """An unseen world in which the evaluated automaton did not succeed."""
-
-    seed: int
-    problem: str
-    """What went wrong, and after how long."""
-
-
-class EvaluationResultData(Data, frozen=True, kw_only=True):
-    """The number of unseen worlds in which the automaton succeeded, and those in which it failed."""
-
-    success: str
-    """What counts as success, in words."""
-    succeeded: int
-    interval: tuple[float, float]
-    """The 95 % interval of the share of worlds in which it succeeds."""
-    first: int
-    """The seed of the first world."""
-    last: int
-    """The seed of the last world."""
-    failed: list[FailedWorldData]
-    """Of the worlds in which it failed, the first hundred."""
-    raised: str
-    """Where the flag that counts was raised, beside where it was shown; empty without such a flag."""
-    leaves_shown: bool
-    """Whether it was raised where it was not shown, in any world."""
-
-
-class EvaluationData(Data, frozen=True, kw_only=True):
-    """An evaluation in unseen worlds of the automaton in training, as it was at the start."""
-
-    behavior: str
-    """The behavior and its targets, such as goto(station)."""
-    edition: int
-    """The edition of the lesson that it was learned from."""
-    worlds: int
-    finished: int
-    """The number of worlds finished."""
-    result: EvaluationResultData | None
-    """Null while the evaluation runs, and if it failed with an error."""
-    problem: str
-    """The error that ended the evaluation; empty if there was none."""
-
-
 class SessionData(LessonData, frozen=True, kw_only=True):
     """The state of the open session."""
 
     name: str
     targets: dict[str, str]
-    mode: ModeName
+    mode: Mode
     state: str
     path: list[str]
     flag: str | None
-    pending: str | None
+    waiting: str | None = field(name="pending")
     agent: int
     undoable: str | None
     redoable: str | None
@@ -314,18 +241,11 @@ class SessionViewBuilder:
     ) -> SessionData:
         """Return the data of the session in its present state."""
         trainer, view = self._trainer, self._trainer.session_view
-        return SessionData(
+        return SessionData.of(
+            view,
             **structs.asdict(self._taught()),
             name=trainer.name,
-            targets=dict(view.targets),
-            mode=view.mode.value,
-            state=view.state,
-            path=list(view.path),
-            flag=view.flag,
-            pending=view.waiting,
             agent=trainer.robot,
-            undoable=view.undoable,
-            redoable=view.redoable,
             unsaved=trainer.has_unsaved_changes,
             presses=view.examples,
             watching=trainer.session.is_watching,
@@ -344,21 +264,18 @@ class SessionViewBuilder:
         if lesson is not self._of or self._lesson is None:
             self._of = lesson
             automaton, options = lesson.automaton, lesson.options
-            self._lesson = LessonData(
-                parameters=list(automaton.parameters),
+            self._lesson = LessonData.of(
+                options,
+                parameters=automaton.parameters,
                 states=[self._state(state) for state in automaton.states],
                 features=[
-                    FeatureData(label=str(bound), unit=bound.feature.unit, **describe_kind(bound.kind))
+                    FeatureData.of_kind(bound.kind, str(bound), bound.feature.unit)
                     for bound in automaton.features
                 ],
                 examples=_examples(lesson),
                 edges=list(_edges(lesson, learned)),
                 nested=self._nested.describe_nested(automaton, self._trainer.session.library),
-                watched=options.watched,
-                reaction_s=options.reaction_s,
-                unlearning=options.unlearning,
-                live=options.live,
-                flags=list(dict.fromkeys(state.flag for state in automaton.states if state.flag)),
+                flags=automaton.flags,
                 properties=list(map(str, lesson.properties)),
                 pruning=options.learner.pruning if isinstance(options.learner, TreeOptions) else None,
                 edition=1 if self._lesson is None else self._lesson.edition + 1,
@@ -368,46 +285,12 @@ class SessionViewBuilder:
     def _state(self, state: State) -> StateData:
         keys = self._trainer.keys
         key, arrow = keys.plain.get(state.name, ""), keys.arrows.get(state.name)
-        return StateData(key=key, arrow=arrow, **state_fields(state, self._trainer.session.library))
+        return StateData.of_state(state, self._trainer.session.library, key=key, arrow=arrow)
 
 
 def describe_change(change: ChangeSummary | None) -> ChangeSummaryData | None:
     """Return what an automaton decides otherwise than before as the page shows it."""
     return None if change is None else ChangeSummaryData(line=str(change), changes=change.changes)
-
-
-def describe_evaluation(evaluation: Evaluation) -> EvaluationResultData:
-    """Return the result of an evaluation in unseen worlds as the page shows it."""
-    missed = "goal not reached" if evaluation.flag is None else f"not {evaluation.flag}"
-    missed = missed if evaluation.goal is None else f"not so: {evaluation.goal},"
-    rows = zip(
-        evaluation.seeds, evaluation.taught.finished.tolist(), evaluation.taught.limit_s.tolist(), strict=True
-    )
-    failed = [
-        FailedWorldData(seed=seed, problem=f"{missed} after {limit_s:.0f} s")
-        for seed, finished, limit_s in rows
-        if not finished
-    ]
-    succeeded = len(evaluation.seeds) - len(failed)
-    return EvaluationResultData(
-        success=_success(evaluation),
-        succeeded=succeeded,
-        interval=interval_of_share(succeeded, len(evaluation.seeds)),
-        first=min(evaluation.seeds),
-        last=max(evaluation.seeds),
-        failed=failed[:MOST_LISTED],
-        raised=describe_raised(evaluation.flag, evaluation.raised),
-        leaves_shown=evaluation.raised is not None and evaluation.raised.leaves_shown,
-    )
-
-
-def _success(evaluation: Evaluation) -> str:
-    if evaluation.goal is not None:
-        return evaluation.goal
-    wanted = f"the goal of {evaluation.world}" if evaluation.flag is None else evaluation.flag
-    if evaluation.expert is not None:
-        return f"{wanted} within {LENIENCE:g} times the time of a hand-written controller"
-    return f"{wanted} within {evaluation.taught.limit_s[0]:.0f} s"
 
 
 def _doubt(trainer: Trainer) -> DoubtData | None:
@@ -417,9 +300,9 @@ def _doubt(trainer: Trainer) -> DoubtData | None:
         return None
     held = {example.number for example in trainer.session.examples if not example.quarantined}
     suspects = [
-        SuspectData(number=suspect.example.number, reason=suspect.reason)
-        for suspect in judgement.suspects
-        if suspect.example.number in held
+        SuspectData(number=number, reason=reason)
+        for number, reason in judgement.reasons.items()
+        if number in held
     ]
     return DoubtData(reason=judgement.reason, suspects=suspects) if suspects else None
 
@@ -428,19 +311,14 @@ def _examples(lesson: Lesson) -> list[ExampleData]:
     features = lesson.automaton.features
     against = list_contradicting_numbers(lesson)
     return [
-        ExampleData(
-            number=example.number,
-            state=example.state,
-            next=example.next,
+        ExampleData.of(
+            example,
             values=[
                 describe.format_value(bound, value)
                 for bound, value in zip(features, example.values, strict=True)
             ],
-            kind=example.kind.value,
-            correction=example.correction,
             time_s=_time(lesson, example),
             contradicts=example.number in against,
-            quarantined=example.quarantined,
             source="" if example.source is None else str(example.source),
         )
         for example in lesson.examples
@@ -453,13 +331,9 @@ def _time(lesson: Lesson, example: Example) -> float | None:
 
 def _edges(lesson: Lesson, learned: Mapping[str, Transition]) -> Iterator[EdgeData]:
     """Yield the learned switches between states with their conditions and examples."""
-    for state, function in learned.items():
-        led: dict[str, list[int]] = {}
-        for example in lesson.examples:
-            if example.state == state and example.next != state and example.is_from_press:
-                led.setdefault(example.next, []).append(example.number)
-        for following, when in list_exits(
-            lesson.automaton, function, list(led), list_shown_vectors(lesson, state)
-        ):
-            if following != state:
-                yield EdgeData(from_=state, to=following, when=when, examples=led.get(following, []))
+    numbers: dict[tuple[str, str], list[int]] = {}
+    for example in lesson.examples:
+        if example.is_from_press:
+            numbers.setdefault((example.state, example.next), []).append(example.number)
+    for each in list_ways(replace(lesson.automaton, transitions=learned), lesson):
+        yield EdgeData.of(each, examples=numbers.get((each.from_, each.to), []))

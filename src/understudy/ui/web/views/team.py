@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from understudy.errors import UnknownName
 from understudy.model.library import Kit, Library
 from understudy.robots.twin import Ground
@@ -93,18 +95,14 @@ class TrainableGroups:
 
     def data(self) -> list[SquadSortData]:
         """Return the sorts of squads, topmost first, with all robots of each squad."""
-        robots: dict[str, list[list[int]]] = {}
-        sorts: list[SquadSortData] = []
-        for squad, lists in self.tree.squads:
-            robots[squad.name] = []
-            for members in lists:
-                mine: list[int] = []
-                for member in members:
-                    name = self.tree.names[member.band]
-                    mine += robots[name][member.row] if name in robots else [member.row]
-                robots[squad.name].append(sorted(mine))
-            sorts.append(SquadSortData(name=squad.name, doc=squad.doc, squads=robots[squad.name]))
-        return sorts[::-1]
+        return [
+            SquadSortData(name=squad.name, doc=squad.doc, squads=self._list_robots(squad.name, len(squads)))
+            for squad, squads in reversed(self.tree.squads)
+        ]
+
+    def _list_robots(self, sort: str, squads: int) -> list[list[int]]:
+        below = (self.tree.mark_robots_below(sort, number) for number in range(squads))
+        return [np.flatnonzero(each).tolist() for each in below]
 
 
 class ActivityNames:

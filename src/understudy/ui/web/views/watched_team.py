@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
+from msgspec import field
+
 from understudy.robots.team_network.remote_robot import drive_robots
 from understudy.robots.team_network.team_watch import TeamWatch, WatchedAgent
 from understudy.robots.twin import DigitalTwin
@@ -27,21 +29,21 @@ class TeamAgentData(Data, frozen=True, kw_only=True):
     """For how long it has been silent, s; null if it is heard, or never was."""
     states: list[str]
     """The state of every level, outermost first; of a squad, those of its leader."""
-    duty: str
+    duty: str = ""
     """What its order tells it to do; empty without one."""
     order: str | None
     """Its order: term and number, such as 3.12."""
     order_age_s: float | None
     """For how long it has executed this order, s."""
-    leader: str | None
+    leader: str | None = None
     """The agent whose orders it obeys."""
-    leads: dict[str, int]
+    leads: dict[str, int] = field(default_factory=dict)
     """The squads that it leads, with the term."""
-    armed: bool | None
+    armed: bool | None = None
     """Whether the robot is armed; null for coordinators."""
     problem: str
     """Why it is not counted as a member of its squad; empty if it is."""
-    trainer: str
+    trainer: str = ""
     """The computer that drives it to train it; empty if none does."""
     other_library: bool
     """Whether its library is not that of this computer."""
@@ -90,33 +92,25 @@ def _describe_agent(
     *,
     is_robot: bool,
 ) -> TeamAgentData:
-    status, plan = agent.status, watch.team.plan
+    plan = watch.team.plan
     sort = plan.find_sort(agent.name)
     presence: Presence = "gone" if not agent.is_present else "silent" if agent.is_silent else "here"
-    has_status = status is not None and presence == "here"
-    doing = [] if led is None else led[1]
-    if is_robot and status is not None and has_status:
-        doing = list(status.path)
-    age_s = None if status is None or not has_status else status.order_age_s
-    return TeamAgentData(
+    status = agent.status if presence == "here" else None
+    states = [] if led is None else led[1]
+    order, age_s = (None, None) if status is None else (status.order, status.order_age_s)
+    return TeamAgentData.of(
+        status,
         name=agent.name,
         sort=sort,
         squad=plan.find_superior(agent.name),
         is_robot=is_robot,
         presence=presence,
-        silent_s=None if status is None or has_status else float(round(agent.age_s)),
-        states=doing,
-        duty=status.duty if status is not None and has_status else "",
-        order=None
-        if status is None or not has_status or status.order is None
-        else "{}.{}".format(*status.order),
+        silent_s=None if agent.status is None or status is not None else float(round(agent.age_s)),
+        states=status.path if is_robot and status is not None else states,
+        order=None if order is None else "{}.{}".format(*order),
         order_age_s=None if age_s is None else float(round(age_s)),
-        leader=status.leader if status is not None and has_status else None,
-        leads=dict(status.leads) if status is not None and has_status else {},
-        armed=status.armed if status is not None and has_status else None,
-        problem=(status.unfit if status is not None and has_status else "") or counted.get(agent.name, ""),
-        trainer=status.trainer if status is not None and has_status else "",
-        other_library=status is not None and status.library != watch.team.fingerprints[sort],
+        problem=(status is not None and status.unfit) or counted.get(agent.name, ""),
+        other_library=agent.status is not None and agent.status.library != watch.team.fingerprints[sort],
     )
 
 

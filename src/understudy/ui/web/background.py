@@ -1,51 +1,100 @@
-"""Runs beside the world on the page, in threads of their own, and whether the lesson has changed since they began."""
+"""Work beside the world on the page, in other threads: runs that take long, and actions longer than a tick.
+
+A run reports how far it is, and can be cancelled. What it was run with is compared with the lesson in training.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from threading import Thread
 from time import sleep
 from typing import Generic, TypeVar
 
-from msgspec import structs
-
-from understudy.analysis.evaluation import Evaluation
 from understudy.analysis.rollout import Progress
 from understudy.clock import REAL_TIME
 from understudy.model.lesson import Example, Lesson
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer
-from understudy.ui.web.views.session import EvaluationData, EvaluationResultData, describe_evaluation
+from understudy.ui.web.clients import Client
 
+T = TypeVar("T")
 YIELD_S = 0.0002
 """The pause of a run after each progress report, s.
 
 Without it, the thread that advances the world on the page would wait 5 ms for the interpreter each time.
 """
+MOST = 32
+"""The number of actions that are done at the same time."""
 
-Result = TypeVar("Result")
 
+@dataclass(frozen=True, slots=True)
+class SlowAction:
+    """An action that takes longer than a tick may.
 
-class BackgroundRun(Generic[Result]):
-    """A run in a thread of its own, which reports its progress and can be cancelled.
-
-    Parameters
+    Attributes
     ----------
+    status
+        What the studio says while it lasts.
     work
-        What is run. It calls its argument with what is finished and the total; an error from that ends it.
-    wall
-        What tells how long it took, s.
+        What is done in another thread.
+    finish
+        What is done in the thread of the ticks when `work` has succeeded; it returns what the studio then says.
     """
 
-    def __init__(self, work: Callable[[Progress], Result], wall: Callable[[], float] = REAL_TIME) -> None:
-        self.result: Result | None = None
+    status: StatusMessage
+    work: Callable[[], None]
+    finish: Callable[[], StatusMessage]
+
+
+@dataclass(frozen=True, slots=True)
+class BegunAction:
+    """A slow action that was begun, and the message (its page and number) that is answered at its end."""
+
+    action: SlowAction
+    work: Future[None]
+    viewer: Client
+    number: int | None
+
+    def finish(self) -> StatusMessage:
+        """Finish the action, and return what the studio says; raise what it raised in its thread."""
+        self.work.result()
+        return self.action.finish()
+
+
+class SlowActions:
+    """The slow actions that are under way."""
+
+    def __init__(self) -> None:
+        self._threads = ThreadPoolExecutor(MOST, thread_name_prefix="action")
+        self._begun: list[BegunAction] = []
+
+    def begin(self, action: SlowAction, viewer: Client, number: int | None) -> None:
+        """Begin an action in another thread, for a page's message of this number."""
+        self._begun.append(BegunAction(action, self._threads.submit(action.work), viewer, number))
+
+    def take_done(self) -> list[BegunAction]:
+        """Remove and return the actions whose threads have done their work."""
+        done = [each for each in self._begun if each.work.done()]
+        self._begun = [each for each in self._begun if each not in done]
+        return done
+
+
+class BackgroundRun(Generic[T]):
+    """A run in a thread of its own, which reports how far it is, and can be cancelled."""
+
+    def __init__(self, run: Callable[[Progress], T], wall: Callable[[], float] = REAL_TIME) -> None:
+        self.result: T | None = None
+        """Its result; None until it has ended, if an error ended it, and if it was cancelled."""
         self.problem = ""
+        """The error that ended it; empty if none did."""
         self.finished, self.total = 0, 1
+        """How much of it is done, as it reported last, and how much there is to do."""
         self.seconds = 0.0
-        """How long it took, s; known at its end."""
+        """How long it took, s, by the clock `wall`; known at its end."""
         self._wall, self._cancelled = wall, False
-        Thread(target=self._run, args=(work,), daemon=True).start()
+        Thread(target=self._run, args=(run,), daemon=True).start()
 
     @property
     def is_running(self) -> bool:
@@ -53,13 +102,13 @@ class BackgroundRun(Generic[Result]):
         return self.result is None and not self.problem
 
     def cancel(self) -> None:
-        """Cancel the run at its next progress report; it gets no result."""
+        """Cancel it at its next report; there is no result."""
         self._cancelled = True
 
-    def _run(self, work: Callable[[Progress], Result]) -> None:
+    def _run(self, run: Callable[[Progress], T]) -> None:
         began_s = self._wall()
         try:
-            result = work(self._report)
+            result = run(self._report)
             self.seconds = self._wall() - began_s
             self.result = result
         except CancelledError:
@@ -72,43 +121,6 @@ class BackgroundRun(Generic[Result]):
             raise CancelledError
         self.finished, self.total = finished, total
         sleep(YIELD_S)
-
-
-class UnseenWorldsEvaluation(BackgroundRun[EvaluationResultData]):
-    """An evaluation of the automaton in training in unseen worlds."""
-
-    def __init__(
-        self, called: str, edition: int, *, worlds: int, evaluate: Callable[[Progress], Evaluation]
-    ) -> None:
-        self._data = EvaluationData(
-            behavior=called, edition=edition, worlds=worlds, finished=0, result=None, problem=""
-        )
-        self._untold = True
-        super().__init__(lambda progress: describe_evaluation(evaluate(progress)))
-
-    @property
-    def data(self) -> EvaluationData:
-        """The evaluation as the page shows it."""
-        data = self._data
-        if (data.finished, data.result, data.problem) != (self.finished, self.result, self.problem):
-            self._data = structs.replace(
-                data, finished=self.finished, result=self.result, problem=self.problem
-            )
-        return self._data
-
-    def take_status(self) -> StatusMessage | None:
-        """Return the message about the finished evaluation on the first call after its end, else None."""
-        if self.is_running or not self._untold:
-            return None
-        self._untold, data = False, self.data
-        if data.result is None:
-            return StatusMessage(data.problem, "error")
-        worlds = f"{data.worlds} world{'s' * (data.worlds != 1)}"
-        raised = f" ({data.result.raised})" if data.result.raised else ""
-        return StatusMessage(
-            f"{data.behavior} succeeded in {data.result.succeeded} of {worlds}{raised}",
-            "error" if data.result.leaves_shown else "",
-        )
 
 
 class LessonIdentity:
