@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from understudy.entry_points import STUDIES, list_entry_points, load_object
+from understudy.entry_points import STUDIES, list_entry_points, load_instance
 from understudy.errors import SettingError, UnknownName
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def list_questions() -> dict[str, str]:
     If an experiment of another package cannot be loaded, the reason replaces its question.
     """
     questions = dict(QUESTIONS)
-    for name in list_entry_points(STUDIES):
+    for name in sorted(list_entry_points(STUDIES)):
         try:
             questions.setdefault(name, find_experiment(name).question)
         except SettingError as error:
@@ -156,15 +156,9 @@ def list_questions() -> dict[str, str]:
 
 def find_experiment(name: str) -> Study:
     """Return an experiment of this package, or of another one that offers it as an entry point, by its name."""
-    others = list_entry_points(STUDIES)
+    others = sorted(list_entry_points(STUDIES))
     if name not in QUESTIONS and name in others:
-        offered = load_object(name, STUDIES, where="understudy experiment", remedy=REMEDY)
-        if not isinstance(offered, Study):
-            problem = f"is a {type(offered).__name__}"
-            raise SettingError(
-                where="understudy experiment", setting=repr(name), problem=problem, remedy=REMEDY
-            )
-        return offered
+        return load_instance(name, STUDIES, Study, where="understudy experiment", remedy=REMEDY)
     if name not in QUESTIONS:
         raise UnknownName(what="experiment", name=name, where="the catalog", known=[*QUESTIONS, *others])
     study: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT

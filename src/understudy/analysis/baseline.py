@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -12,15 +11,15 @@ from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, RunReading
 from understudy.analysis.rollout import Outcomes, Progress, measure_success, skip_progress
-from understudy.errors import UnknownName
+from understudy.entry_points import BASELINES, list_entry_points, load_object
+from understudy.errors import SettingError, UnknownName
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
-BASELINES = "understudy.baselines"
-"""Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
+REMEDY = "let the entry point name a function from a scenario to its Baseline, or None"
 
 LENIENCE = 3.0
 """The time limit of a taught robot, in multiples of the baseline's time."""
@@ -54,8 +53,20 @@ class Baseline:
 
 def find_baseline(scenario: Scenario) -> Baseline | None:
     """Return the baseline of a scenario from the installed entry points, or None if there is none."""
-    found = (entry.load()(scenario) for entry in entry_points(group=BASELINES))
-    return next((baseline for baseline in found if baseline is not None), None)
+    for name in list_entry_points(BASELINES):
+        function = load_object(name, BASELINES, where="baseline", remedy=REMEDY)
+        if not callable(function):
+            raise _refuse(name, f"is a {type(function).__name__}")
+        found = function(scenario)
+        if isinstance(found, Baseline):
+            return found
+        if found is not None:
+            raise _refuse(name, f"returned a {type(found).__name__}")
+    return None
+
+
+def _refuse(name: str, problem: str) -> SettingError:
+    return SettingError(where="baseline", setting=repr(name), problem=problem, remedy=REMEDY)
 
 
 class ControllerRun(BehaviorRun):

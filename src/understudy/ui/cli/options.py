@@ -142,16 +142,12 @@ def choose_scenario_name(argument: str | None, option: str | None) -> str:
 
 def find_kit(named: str | None, world: str) -> Kit:
     """Return the kit named as MODULE:NAME or by its entry point, or that of the world if `named` is None."""
-    from understudy.entry_points import KITS, load_object
+    from understudy.entry_points import KITS, load_instance
     from understudy.model.library import Kit
 
     if named is None:
         return make_world_kit(open_world(world))
-    found = load_object(named, KITS, where="--kit", remedy=KIT_REMEDY)
-    if not isinstance(found, Kit):
-        problem = f"is a {type(found).__name__}"
-        raise SettingError(where="--kit", setting=repr(named), problem=problem, remedy=KIT_REMEDY)
-    return found
+    return load_instance(named, KITS, Kit, where="--kit", remedy=KIT_REMEDY)
 
 
 def make_world_kit(world: Scenario | BodyMaker) -> Kit:

@@ -10,8 +10,10 @@ from typing import Any
 
 import typer
 
-PLUGINS = "understudy.commands"
-"""Name of the entry point group; each entry point is a `CommandEntry`."""
+from understudy.entry_points import COMMANDS, list_entry_points, load_instance
+from understudy.errors import UnderstudyError
+
+REMEDY = "let the entry point name a CommandEntry of understudy.spi"
 
 TEACHING, RUNNING, LIBRARY, MEASURING = "Teach", "Run", "Look into a library", "Measure"
 PANELS = (TEACHING, RUNNING, LIBRARY, MEASURING)
@@ -40,16 +42,12 @@ class CommandEntry:
 
 def load_plugins() -> list[CommandEntry]:
     """Load the commands of installed packages; report one that fails on stderr, and skip it."""
-    from importlib.metadata import entry_points
-
     found = []
-    for entry in entry_points(group=PLUGINS):
+    for name in list_entry_points(COMMANDS):
         try:
-            command = entry.load()
-        except Exception as error:
-            print(f"The command {entry.name!r} ({entry.value}) cannot be loaded: {error!r}", file=sys.stderr)
-        else:
-            found.append(command)
+            found.append(load_instance(name, COMMANDS, CommandEntry, where="command", remedy=REMEDY))
+        except UnderstudyError as error:
+            print(error, file=sys.stderr)
     return found
 
 
