@@ -18,6 +18,9 @@ KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.stud
 COMMANDS, BASELINES = "understudy.commands", "understudy.baselines"
 """Groups of entry points: commands of `understudy`, and functions from a scenario to its baseline, or None."""
 
+EXPORT_TARGETS = "understudy.export_targets"
+"""Group of entry points: targets of exports."""
+
 Offered = TypeVar("Offered")
 
 

@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from understudy.errors import SettingError, join_names
-from understudy.export.targets import TARGETS
+from understudy.export.targets import list_targets
 from understudy.ui.cli.commands.export_data import LEROBOT, MINARI, export_data
 from understudy.ui.cli.options import LIBRARY, Bind, FoundWorld, Json, KitName, LibraryOption
 
@@ -71,7 +71,7 @@ def export_behavior(
     ],
     to: Annotated[
         str,
-        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(TARGETS, word='or')}."),
+        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(list_targets(), word='or')}."),
     ],
     out: Annotated[
         Path,
