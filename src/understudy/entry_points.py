@@ -18,8 +18,8 @@ KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.stud
 COMMANDS, BASELINES = "understudy.commands", "understudy.baselines"
 """Groups of entry points: commands of `understudy`, and functions from a scenario to its baseline, or None."""
 
-EXPORT_TARGETS = "understudy.export_targets"
-"""Group of entry points: targets of exports."""
+EXPORT_TARGETS, READERS = "understudy.export_targets", "understudy.readers"
+"""Groups of entry points: targets of exports, and readers of recordings, called as the end of the names of files."""
 
 Offered = TypeVar("Offered")
 
