@@ -18,6 +18,9 @@ KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.stud
 COMMANDS, BASELINES = "understudy.commands", "understudy.baselines"
 """Groups of entry points: commands of `understudy`, and functions from a scenario to its baseline, or None."""
 
+TRANSPORTS = "understudy.transports"
+"""Group of entry points: functions that connect to a robot, called as `transport` in robot files."""
+
 EXPORT_TARGETS, READERS = "understudy.export_targets", "understudy.readers"
 """Groups of entry points: targets of exports, and readers of recordings, called as the end of the names of files."""
 

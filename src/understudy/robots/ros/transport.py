@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
+from understudy.entry_points import TRANSPORTS, list_entry_points
 from understudy.errors import UnderstudyError
 
 Received: TypeAlias = Callable[[bytes, float], None]
@@ -37,10 +38,14 @@ class Publisher(NamedTuple):
     type: str
 
 
+@runtime_checkable
 class Transport(Protocol):
-    """The interface of a transport.
+    """The interface of a transport, which carries messages between this program and a robot.
 
-    Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2.
+    Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2, and messages are CDR with
+    encapsulation header. Methods may be called from several threads at once, and do not wait for the robot: what
+    arrives is passed on in a thread of the transport. What cannot be sent is lost without an error. A transport is made
+    by a function from a `RobotFile`, which raises `Unreachable` if it cannot be joined.
     """
 
     def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
@@ -126,3 +131,15 @@ class Unreachable(UnderstudyError, json_type="Unreachable"):
     def __init__(self, *, what: str, problem: str, remedy: str) -> None:
         self.what, self.problem, self.remedy = what, problem, remedy
         super().__init__(f"{what} cannot be joined: {problem}; {remedy}")
+
+
+BUILTIN_TRANSPORTS: Mapping[str, str] = {
+    "dds": "understudy.robots.ros.dds:open_dds",
+    "zenoh": "understudy.robots.ros.zenoh:open_zenoh",
+}
+"""The place of the function that opens each built-in transport, by its name in robot files."""
+
+
+def list_transports() -> list[str]:
+    """List the names that robot files may give for a transport: the built-in ones, and those of installed packages."""
+    return list(dict.fromkeys([*BUILTIN_TRANSPORTS, *list_entry_points(TRANSPORTS)]))
