@@ -15,6 +15,9 @@ from understudy.errors import SettingError, UnderstudyError
 KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.studies"
 """Groups of entry points: kits, functions that make scenarios, and experiments."""
 
+BODIES = "understudy.bodies"
+"""Group of entry points: functions that make bodies, of robots or of worlds that are no scenarios."""
+
 COMMANDS, BASELINES = "understudy.commands", "understudy.baselines"
 """Groups of entry points: commands of `understudy`, and functions from a scenario to its baseline, or None."""
 

@@ -34,7 +34,7 @@ def list_worlds(
     [dim]understudy worlds cart_pole:make[/]
     """
     from understudy.errors import UnderstudyError
-    from understudy.sim.catalog import is_function, list_scenarios
+    from understudy.sim.catalog import is_function, list_bodies, list_scenarios
     from understudy.sim.scenario.files import format_scenario, read_scenario_text
     from understudy.sim.scenario.schema import Scenario
     from understudy.ui.cli.options import open_scenario, open_world
@@ -68,6 +68,8 @@ def list_worlds(
     for row in rows:
         made.add_row(row.name, str(row.robots), row.about)
     make_console().print(made)
+    for body in list_bodies():
+        make_console().print(f"[dim]A body of an installed package: understudy worlds {body}[/]")
     make_console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
 
 
