@@ -34,21 +34,40 @@ class Controller(Protocol):
     keys: Sequence[ReadingKey]
 
     def decide(self, percept: Percept) -> Commands:
-        """Return the commands of this tick."""
+        """Decide on the readings of a tick.
+
+        Parameters
+        ----------
+        percept
+            A column for each of `keys`: float64 [N], NaN where the reading is absent.
+
+        Returns
+        -------
+        Commands
+            A column for each channel: finite float64 [N]. A channel that is left out rests.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A controller written by hand for a scenario.
+    """A controller written by hand for a scenario, which behaviors are compared with.
 
-    `make_controller` makes the controller for a world of this scenario.
+    Parameters
+    ----------
+    scenario
+        The scenario in which it is measured.
+    make_controller
+        Function that makes the controller for a `World` of the scenario. It may keep memory from tick to tick; all
+        calls come from one thread.
+    limits_s
+        Function that returns the time limit of the baseline in each of the B worlds of a `World`, in s: finite float64
+        [B] above 0, which should be ample.
     """
 
     scenario: Scenario
     make_controller: Callable[[World], Controller]
     limits_s: Callable[[World], Column]
-    """A function that returns the time limit of the baseline in each world [B], in s, which should be ample."""
 
 
 def find_baseline(scenario: Scenario) -> Baseline | None:

@@ -67,12 +67,38 @@ class StudyFindings:
 
 @dataclass(frozen=True)
 class Study:
-    """A published experiment.
+    """An experiment: what is done for each seed, and what follows from all of it.
 
-    `tasks` returns the tasks of a plan; `work` runs one, with the same result on every machine except for the keys in
-    `varies`. `conclude` and `draw` receive the rows in the order of the tasks. `needs` maps optional modules to their
-    install commands; without them `tasks` leaves out the part that needs them. `check_machine` raises UnderstudyError
-    on a machine that cannot run it. Tasks `in_real_time` run one after the other.
+    Parameters
+    ----------
+    name
+        The name, which is that of the entry point for a study of another package.
+    seeds
+        The teaching seeds of the whole experiment.
+    quick
+        The number of seeds of its quick version.
+    tasks
+        Function that returns the tasks of a plan, as JSON data, all different. The tasks of the quick plan are among
+        those of the whole one.
+    work
+        Function that does one task, in any process, and returns its row as JSON data, where NaN becomes None. It
+        depends on nothing but the task: a row is the same on every machine, except for the keys in `varies`.
+    conclude
+        Function from all rows, in the order of the tasks, to the findings; each row has its task under "task".
+    draw
+        Function from the same rows to a figure of Matplotlib.
+    worlds
+        Scenarios whose kernels are compiled before the tasks begin.
+    needs
+        Install commands of optional modules; without them, `tasks` leaves out the part that needs them.
+    varies
+        Keys of a row that depend on the machine, such as times.
+    check_machine
+        Function that raises an UnderstudyError on a machine that cannot run the study.
+    in_real_time
+        Whether tasks run one after the other.
+    question
+        The question that it answers; those of the laboratory have theirs in `QUESTIONS`.
     """
 
     name: str
@@ -88,4 +114,3 @@ class Study:
     check_machine: Callable[[], None] = lambda: None
     in_real_time: bool = False
     question: str = ""
-    """The question that an experiment of another package answers; those of this package have theirs in `QUESTIONS`."""

@@ -162,7 +162,18 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     commands: CommandSpec
 
     def topic(self, name: str) -> str:
-        """Return the full name of a topic, which is in the namespace unless it begins with a slash."""
+        """Return the full name of a topic.
+
+        Parameters
+        ----------
+        name
+            Name of the topic, which is in the robot's namespace unless it begins with a slash.
+
+        Returns
+        -------
+        str
+            The name with the namespace before it.
+        """
         if name.startswith("/"):
             return name
         namespace = self.namespace.strip("/")

@@ -56,15 +56,61 @@ class RecordedTable(NamedTuple):
     time: str | None = None
 
     def format_place(self, row: int) -> str:
-        """Return where a row stands in the file, such as "line 3"."""
+        """Return where a row stands in the file.
+
+        Parameters
+        ----------
+        row
+            Index of the row, from 0.
+
+        Returns
+        -------
+        str
+            A place such as "line 3".
+        """
         return f"{self.counted} {self.lines[row]}"
 
     def refuse(self, place: str, problem: str, remedy: str) -> FileError:
-        """Make the error that something at a place of the file cannot be used."""
+        """Make the error that something at a place of the file cannot be used.
+
+        Parameters
+        ----------
+        place
+            The place, such as "line 3, column 'x'".
+        problem
+            What is wrong.
+        remedy
+            What would be right.
+
+        Returns
+        -------
+        FileError
+            The error, to be raised.
+        """
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
     def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
-        """Read a column; what is no number is NaN, and said once unless `quiet`."""
+        """Read a column as numbers.
+
+        Parameters
+        ----------
+        column
+            Name of the column.
+        of
+            What it has, for the error.
+        quiet
+            Whether cells that are no numbers are left unmentioned.
+
+        Returns
+        -------
+        array, shape [T]
+            The numbers as float64; NaN where a cell is no number.
+
+        Raises
+        ------
+        FileError
+            If there is no such column, or no cell of it is a number.
+        """
         if column not in self.header:
             meant = suggest_known_name(column, self.header)
             raise self.refuse(

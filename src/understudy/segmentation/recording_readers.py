@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TypeAlias, cast
+from typing import Protocol, cast
 
 from understudy.entry_points import READERS, list_entry_points, load_object
 from understudy.errors import SettingError
 from understudy.segmentation.mapping_file import RecordingMap
 from understudy.segmentation.recorded_table import RecordedTable
 
-RecordingReader: TypeAlias = Callable[[Path, RecordingMap | None], RecordedTable]
-"""A reader of recordings: a function from a file, and the mapping that says which columns are used, to a table.
 
-It reads all columns, or only those that the mapping names; without a mapping, the columns are called as ours: `time_s`,
-`command.drive`, `range(ball)`. It uses what can be used of a damaged file, and says what it left out. It raises a
-FileError if there is no such file, or nothing of it can be used. It changes no file, and gives the same table for the
-same file. It is called in any thread, once for each file.
-"""
+class RecordingReader(Protocol):
+    """A reader of recordings: a function from a file, and the mapping that says which columns are used, to a table.
+
+    It reads all columns, or only those that the mapping names; without a mapping, columns are called as ours: `time_s`,
+    `command.drive`, `range(ball)`. It uses what can be used of a damaged file, and says what it left out. It raises a
+    FileError if there is no such file, or nothing of it can be used. It changes no file, and gives the same table for
+    the same file. It is called in any thread, once for each file.
+    """
+
+    def __call__(self, path: Path, mapping: RecordingMap | None, /) -> RecordedTable:
+        """Read a file."""
+        ...
+
 
 HERE = "understudy.segmentation"
 MESSAGES = f"{HERE}.recorded_messages:read_messages"

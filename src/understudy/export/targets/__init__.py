@@ -35,7 +35,18 @@ class ExportTarget:
     single_precision: bool = False
 
     def make_files(self, job: ExportJob) -> TargetFiles:
-        """Make the files of an export, with the conformance rows in the names of the target."""
+        """Make the files of an export, with the conformance rows in the names of the target.
+
+        Parameters
+        ----------
+        job
+            What is exported.
+
+        Returns
+        -------
+        TargetFiles
+            The files of the target, and the rows.
+        """
         from understudy.export.conformance import format_conformance
 
         function = resolve_name(self.function) if isinstance(self.function, str) else self.function

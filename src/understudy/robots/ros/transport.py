@@ -49,42 +49,102 @@ class Transport(Protocol):
     """
 
     def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
-        """Pass each message of a topic to `received` until the transport is closed.
+        """Pass each message of a topic on, until the transport is closed.
 
-        With `kept`, also the messages that publishers sent before and keep for late subscribers, as on /tf_static.
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Name of the type of its messages.
+        received
+            Function that is called with each message and its arrival time, in a thread of the transport. It is quick.
+        kept
+            Whether messages count, too, that publishers sent before and keep for who comes late, as on /tf_static.
         """
         ...
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """Make a function that publishes on a topic."""
+        """Make a function that publishes on a topic.
+
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Name of the type of its messages.
+
+        Returns
+        -------
+        Publish
+            The function. It may be called in any thread, and after `close`, when it does nothing or raises an error.
+        """
         ...
 
     def call(
         self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
     ) -> None:
-        """Send a request to a service, and pass its answer to `answered`: both CDR with encapsulation header.
+        """Send a request to a service, and pass its answer on.
 
-        `answered` receives None at once if there is no server, when the server leaves, and after `timeout_s` (s).
+        Parameters
+        ----------
+        service
+            Full name of the service.
+        type
+            Type of the request or of the service.
+        request
+            The request, CDR with encapsulation header.
+        answered
+            Function that is called once: with the answer, CDR with encapsulation header; or with None, at once if there
+            is no server, when the server leaves, and after the timeout.
+        timeout_s
+            Longest time to wait for the answer, s.
         """
         ...
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
+        """Pass each message of a topic on whose type is defined by the robot's own files.
+
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Type of its messages.
+        received
+            Function that is called with each message and its arrival time, in a thread of the transport.
+        """
         ...
 
     def find_service_problem(self, service: str, type: WireType) -> str:
-        """Return why requests of this type cannot reach a service now; empty if they can.
+        """Find out why requests cannot reach a service now; the first call may begin to connect to it.
 
-        The first call may begin to connect to the service.
+        Parameters
+        ----------
+        service
+            Full name of the service.
+        type
+            Type of the request or of the service.
+
+        Returns
+        -------
+        str
+            The reason as a sentence; empty if they can reach it.
         """
         ...
 
     def peers(self) -> Sequence[Publisher]:
-        """List the publishers of other processes that have been discovered, one entry for each."""
+        """List the publishers of other processes that have been discovered.
+
+        Returns
+        -------
+        sequence of Publisher
+            An entry for each.
+        """
         ...
 
     def close(self) -> None:
-        """Disconnect; nothing is received afterwards."""
+        """Disconnect; nothing is received afterwards. A second call does nothing."""
         ...
 
 

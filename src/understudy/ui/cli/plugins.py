@@ -32,7 +32,13 @@ class CommandEntry:
     panel: str
 
     def add_to(self, app: typer.Typer) -> None:
-        """Add this command to a command line."""
+        """Add this command to a command line.
+
+        Parameters
+        ----------
+        app
+            The command line.
+        """
         run = resolve_name(self.run) if isinstance(self.run, str) else self.run
         if isinstance(run, typer.Typer):
             app.add_typer(run, name=self.name, rich_help_panel=self.panel)
