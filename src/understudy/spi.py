@@ -3,7 +3,7 @@
 `EXTENSION_POINTS` lists them. Each has a group of entry points, in which the `pyproject.toml` of a package names what
 it offers; a contract, which is the docstring of a name of this module; and a check in `understudy.testing`, which a
 test of that package calls. Built-in names come first. What cannot be loaded, or is of another class, is reported in a
-sentence, and everything else still works.
+sentence where it is used.
 
 A package imports `understudy` and this module only. Names are imported when they are first used, so that programs
 start fast; other modules of Understudy may move between versions.
@@ -117,7 +117,7 @@ EXTENSION_POINTS = (
         "a function without parameters that returns a `Scenario`, or a `Scenario`",
         "`--world NAME`, `understudy worlds`, and the list of worlds in the studio",
         "Scenario",
-        "check_scenario",
+        "check_scenario_worlds",
     ),
     ExtensionPoint(
         EXPORT_TARGETS,

@@ -62,7 +62,11 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
         If another package offers a reader of such files, which cannot be loaded.
     """
     path = Path(path)
-    table = find_reader(path)(path, mapping)
+    return convert_table(find_reader(path)(path, mapping), mapping)
+
+
+def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> RecordedDrive:
+    """Make a drive of a table, as `read_recorded_drive` does."""
     if mapping is not None and mapping.time is None and table.time is not None:
         mapping = replace(mapping, time=table.time, time_unit="s")
     mapping = _guess_mapping(table) if mapping is None else mapping
@@ -83,7 +87,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
             "its commands never change, so there is no motion to learn from",
             "give a recording of a drive",
         )
-    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, path.name)
+    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, table.path.name)
     return RecordedDrive(
         ticks,
         {key: values[rows] for key, values in columns.items()},

@@ -27,17 +27,17 @@ class RecordingReader(Protocol):
         ...
 
 
-HERE = "understudy.segmentation"
-MESSAGES = f"{HERE}.recorded_messages:read_messages"
+CSV = "understudy.segmentation.recorded_table.read_csv"
+JSON_LINES = "understudy.segmentation.recorded_table.read_json_lines"
+MESSAGES = "understudy.segmentation.recorded_messages.read_messages"
 FOLDER = ""
 """Stands for the end of the name of a folder."""
 
-CSV = f"{HERE}.recorded_table:read_csv"
 BUILTIN_READERS: Mapping[str, str] = {
     ".csv": CSV,
-    ".jsonl": f"{HERE}.recorded_table:read_json_lines",
-    ".ndjson": f"{HERE}.recorded_table:read_json_lines",
-    ".parquet": f"{HERE}.recorded_table:read_parquet",
+    ".jsonl": JSON_LINES,
+    ".ndjson": JSON_LINES,
+    ".parquet": "understudy.segmentation.recorded_table.read_parquet",
     ".mcap": MESSAGES,
     ".bag": MESSAGES,
     ".db3": MESSAGES,

@@ -9,7 +9,10 @@ import numpy as np
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept
 from understudy.runtime.body import Body, Rewindable, list_reading_keys
-from understudy.testing.laws import LawBroken, require
+from understudy.sim.scenario.files import format_scenario, parse_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+from understudy.testing.laws import LawBroken, require, require_call
 from understudy.testing.random_drive import (
     TICKS,
     are_same,
@@ -99,6 +102,45 @@ def check_world(
         own = slice(index * rows, (index + 1) * rows)
         cut = [{key: column[own] for key, column in percept.items()} for percept in among]
         require_same_percepts(part, f"world {seed} runs alone as it does among others", cut, alone)
+
+
+def check_scenario_worlds(
+    scenario: Scenario | Callable[[], Scenario], *, seeds: Sequence[int] = (0, 1, 2), ticks: int = TICKS
+) -> None:
+    """Check that a scenario, or the function that makes it, can be used wherever a built-in one can.
+
+    The function must make the same scenario each time. Its file must give the scenario back, and its worlds must meet
+    `check_world`.
+
+    Parameters
+    ----------
+    scenario
+        The scenario, or a function without parameters that returns it.
+    seeds
+        Seeds of the worlds.
+    ticks
+        Number of ticks for which each world is driven.
+
+    Raises
+    ------
+    LawBroken
+        If it breaks a rule.
+    """
+    made, again = (
+        require_call("scenario", "its function takes no parameters and returns a Scenario", scenario)
+        if callable(scenario)
+        else scenario
+        for _ in range(2)
+    )
+    require(isinstance(made, Scenario), "scenario", "it is a Scenario", f"it is a {type(made).__name__}")
+    part = f"scenario {made.name!r}"
+    require(made == again, part, "its function makes the same scenario each time", "two differ")
+    worlds = require_call(part, "a World can be made of it", lambda: World(made, seeds))
+    require(worlds.agents > 0, part, "it has robots", "it has none")
+    text = require_call(part, "it can be written as a file", lambda: format_scenario(made))
+    read = require_call(part, "its file can be read", lambda: parse_scenario(text))
+    require(read == made, part, "its file gives the same scenario", "the one of the file differs")
+    check_world(lambda chosen: World(made, chosen), seeds=seeds, ticks=ticks)
 
 
 def _check_declarations(part: str, body: Body) -> None:

@@ -10,6 +10,7 @@ from typing import Any, cast
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
 from understudy.model.kinds import Column, Kind
+from understudy.model.library import Kit
 from understudy.runtime.body import Body
 from understudy.testing.laws import LawBroken, require
 from understudy.testing.random_drive import (
@@ -105,6 +106,38 @@ def check_behavior(behavior: Behavior, body: Body, *, ticks: int = TICKS, seed: 
                 for channel in commanded:
                     compute = partial(_channel, behavior, targets, channel)
                     _check_computation(part, compute, percept, None)
+
+
+def check_kit(kit: Kit, body: Body, *, ticks: int = TICKS, seed: int = 0) -> None:
+    """Check all features and behaviors of a kit on a body, as `check_feature` and `check_behavior` do.
+
+    The targets of the kit must be targets of the body, too.
+
+    Parameters
+    ----------
+    kit
+        The kit.
+    body
+        The body. The checks send it random commands; a Rewindable body is restored afterwards.
+    ticks
+        Number of ticks for which the body is driven for each part.
+    seed
+        Seed of the random commands.
+
+    Raises
+    ------
+    LawBroken
+        If a part breaks a rule, or the kit has a target that the body does not have.
+    """
+    require(isinstance(kit, Kit), "kit", "it is a Kit", f"it is a {type(kit).__name__}")
+    check_body_parts(body)
+    unknown = sorted(set(kit.targets) - set(body.targets))
+    law = "its targets are targets of the body"
+    require(not unknown, "kit", law, f"it has {unknown} where there are {list(body.targets)}")
+    for feature in kit.features.values():
+        check_feature(feature, body, ticks=ticks, seed=seed)
+    for behavior in kit.behaviors.values():
+        check_behavior(behavior, body, ticks=ticks, seed=seed)
 
 
 def _call(part: str, function: Callable[..., Any], percept: Percept, targets: tuple[str, ...]) -> Any:

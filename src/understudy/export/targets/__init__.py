@@ -34,6 +34,16 @@ class ExportTarget:
     function: Callable[[ExportJob], TargetFiles] | str
     single_precision: bool = False
 
+    def load(self) -> Callable[[ExportJob], TargetFiles]:
+        """Import the function.
+
+        Returns
+        -------
+        callable
+            The function.
+        """
+        return resolve_name(self.function) if isinstance(self.function, str) else self.function
+
     def make_files(self, job: ExportJob) -> TargetFiles:
         """Make the files of an export, with the conformance rows in the names of the target.
 
@@ -49,8 +59,7 @@ class ExportTarget:
         """
         from understudy.export.conformance import format_conformance
 
-        function = resolve_name(self.function) if isinstance(self.function, str) else self.function
-        made: TargetFiles = function(job)
+        made = self.load()(job)
         rows = format_conformance(job.conformance, job.hierarchy, made.names)
         return replace(made, files={**made.files, ROWS: rows})
 

@@ -194,8 +194,8 @@ class Unreachable(UnderstudyError, json_type="Unreachable"):
 
 
 BUILTIN_TRANSPORTS: Mapping[str, str] = {
-    "dds": "understudy.robots.ros.dds:open_dds",
-    "zenoh": "understudy.robots.ros.zenoh:open_zenoh",
+    "dds": "understudy.robots.ros.dds.open_dds",
+    "zenoh": "understudy.robots.ros.zenoh.open_zenoh",
 }
 """The place of the function that opens each built-in transport, by its name in robot files."""
 
