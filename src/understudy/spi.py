@@ -101,7 +101,7 @@ EXTENSION_POINTS = (
     ExtensionPoint(
         BODIES,
         "a function of the seed, or of nothing, that returns a `Body`",
-        "`understudy run --world NAME`, and all commands that open a world",
+        "as the world NAME, in commands that open a world",
         "Body",
         "check_body",
     ),
@@ -115,21 +115,21 @@ EXTENSION_POINTS = (
     ExtensionPoint(
         WORLDS,
         "a function without parameters that returns a `Scenario`, or a `Scenario`",
-        "`--world NAME`, `understudy worlds`, and the list of worlds in the studio",
+        "as the world NAME, in all commands and in the studio",
         "Scenario",
         "check_scenario_worlds",
     ),
     ExtensionPoint(
         EXPORT_TARGETS,
         "an `ExportTarget`",
-        "`understudy export --to NAME`, and the studio",
+        "`--to NAME` of exports, and the studio",
         "ExportTarget",
         "check_export_target",
     ),
     ExtensionPoint(
         READERS,
         "a `RecordingReader`, for files whose names end in `.NAME`",
-        "`understudy learn --recording FILE.NAME`, and `read_recorded_drive`",
+        "lessons from recordings, and `read_recorded_drive`",
         "RecordingReader",
         "check_reader",
     ),
@@ -143,7 +143,7 @@ EXTENSION_POINTS = (
     ExtensionPoint(
         COMMANDS,
         "a `CommandEntry`",
-        "`understudy NAME`, and `understudy --help`",
+        "the command line, as the command NAME",
         "CommandEntry",
         "check_command",
     ),
