@@ -13,6 +13,7 @@ from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 
 import understudy
+import understudy.spi
 import understudy.testing
 
 project = "Understudy"
@@ -44,7 +45,7 @@ napoleon_use_rtype = False
 python_use_unqualified_type_names = True
 
 _log = logging.getLogger(__name__)
-MODULES = (understudy, understudy.testing)
+MODULES = (understudy, understudy.spi, understudy.testing)
 """Every public name of these must be in the reference."""
 
 
@@ -53,7 +54,7 @@ def _check_coverage(_: Sphinx, env: BuildEnvironment) -> None:
     documented = env.domains["py"].data["objects"]
     for module in MODULES:
         for name in module.__all__:
-            if f"{module.__name__}.{name}" not in documented:
+            if not any(f"{each.__name__}.{name}" in documented for each in MODULES):
                 _log.warning(
                     "%s.%s is not in the reference", module.__name__, name, location=_find(module, name)
                 )

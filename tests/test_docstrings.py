@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import understudy
+import understudy.spi
 import understudy.testing
 from understudy.runtime import body
 
@@ -17,7 +18,9 @@ PROTOCOLS = [each for each in vars(body).values() if getattr(each, "_is_protocol
 def list_callables() -> Iterator[tuple[str, Any]]:
     """List public functions, and the public methods of public classes, also those inherited from classes of ours."""
     exported = [
-        getattr(module, name) for module in (understudy, understudy.testing) for name in module.__all__
+        getattr(module, name)
+        for module in (understudy, understudy.spi, understudy.testing)
+        for name in module.__all__
     ]
     for each in [*exported, *PROTOCOLS]:
         if inspect.isfunction(each):

@@ -3,127 +3,91 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copy
 
 import pytest
+from tests.make.packages import PLUGIN, install_entry_points, install_project
 from tests.ui.cli.commands import run, run_json
 
-from understudy import evaluate
-from understudy.entry_points import KITS, STUDIES, WORLDS, list_entry_points
+from understudy import Library, evaluate
+from understudy.entry_points import STUDIES, list_entry_points
 from understudy.errors import SettingError
 from understudy.sim.catalog import find_scenario, list_scenarios, locate_scenario
 from understudy.ui.cli.named_inputs import find_kit
 from understudy_lab.study import find_experiment, list_questions
 
 MODULE = """
-from dataclasses import replace
-
-from understudy import Behavior, Command, Kit
-from understudy.sim.catalog import find_scenario
-from understudy_lab.study import Study, StudyFindings
-
-
-def make_meadow():
-    import msgspec
-
-    return msgspec.structs.replace(find_scenario("forage"), name="meadow")
-
-
 def make_nothing():
     return 7
 
 
 def fail():
-    raise RuntimeError("no meadow today")
-
-
-kit = Kit.from_parts(Behavior("creep", Command(drive=0.1)))
-study = Study(
-    "grazing",
-    range(2),
-    1,
-    tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],
-    work=lambda task: {**task, "grass": 3},
-    conclude=lambda rows: StudyFindings("grass"),
-    draw=lambda rows: None,
-    question="How much grass is left?",
-)
-"""
-ENTRIES = f"""[{WORLDS}]
-meadow = mylab_of_tests:make_meadow
-swamp = mylab_of_tests:fail
-
-[{KITS}]
-mylab = mylab_of_tests:kit
-
-[{STUDIES}]
-grazing = mylab_of_tests:study
-meadow = mylab_of_tests:kit
+    raise RuntimeError("no apples today")
 """
 
 
 @pytest.fixture
 def site_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Install a package, as pip does: a module, and the list of its entry points."""
-    (tmp_path / "mylab_of_tests.py").write_text(MODULE)
-    about = tmp_path / "mylab_of_tests-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mylab-of-tests\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(ENTRIES)
-    monkeypatch.syspath_prepend(tmp_path)
+    """Install the package of the fixtures, and one whose world and study cannot be used."""
+    install_project(PLUGIN, tmp_path, monkeypatch)
+    (tmp_path / "mistakes_of_tests.py").write_text(MODULE)
+    groups = {
+        "understudy.worlds": {"swamp": "mistakes_of_tests:fail"},
+        STUDIES: {"orchard": "orchard.kit:kit"},
+    }
+    install_entry_points("mistakes", groups, tmp_path, monkeypatch)
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["meadow", "mylab_of_tests:make_meadow"])
+@pytest.mark.parametrize("name", ["orchard", "orchard.world:make_orchard"])
 def test_a_scenario_of_another_package(site_folder: Path, name: str) -> None:
-    assert find_scenario(name).name == "meadow"
+    assert find_scenario(name).name == "orchard"
     assert locate_scenario(name) == name
 
 
 def test_it_is_listed_and_shown(site_folder: Path) -> None:
-    assert "meadow" in list_scenarios()
-    assert "meadow" in [row["name"] for row in run_json("worlds")["worlds"]]
-    assert "'swamp' raised RuntimeError: no meadow today" in " ".join(run("worlds").stderr.split())
-    (site_folder / "meadow.toml").write_text(run("worlds", "meadow").stdout)
-    assert find_scenario(site_folder / "meadow.toml") == find_scenario("meadow")
+    assert "orchard" in list_scenarios()
+    assert "orchard" in [row["name"] for row in run_json("worlds")["worlds"]]
+    assert "'swamp' raised RuntimeError: no apples today" in " ".join(run("worlds").stderr.split())
+    (site_folder / "copy.toml").write_text(run("worlds", "orchard").stdout)
+    assert find_scenario(site_folder / "copy.toml") == find_scenario("orchard")
 
 
 def test_a_module_of_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "ownlab_of_tests.py").write_text(MODULE)
+    copy(PLUGIN / "orchard" / "world.py", tmp_path / "ownlab_of_tests.py")
+    copy(PLUGIN / "orchard" / "orchard.toml", tmp_path)
     monkeypatch.chdir(tmp_path)
-    assert find_scenario("ownlab_of_tests:make_meadow").name == "meadow"
+    assert find_scenario("ownlab_of_tests:make_orchard").name == "orchard"
 
 
-def test_it_is_evaluated_as_the_scenario_that_it_is_like(site_folder: Path) -> None:
-    from understudy import Library
-    from understudy.sim.forage import FORAGE_KIT
-
-    library = Library(FORAGE_KIT)
+def test_it_is_evaluated_as_its_file_is(site_folder: Path) -> None:
+    library = Library(find_kit("orchard", "forage"))
     one, other = (
-        evaluate(library, "forward", world, range(4), goal="at_station", limit_s=5.0, binding={})
-        for world in ("forage", "meadow")
+        evaluate(library, "creep", world, range(4), limit_s=5.0)
+        for world in (PLUGIN / "orchard" / "orchard.toml", "orchard")
     )
-    assert (one.world, other.world) == ("forage", "meadow")
+    assert (one.world, other.world) == ("orchard", "orchard")
     assert one.success == other.success
 
 
 def test_a_kit_by_its_entry_point(site_folder: Path) -> None:
-    assert list(find_kit("mylab", "forage").behaviors) == ["creep"]
-    assert find_kit("mylab_of_tests:kit", "forage") is find_kit("mylab", "forage")
+    assert list(find_kit("orchard", "forage").behaviors) == ["creep"]
+    assert find_kit("orchard.kit:kit", "forage") is find_kit("orchard", "forage")
 
 
 def test_an_experiment_of_another_package(site_folder: Path) -> None:
-    assert list_entry_points(STUDIES) == ["grazing", "meadow"]
-    assert find_experiment("grazing").work({"seed": 1}) == {"seed": 1, "grass": 3}
-    with pytest.raises(SettingError, match="'meadow' is a Kit; let the entry point name a Study"):
-        find_experiment("meadow")
+    assert sorted(list_entry_points(STUDIES)) == ["grazing", "orchard"]
+    assert find_experiment("grazing").work({"seed": 1}) == {"grass_kg": 4.0}
+    with pytest.raises(SettingError, match="'orchard' is a Kit; let the entry point name a Study"):
+        find_experiment("orchard")
     assert list_questions()["grazing"] == "How much grass is left?"
-    assert "'meadow' is a Kit" in list_questions()["meadow"]
+    assert "'orchard' is a Kit" in list_questions()["orchard"]
 
 
 MISTAKES = [
-    ("mylab_of_tests:make_nothing", "returned a int; name a function"),
-    ("mylab_of_tests:fail", "raised RuntimeError: no meadow today; name a function"),
-    ("mylab_of_tests:nothing", "cannot be imported: AttributeError"),
+    ("mistakes_of_tests:make_nothing", "returned a int; name a function"),
+    ("mistakes_of_tests:fail", "raised RuntimeError: no apples today; name a function"),
+    ("mistakes_of_tests:nothing", "cannot be imported: AttributeError"),
     ("no_such_module:make", "cannot be imported: ModuleNotFoundError"),
 ]
 

@@ -5,24 +5,31 @@ import inspect
 import subprocess
 import sys
 from collections.abc import Iterator
+from types import GenericAlias
+from typing import Any
 
 import pytest
 from tests.sources import MODULES, ROOT, read_source
 
 import understudy
+from understudy import spi
+
+SPI_NEEDS = ["understudy.entry_points", "understudy.errors", "understudy.spi"]
+LAZY = pytest.mark.parametrize("module", [understudy, spi], ids=["understudy", "spi"])
 
 
-def test_every_public_name_is_there() -> None:
-    assert len(understudy.__all__) > 50
-    found = [
-        name for name in understudy.__all__ if not getattr(getattr(understudy, name, None), "__doc__", "")
-    ]
+@LAZY
+def test_every_public_name_is_there(module: Any) -> None:
+    assert len(module.__all__) > 40
+    values = {name: getattr(module, name, None) for name in module.__all__}
+    found = [name for name, value in values.items() if not (value.__doc__ or isinstance(value, GenericAlias))]
     assert not found, f"names that are not there, or have no docstring: {', '.join(found)}"
 
 
-def test_an_unknown_name_is_an_attribute_error() -> None:
+@LAZY
+def test_an_unknown_name_is_an_attribute_error(module: Any) -> None:
     with pytest.raises(AttributeError, match="no attribute 'Understudies'"):
-        understudy.Understudies  # noqa: B018
+        module.Understudies  # noqa: B018
 
 
 def test_only_public_names_and_modules_are_listed() -> None:
@@ -31,19 +38,24 @@ def test_only_public_names_and_modules_are_listed() -> None:
     assert sorted(understudy.__all__) == others
 
 
-def test_importing_fetches_nothing() -> None:
-    code = "import understudy, sys; print(sorted(n for n in sys.modules if n.startswith('understudy.')))"
-    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
+@pytest.mark.parametrize(("module", "others"), [("understudy", []), ("understudy.spi", SPI_NEEDS)])
+def test_importing_fetches_nothing(module: str, others: list[str]) -> None:
+    code = f"import {module}, sys; print(*sorted(n for n in sys.modules if n.startswith('understudy.')))"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).split() == others
 
 
-def test_what_type_checkers_see_is_what_programs_get() -> None:
+@LAZY
+def test_what_type_checkers_see_is_what_programs_get(module: Any) -> None:
     imports = (
-        each
-        for each in ast.walk(ast.parse(inspect.getsource(understudy)))
-        if isinstance(each, ast.ImportFrom)
+        each for each in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(each, ast.ImportFrom)
     )
     seen = {each.names[0].asname: str(each.module) for each in imports if each.names[0].asname}
-    assert seen == {name: f"understudy.{module}" for name, module in understudy._MODULES.items()}
+    assert seen == {name: f"understudy.{place}" for name, place in module._MODULES.items()}
+
+
+@pytest.mark.parametrize("point", spi.EXTENSION_POINTS, ids=lambda point: point.group)
+def test_an_extension_point_has_a_contract(point: spi.ExtensionPoint) -> None:
+    assert inspect.getdoc(getattr(spi, point.contract))
 
 
 def _functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:

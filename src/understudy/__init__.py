@@ -3,6 +3,7 @@
 This module exports the public names. Each is imported when it is first used, so that programs start fast.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -229,14 +230,18 @@ _MODULES = {
 __all__ = list(_MODULES)
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module 'understudy' has no attribute {name!r}")
-    module = import_module(f"understudy.{_MODULES[name]}")
-    value = getattr(module, name)
-    globals()[name] = value
+def _load_name(name: str, modules: Mapping[str, str], space: dict[str, Any]) -> Any:
+    """Import a public name of a module from the module that defines it, and keep it in the namespace of the first."""
+    if name not in modules:
+        raise AttributeError(f"module {space['__name__']!r} has no attribute {name!r}")
+    value = getattr(import_module(f"understudy.{modules[name]}"), name)
+    space[name] = value
     return value
 
 
+def __getattr__(name: str) -> Any:
+    return _load_name(name, _MODULES, globals())
+
+
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__} - {"Any", "TYPE_CHECKING", "import_module"})
+    return sorted({*globals(), *__all__} - {"Any", "Mapping", "TYPE_CHECKING", "import_module"})

@@ -1,21 +1,71 @@
-"""Find objects that other packages offer by entry points, and objects of the user's own modules."""
+"""Find objects that other packages offer by entry points, and objects of the user's own modules.
+
+Each group of entry points is an extension point; `understudy.spi` has what each of them takes.
+"""
 
 from __future__ import annotations
 
 import sys
 from importlib import import_module, metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from understudy.errors import SettingError, UnderstudyError
 
 KITS, WORLDS, STUDIES = "understudy.kits", "understudy.worlds", "understudy.studies"
 """Groups of entry points: kits, functions that make scenarios, and experiments."""
 
+BODIES = "understudy.bodies"
+"""Group of entry points: functions that make bodies, of robots or of worlds that are no scenarios."""
+
+COMMANDS, BASELINES = "understudy.commands", "understudy.baselines"
+"""Groups of entry points: commands of `understudy`, and functions from a scenario to its baseline, or None."""
+
+TRANSPORTS = "understudy.transports"
+"""Group of entry points: functions that connect to a robot, called as `transport` in robot files."""
+
+EXPORT_TARGETS, READERS = "understudy.export_targets", "understudy.readers"
+"""Groups of entry points: targets of exports, and readers of recordings, called as the end of the names of files."""
+
+Offered = TypeVar("Offered")
+
 
 def list_entry_points(group: str) -> list[str]:
-    """List the names that installed packages offer in a group of entry points, sorted; nothing is imported."""
-    return sorted({entry.name for entry in metadata.entry_points(group=group)})
+    """List the names that installed packages offer in a group of entry points, as declared; nothing is imported."""
+    return list(dict.fromkeys(entry.name for entry in metadata.entry_points(group=group)))
+
+
+def load_instance(name: str, group: str, type: type[Offered], *, where: str, remedy: str) -> Offered:
+    """Import an object as `load_object` does, and refuse one of another class.
+
+    Parameters
+    ----------
+    name
+        Name of an entry point of the group, or MODULE:NAME.
+    group
+        The group of entry points.
+    type
+        The class that the object must be an instance of.
+    where
+        The option or the function that was given the name, for the error.
+    remedy
+        What would be right, for the error.
+
+    Returns
+    -------
+    Offered
+        The object.
+
+    Raises
+    ------
+    SettingError
+        If there is no such object, its module raises an error when it is imported, or it is of another class.
+    """
+    found = load_object(name, group, where=where, remedy=remedy)
+    if not isinstance(found, type):
+        problem = f"is a {found.__class__.__name__}"
+        raise SettingError(where=where, setting=repr(name), problem=problem, remedy=remedy)
+    return found
 
 
 def load_object(name: str, group: str, *, where: str, remedy: str) -> Any:

@@ -13,11 +13,16 @@ from hashlib import sha256
 from importlib import metadata
 from pathlib import Path
 
+import understudy
+from understudy import spi
+
 LABORATORY = Path(__file__).parent
 PACKAGES = (LABORATORY, LABORATORY.with_name("understudy"))
 """The packages whose files are followed; of other packages there is the version (`describe_environment`)."""
 BY_NAME = {"understudy.analysis.baseline": "understudy_lab.tasks.forage_expert"}
 """The modules that another one finds without their names in its source, here by an entry point."""
+PUBLIC = {module.__name__: module._MODULES for module in (understudy, spi)}
+"""The modules that hand out names of other modules, which they import when a name is used."""
 DECISIVE = ("llvmlite", "mujoco", "numba", "numpy", "scikit-learn", "scipy")
 """The packages of others that decide numbers in rows."""
 SCENARIOS = "scenarios/*.toml"
@@ -121,6 +126,9 @@ def _list_modules(node: ast.AST) -> Iterator[str]:
 
 def _find_files(name: str, above: dict[str, Path]) -> Iterator[Path]:
     """Yield the files of a module and of the packages that contain it, as far as the name is one of modules."""
+    module, _, attribute = name.rpartition(".")
+    if place := PUBLIC.get(module, {}).get(attribute):
+        yield from _find_files(f"understudy.{place}", above)
     parts = name.split(".")
     if parts[0] not in above:
         return

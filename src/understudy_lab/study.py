@@ -1,100 +1,21 @@
-"""The structure of an experiment: tasks that can run in any order, and findings from all their rows.
-
-All of it is plain data, so that tasks can run in other processes, and rows can be stored in a file and compared with
-the published ones.
-"""
+"""The experiments of this package by name, and those of other packages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
 
-from understudy.entry_points import STUDIES, list_entry_points, load_object
+from understudy.analysis.study import ResultTable as ResultTable
+from understudy.analysis.study import Row as Row
+from understudy.analysis.study import Study as Study
+from understudy.analysis.study import StudyFindings as StudyFindings
+from understudy.analysis.study import StudyGoal as StudyGoal
+from understudy.analysis.study import StudyPlan as StudyPlan
+from understudy.analysis.study import Task as Task
+from understudy.entry_points import STUDIES, list_entry_points, load_instance
 from understudy.errors import SettingError, UnknownName
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-Task: TypeAlias = Mapping[str, Any]
-"""The parameters of one piece of work: names, numbers, a seed."""
-Row: TypeAlias = Mapping[str, Any]
-"""The result of one task as JSON data; NaN becomes None."""
-
-
-@dataclass(frozen=True)
-class StudyPlan:
-    """The extent of a run: teaching seeds, whether it is the quick version, and a folder of external data."""
-
-    seeds: Sequence[int]
-    quick: bool = False
-    data: Path | None = None
-
-
-@dataclass(frozen=True)
-class ResultTable:
-    """A table of texts; a column whose name begins with # holds numbers."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-
-@dataclass(frozen=True)
-class StudyGoal:
-    """A goal: its subject, the wanted value and the measured value as texts, and whether it was reached."""
-
-    what: str
-    wanted: str
-    measured: str
-    held: bool
-
-
-@dataclass(frozen=True)
-class StudyFindings:
-    """The findings from all rows; `numbers` repeats the tables as data, `notes` explains what is surprising."""
-
-    headline: str
-    tables: Sequence[ResultTable] = ()
-    goals: Sequence[StudyGoal] = ()
-    notes: Sequence[str] = ()
-    numbers: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def misses(self) -> tuple[StudyGoal, ...]:
-        """The goals that were not reached."""
-        return tuple(goal for goal in self.goals if not goal.held)
-
-
-@dataclass(frozen=True)
-class Study:
-    """A published experiment.
-
-    `tasks` returns the tasks of a plan; `work` runs one, with the same result on every machine except for the keys in
-    `varies`. `conclude` and `draw` receive the rows in the order of the tasks. `needs` maps optional modules to their
-    install commands; without them `tasks` leaves out the part that needs them. `check_machine` raises UnderstudyError
-    on a machine that cannot run it. Tasks `in_real_time` run one after the other.
-    """
-
-    name: str
-    seeds: range
-    quick: int
-    tasks: Callable[[StudyPlan], Sequence[Task]]
-    work: Callable[[Task], Row]
-    conclude: Callable[[Sequence[Row]], StudyFindings]
-    draw: Callable[[Sequence[Row]], Figure]
-    worlds: Sequence[str] = ()
-    needs: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
-    varies: Sequence[str] = ()
-    check_machine: Callable[[], None] = lambda: None
-    in_real_time: bool = False
-    question: str = ""
-    """The question that an experiment of another package answers; those of this package have theirs in `QUESTIONS`."""
-
 
 QUESTIONS: Mapping[str, str] = MappingProxyType(
     {
@@ -137,7 +58,7 @@ FOLDERS: Mapping[str, str] = MappingProxyType(
 """The folders of experiments whose name differs from their folder's; published rows contain the names."""
 
 
-REMEDY = "let the entry point name a Study of understudy_lab.study"
+REMEDY = "let the entry point name a Study of understudy.spi"
 
 
 def list_questions() -> dict[str, str]:
@@ -146,7 +67,7 @@ def list_questions() -> dict[str, str]:
     If an experiment of another package cannot be loaded, the reason replaces its question.
     """
     questions = dict(QUESTIONS)
-    for name in list_entry_points(STUDIES):
+    for name in sorted(list_entry_points(STUDIES)):
         try:
             questions.setdefault(name, find_experiment(name).question)
         except SettingError as error:
@@ -156,15 +77,9 @@ def list_questions() -> dict[str, str]:
 
 def find_experiment(name: str) -> Study:
     """Return an experiment of this package, or of another one that offers it as an entry point, by its name."""
-    others = list_entry_points(STUDIES)
+    others = sorted(list_entry_points(STUDIES))
     if name not in QUESTIONS and name in others:
-        offered = load_object(name, STUDIES, where="understudy experiment", remedy=REMEDY)
-        if not isinstance(offered, Study):
-            problem = f"is a {type(offered).__name__}"
-            raise SettingError(
-                where="understudy experiment", setting=repr(name), problem=problem, remedy=REMEDY
-            )
-        return offered
+        return load_instance(name, STUDIES, Study, where="understudy experiment", remedy=REMEDY)
     if name not in QUESTIONS:
         raise UnknownName(what="experiment", name=name, where="the catalog", known=[*QUESTIONS, *others])
     study: Study = import_module(f"understudy_lab.{FOLDERS.get(name, name)}.study").EXPERIMENT

@@ -152,6 +152,14 @@ def test_rows_of_an_experiment_of_another_package_depend_on_it(foreign: Path) ->
     }
 
 
+def test_public_names_depend_on_the_modules_that_define_them(tmp_path: Path) -> None:
+    study = tmp_path / "study.py"
+    study.write_text("from understudy import evaluate\nfrom understudy.spi import Transport\n")
+    found = {own(path) for path in find_sources([study]) - {study}}
+    assert {"understudy/analysis/evaluate.py", "understudy/robots/ros/transport.py"} <= found
+    assert "understudy/ui/cli/plugins.py" not in found  # of another name
+
+
 def test_the_environment_names_what_decides_numbers() -> None:
     python = f"Python {sys.version_info.major}.{sys.version_info.minor}, "
     assert describe_environment().startswith(python)

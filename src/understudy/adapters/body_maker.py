@@ -9,10 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from understudy.entry_points import WORLDS, load_object
+from understudy.entry_points import BODIES, WORLDS, load_object
 from understudy.model.library import Kit
 from understudy.runtime.body import BODY_ATTRIBUTES, Body, Resettable, close_body
-from understudy.sim.catalog import call_world_function, find_scenario, is_function, refuse_world
+from understudy.sim.catalog import (
+    call_world_function,
+    find_scenario,
+    is_function,
+    list_bodies,
+    refuse_world,
+)
 from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario
 
@@ -29,9 +35,9 @@ class BodyMaker:
     Parameters
     ----------
     name
-        MODULE:NAME of the function, or its name among the entry points `understudy.worlds`. It takes the seed or
-        nothing, and returns a `Body`; or an environment of Gymnasium, or a parallel one of PettingZoo, of which a
-        `GymnasiumBody` or `PettingZooBody` is made.
+        MODULE:NAME of the function, or its name among the entry points `understudy.bodies` and `understudy.worlds`. It
+        takes the seed or nothing, and returns a `Body`; or an environment of Gymnasium, or a parallel one of
+        PettingZoo, of which a `GymnasiumBody` or `PettingZooBody` is made.
     """
 
     name: str
@@ -69,6 +75,8 @@ class BodyMaker:
 def find_world(name: str | Path) -> Scenario | BodyMaker:
     """Find a world by the name of a scenario, or by that of a function.
 
+    A function among the entry points `understudy.bodies` is not called: it may connect to a robot.
+
     Parameters
     ----------
     name
@@ -96,7 +104,7 @@ def find_world(name: str | Path) -> Scenario | BodyMaker:
         return add_markers(target)
     if not callable(target):
         raise refuse_world(name, f"is a {type(target).__name__}", REMEDY)
-    if _takes_seed(target, name):
+    if _takes_seed(target, name) or name in list_bodies():
         return BodyMaker(name)
     world = call_world_function(target, name, remedy=REMEDY)
     if isinstance(world, Scenario):
@@ -106,7 +114,7 @@ def find_world(name: str | Path) -> Scenario | BodyMaker:
 
 
 def _load(name: str) -> Any:
-    return load_object(name, WORLDS, where="world", remedy=REMEDY)
+    return load_object(name, BODIES if name in list_bodies() else WORLDS, where="world", remedy=REMEDY)
 
 
 def _takes_seed(function: Callable[..., Any], name: str) -> bool:

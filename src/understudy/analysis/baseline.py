@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -12,15 +11,15 @@ from numpy.typing import NDArray
 
 from understudy.analysis.behavior_run import BehaviorRun, RunReading
 from understudy.analysis.rollout import Outcomes, Progress, measure_success, skip_progress
-from understudy.errors import UnknownName
+from understudy.entry_points import BASELINES, list_entry_points, load_object
+from understudy.errors import SettingError, UnknownName
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 
-BASELINES = "understudy.baselines"
-"""Entry points of this group are functions that take a scenario and return its `Baseline`, or None."""
+REMEDY = "let the entry point name a function from a scenario to its Baseline, or None"
 
 LENIENCE = 3.0
 """The time limit of a taught robot, in multiples of the baseline's time."""
@@ -35,27 +34,58 @@ class Controller(Protocol):
     keys: Sequence[ReadingKey]
 
     def decide(self, percept: Percept) -> Commands:
-        """Return the commands of this tick."""
+        """Decide on the readings of a tick.
+
+        Parameters
+        ----------
+        percept
+            A column for each of `keys`: float64 [N], NaN where the reading is absent.
+
+        Returns
+        -------
+        Commands
+            A column for each channel: finite float64 [N]. A channel that is left out rests.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A controller written by hand for a scenario.
+    """A controller written by hand for a scenario, which behaviors are compared with.
 
-    `make_controller` makes the controller for a world of this scenario.
+    Parameters
+    ----------
+    scenario
+        The scenario in which it is measured.
+    make_controller
+        Function that makes the controller for a `World` of the scenario. It may keep memory from tick to tick; all
+        calls come from one thread.
+    limits_s
+        Function that returns the time limit of the baseline in each of the B worlds of a `World`, in s: finite float64
+        [B] above 0, which should be ample.
     """
 
     scenario: Scenario
     make_controller: Callable[[World], Controller]
     limits_s: Callable[[World], Column]
-    """A function that returns the time limit of the baseline in each world [B], in s, which should be ample."""
 
 
 def find_baseline(scenario: Scenario) -> Baseline | None:
     """Return the baseline of a scenario from the installed entry points, or None if there is none."""
-    found = (entry.load()(scenario) for entry in entry_points(group=BASELINES))
-    return next((baseline for baseline in found if baseline is not None), None)
+    for name in list_entry_points(BASELINES):
+        function = load_object(name, BASELINES, where="baseline", remedy=REMEDY)
+        if not callable(function):
+            raise _refuse(name, f"is a {type(function).__name__}")
+        found = function(scenario)
+        if isinstance(found, Baseline):
+            return found
+        if found is not None:
+            raise _refuse(name, f"returned a {type(found).__name__}")
+    return None
+
+
+def _refuse(name: str, problem: str) -> SettingError:
+    return SettingError(where="baseline", setting=repr(name), problem=problem, remedy=REMEDY)
 
 
 class ControllerRun(BehaviorRun):

@@ -12,14 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from understudy.errors import SettingError, UnknownName, join_names
+from understudy.errors import SettingError, join_names
 from understudy.export.body_interface import BodyInterface, RobotInterface, describe_body, describe_kit
 from understudy.export.conformance import MS_PER_S, make_conformance
 from understudy.export.export_folder import MANIFEST, check_export_folder, make_manifest, write_export
 from understudy.export.hierarchy import Hierarchy, flatten_program
 from understudy.export.single_precision import RoundedCut, round_library
 from understudy.export.target_files import ExportJob
-from understudy.export.targets import TARGETS
+from understudy.export.targets import TARGETS, ExportTarget, find_target
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.runtime.body import Body
@@ -79,7 +79,7 @@ def export_automaton(
     folder
         Folder to write. It must be empty or hold only an earlier export.
     to
-        The target, one of `TARGETS`, such as "c99" or "scxml".
+        The target, one of `list_targets`, such as "c99" or "scxml".
     binding
         A target for each parameter of the automaton.
     body
@@ -106,8 +106,7 @@ def export_automaton(
     FileError
         If the folder holds something else, or cannot be written.
     """
-    if to not in TARGETS:
-        raise UnknownName(what="target", name=to, where="export", known=list(TARGETS))
+    target = find_target(to)
     check_export_folder(folder)
     robot = body if isinstance(body, RobotInterface) else None
     if isinstance(body, RobotInterface):
@@ -125,7 +124,7 @@ def export_automaton(
         single_precision=single_precision,
         robot=robot,
     )
-    made = TARGETS[to].make_files(job)
+    made = target.make_files(job)
     manifest = make_manifest(job, made, target=to, fingerprints=fingerprints)
     files = write_export(folder, {**made.files, MANIFEST: manifest}, made.by_hand)
     return ExportResult(
@@ -153,7 +152,7 @@ def prepare_export(
     """Prepare what a target is written from: round the cuts if need be, link, flatten, and answer rows of readings."""
     rounded: tuple[RoundedCut, ...] = ()
     if single_precision:
-        _check_single(to, body.tick_s)
+        _check_single(to, find_target(to), body.tick_s)
         library, rounded = round_library(library, list_exported_automata(library, name))
     program, hierarchy = link_ground(library, name, binding, body)
     conformance = make_conformance(program, hierarchy, library, single_precision=single_precision)
@@ -191,9 +190,9 @@ def link_ground(
     return program, flatten_program(program, name=name, binding=Binding(binding), body=interface)
 
 
-def _check_single(to: str, tick_s: float) -> None:
-    if not TARGETS[to].single_precision:
-        offering = [each for each, target in TARGETS.items() if target.single_precision]
+def _check_single(to: str, target: ExportTarget, tick_s: float) -> None:
+    if not target.single_precision:
+        offering = [each for each, other in TARGETS.items() if other.single_precision]
         remedy = f"leave it out, or export to {join_names(offering)}"
         raise SettingError(
             where=f"target {to}", setting="single precision", problem="is not offered", remedy=remedy

@@ -169,7 +169,33 @@ class FunctionToWrite:
 
 @dataclass(frozen=True, slots=True)
 class Hierarchy:
-    """Everything that an exported behavior consists of. Automata come after those that they contain."""
+    """Everything that an exported behavior consists of, as plain tables.
+
+    Parameters
+    ----------
+    name
+        Name of the exported automaton.
+    binding
+        The target of each of its parameters.
+    root
+        The automaton or basic behavior that is run.
+    readings
+        The readings that it takes in every tick; what is absent is NaN.
+    computed
+        The values of Python functions: features of automata, and channels of basic behaviors.
+    basics
+        The basic behaviors.
+    automata
+        The automata, each after those that it contains.
+    flags
+        The flags that automata raise.
+    channels
+        The command channels; one that a basic behavior does not command is at rest.
+    tick_s
+        The nominal length of a tick, s.
+    features
+        For each feature of the program, in order: the index of its reading, or -1 - the index of its computed value.
+    """
 
     name: str
     binding: Binding
@@ -182,7 +208,6 @@ class Hierarchy:
     channels: tuple[Channel, ...]
     tick_s: float
     features: tuple[int, ...]
-    """For each feature of the program, in order: the index of its reading, or -1 - the index of its computed value."""
 
     @property
     def is_coordinator(self) -> bool:
@@ -210,7 +235,22 @@ class Hierarchy:
         return sorted({source.index for source in sources if source.sort == "computed"})
 
     def find_raising(self, number: int, state: int, flag: int) -> list[tuple[int, int]]:
-        """Find the states that raise a flag to a state which runs their automaton: its index, and that of each."""
+        """Find the states that raise a flag to a state which runs their automaton.
+
+        Parameters
+        ----------
+        number
+            Index of the automaton of the state.
+        state
+            Index of the state.
+        flag
+            Index of the flag.
+
+        Returns
+        -------
+        list of tuple
+            The index of the automaton that the state runs, and that of each state of it that raises the flag.
+        """
         child = self.automata[number].states[state].child
         if not child.is_automaton:
             return []

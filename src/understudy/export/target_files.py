@@ -48,7 +48,13 @@ class FileByHand:
     copies: tuple[str, ...] = ()
 
     def write(self) -> bytes:
-        """Write the file as it is before anything is filled in."""
+        """Write the file as it is before anything is filled in.
+
+        Returns
+        -------
+        bytes
+            The content.
+        """
         return "\n".join((self.begin, *self.stubs.values())).encode()
 
 

@@ -22,6 +22,11 @@ KitPart = TypeVar("KitPart", AnyFeature, Behavior, Target)
 class Kit:
     """Features, basic behaviors and targets by name.
 
+    Functions of features and behaviors get columns of readings, float64 [N], a row for each agent, with NaN where a
+    reading is absent. They return new columns [N], of the feature's kind (NaN if absent) or finite commands, each row
+    of which depends on the same row of the readings only. They keep no memory, change nothing, raise nothing, and may
+    be called in any thread at any time, also for readings of an old lesson.
+
     Parameters
     ----------
     features

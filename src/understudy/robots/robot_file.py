@@ -17,9 +17,11 @@ from msgspec import field
 from understudy.errors import FileError
 from understudy.robots.camera.config import CameraSpec, parse_toml
 from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
+from understudy.robots.ros.transport import BUILTIN_TRANSPORTS, list_transports
 from understudy.robots.skill_file import SkillSpec, find_skill_problems
 from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.robots.team_settings import TeamSettings
+from understudy.sim.scenario.scenario_errors import suggest_name
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
@@ -131,9 +133,10 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     """The content of a robot file: everything that is needed to connect to a robot.
 
     `world` is the scenario, by name or path, whose lessons the robot runs, and `kind` its type of robot there, which
-    may be left out if there is only one; they define the features, behaviors and targets. `router` is the address of
-    Zenoh's router, such as tcp/192.168.0.5:7447. `definitions` is the folder, relative to this file, with the .action,
-    .srv and .msg files of the types of `skills`. With `use_sim_time`, ticks follow the clock of a simulation on /clock.
+    may be left out if there is only one; they define the features, behaviors and targets. `transport` is one of
+    `list_transports`. `router` is the address of Zenoh's router, such as tcp/192.168.0.5:7447, or an address for the
+    transport of another package. `definitions` is the folder, relative to this file, with the .action, .srv and .msg
+    files of the types of `skills`. With `use_sim_time`, ticks follow the clock of a simulation on /clock.
     """
 
     format: Literal["understudy-robot/1"]
@@ -141,7 +144,7 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     about: str = ""
     world: str | None = None
     kind: str | None = None
-    transport: Literal["dds", "zenoh"] = "dds"
+    transport: str = "dds"
     router: str | None = None
     domain: int = 0
     namespace: str = ""
@@ -159,7 +162,18 @@ class RobotFile(StrictStruct, frozen=True, kw_only=True):
     commands: CommandSpec
 
     def topic(self, name: str) -> str:
-        """Return the full name of a topic, which is in the namespace unless it begins with a slash."""
+        """Return the full name of a topic.
+
+        Parameters
+        ----------
+        name
+            Name of the topic, which is in the robot's namespace unless it begins with a slash.
+
+        Returns
+        -------
+        str
+            The name with the namespace before it.
+        """
         if name.startswith("/"):
             return name
         namespace = self.namespace.strip("/")
@@ -241,6 +255,9 @@ def _described(content: str, path: Path | str, format: str, whole: type[Describe
 def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
     """Yield the values that have the right types and still are invalid."""
     limits, commands = robot.limits, robot.commands
+    if robot.transport not in BUILTIN_TRANSPORTS and robot.transport not in (names := list_transports()):
+        remedy = suggest_name(robot.transport, names, what="word")
+        yield DecodeProblem("transport", f"is {robot.transport!r:.60}, which is unknown", remedy)
     if robot.domain not in DOMAINS:
         yield DecodeProblem("domain", f"is {robot.domain}", f"give one from 0 to {DOMAINS[-1]}")
     if robot.namespace and not TOPIC.fullmatch(robot.namespace):
@@ -264,9 +281,9 @@ def _wrong(robot: RobotFile) -> Iterator[DecodeProblem]:
         yield from _wrong_reading(robot, f"readings.{name}", name, reading)
     yield from _wrong_names(robot)
     yield from _range("safety.deadline_s", robot.safety.deadline_s, SHORTEST_DEADLINE_S, 1.0)
-    if robot.router is not None and robot.transport != "zenoh":
+    if robot.router is not None and robot.transport == "dds":
         yield DecodeProblem("router", "is not used with DDS", 'leave it out, or give transport = "zenoh"')
-    if robot.router is not None and not ROUTER.fullmatch(robot.router):
+    if robot.router is not None and robot.transport == "zenoh" and not ROUTER.fullmatch(robot.router):
         yield DecodeProblem("router", f"is {robot.router!r:.60}", "give one as tcp/192.168.0.5:7447")
     for name, target in robot.targets.items():
         yield from _wrong_target(robot, f"targets.{name}", name, target)

@@ -56,7 +56,17 @@ class Channel:
 
 
 class Body(Protocol):
-    """The senses and actuators of N agents that automata drive; N = 1 for a single robot."""
+    """What an automaton senses with and acts through: N agents at once; N = 1 for a single robot.
+
+    Columns are float64 arrays [N]. A reading that is absent is NaN, and any other value is of the reading's kind;
+    commands are finite. Each side may change an array that it got, without any effect on the other. Readings, targets
+    and channels stay the same as long as the body exists. What is unknown, of another shape or not finite is refused by
+    an `UnderstudyError` that names it, before anything has changed. In each tick, `sense` may be called several times,
+    and then `act` once; never by two threads at once, but not always by the same one. Neither waits for a robot.
+
+    A body whose worlds can begin again also has `reset` (`Resettable`), one that can go back `snapshot` and `restore`
+    (`Rewindable`), and one that holds a device `close`.
+    """
 
     @property
     def agents(self) -> int:

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import FileError, join_names
+from understudy.errors import join_names
 from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.mapping_file import UNITS, CommandColumn, ReadingColumn, RecordingMap
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
-from understudy.segmentation.recorded_messages import has_messages, read_messages
-from understudy.segmentation.recorded_table import TIME, RecordedTable, read_table
+from understudy.segmentation.recorded_table import TIME, RecordedTable
+from understudy.segmentation.recording_readers import find_reader
 
 Floats = NDArray[np.float64]
 COMMAND = "command."
@@ -40,7 +40,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
     path
         The file; one whose name ends in .jsonl or .ndjson has an object in each line, and one that ends in .parquet is
         Parquet, which needs the extra `parquet`. One that ends in .mcap, .db3 or .bag, or a folder that ROS 2 recorded,
-        has messages, and needs the extra `ros2`.
+        has messages, and needs the extra `ros2`. Installed packages may read other files.
     mapping
         Which columns are what; it must be given for messages, whose columns are called as /cmd_vel.linear.x. None: the
         column time_s has times, columns such as command.drive have commands, and all others are readings, of targets if
@@ -58,21 +58,17 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
         there is no mapping.
     ExtraMissing
         If the packages for messages are not installed.
+    SettingError
+        If another package offers a reader of such files, which cannot be loaded.
     """
     path = Path(path)
-    if has_messages(path):
-        if mapping is None:
-            raise FileError(
-                path=path,
-                place="",
-                problem="it has messages, and no mapping file says which fields are readings and commands",
-                remedy="give --map MAP.toml; a recording of `understudy run` with presses needs no --behaviors",
-            )
-        if mapping.time is None:
-            mapping = replace(mapping, time=TIME, time_unit="s")
-        table = read_messages(path, mapping)
-    else:
-        table = read_table(path)
+    return convert_table(find_reader(path)(path, mapping), mapping)
+
+
+def convert_table(table: RecordedTable, mapping: RecordingMap | None = None) -> RecordedDrive:
+    """Make a drive of a table, as `read_recorded_drive` does."""
+    if mapping is not None and mapping.time is None and table.time is not None:
+        mapping = replace(mapping, time=table.time, time_unit="s")
     mapping = _guess_mapping(table) if mapping is None else mapping
     commands = np.column_stack([_read_column(table, each, "the commands") for each in mapping.commands])
     columns = {
@@ -91,7 +87,7 @@ def read_recorded_drive(path: Path | str, mapping: RecordingMap | None = None) -
             "its commands never change, so there is no motion to learn from",
             "give a recording of a drive",
         )
-    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, path.name)
+    tick_s, rows, ticks, episodes = _resample(times, usable, pieces, mapping.tick_s, table.path.name)
     return RecordedDrive(
         ticks,
         {key: values[rows] for key, values in columns.items()},

@@ -21,7 +21,7 @@ from understudy.robots.recording.reader import iterate_records
 from understudy.segmentation.mapping_file import RecordingMap
 from understudy.segmentation.recorded_table import TIME, RecordedTable
 
-MCAP, BAG_SUFFIXES = ".mcap", (".bag", ".db3")
+MCAP = ".mcap"
 REMEDY = "give an MCAP file, or a recording of ROS 1 or ROS 2"
 
 
@@ -33,18 +33,19 @@ class _Message(NamedTuple):
     decode: Callable[[], Any]
 
 
-def has_messages(path: Path | str) -> bool:
-    """Return whether a file or folder is a recording of messages rather than a table."""
-    path = Path(path)
-    return path.is_dir() or path.suffix.lower() in (MCAP, *BAG_SUFFIXES)
-
-
-def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
+def read_messages(path: Path | str, mapping: RecordingMap | None) -> RecordedTable:
     """Read the columns that a mapping names; column time_s has the time in s since the first message.
 
     Values that are older than the mapping's `gap_s` are absent. If the file is damaged, what comes before is used.
     """
     path = Path(path)
+    if mapping is None:
+        raise FileError(
+            path=path,
+            place="",
+            problem="it has messages, and no mapping file says which fields are readings and commands",
+            remedy="give --map MAP.toml; a recording of `understudy run` with presses needs no --behaviors",
+        )
     names = [*(each.column for each in mapping.commands), *(each.column for each in mapping.readings)]
     if mapping.time not in (None, TIME):
         names.append(mapping.time)
@@ -74,7 +75,7 @@ def read_messages(path: Path | str, mapping: RecordingMap) -> RecordedTable:
                 remedy=f"{suggest_known_name(topic, sorted(topics))}the topics are {join_names(sorted(topics))}",
             )
     header, numbers = (TIME, *names), range(1, len(rows) + 1)
-    return RecordedTable(path, header, numbers, rows, omissions, f"message of {main}")
+    return RecordedTable(path, header, numbers, rows, omissions, f"message of {main}", TIME)
 
 
 def _group_by_topic(path: Path, names: list[str]) -> dict[str, dict[str, tuple[str, ...]]]:

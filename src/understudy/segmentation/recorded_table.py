@@ -1,6 +1,7 @@
 """Tables of recordings: CSV files, JSON lines whose objects are rows, and Parquet.
 
 A row that cannot be read is left out, and a cell that is no number is absent. A sentence says so, with the place.
+`recording_readers` has the reader of each kind of file.
 """
 
 from __future__ import annotations
@@ -18,17 +19,32 @@ import numpy as np
 from understudy.errors import FileError, join_names, suggest_known_name
 from understudy.extras import format_install_command
 from understudy.model.kinds import Column
+from understudy.segmentation.mapping_file import RecordingMap
 
 TIME = "time_s"
 """The column of times in a table that needs no mapping file, and in all tables of messages."""
-JSON_SUFFIXES = (".jsonl", ".ndjson")
-PARQUET_SUFFIX = ".parquet"
 
 
 class RecordedTable(NamedTuple):
-    """Rows of cells with the number of each row in the file, and sentences about omitted rows and cells.
+    """A recording of another program as a table: a row for each moment, a column for each quantity.
 
-    `counted` names the things that the numbers count: lines, or messages.
+    Parameters
+    ----------
+    path
+        The file.
+    header
+        Names of the columns, each once.
+    lines
+        The number in the file of each row, for errors; it rises.
+    cells
+        The rows, each with a cell for each column: a number, or a text that is one. Everything else is absent, such as
+        None, NaN and empty texts.
+    omissions
+        Sentences about what was left out, each with its place in the file.
+    counted
+        What `lines` counts: lines, or messages.
+    time
+        The column of the times, s, if the mapping names none. None: the rows of such a mapping are evenly spaced.
     """
 
     path: Path
@@ -37,17 +53,64 @@ class RecordedTable(NamedTuple):
     cells: Sequence[Sequence[Any]]
     omissions: list[str]
     counted: str = "line"
+    time: str | None = None
 
     def format_place(self, row: int) -> str:
-        """Return where a row stands in the file, such as "line 3"."""
+        """Return where a row stands in the file.
+
+        Parameters
+        ----------
+        row
+            Index of the row, from 0.
+
+        Returns
+        -------
+        str
+            A place such as "line 3".
+        """
         return f"{self.counted} {self.lines[row]}"
 
     def refuse(self, place: str, problem: str, remedy: str) -> FileError:
-        """Make the error that something at a place of the file cannot be used."""
+        """Make the error that something at a place of the file cannot be used.
+
+        Parameters
+        ----------
+        place
+            The place, such as "line 3, column 'x'".
+        problem
+            What is wrong.
+        remedy
+            What would be right.
+
+        Returns
+        -------
+        FileError
+            The error, to be raised.
+        """
         return FileError(path=self.path, place=place, problem=problem, remedy=remedy)
 
     def read_numbers(self, column: str, *, of: str, quiet: bool = False) -> Column:
-        """Read a column; what is no number is NaN, and said once unless `quiet`."""
+        """Read a column as numbers.
+
+        Parameters
+        ----------
+        column
+            Name of the column.
+        of
+            What it has, for the error.
+        quiet
+            Whether cells that are no numbers are left unmentioned.
+
+        Returns
+        -------
+        array, shape [T]
+            The numbers as float64; NaN where a cell is no number.
+
+        Raises
+        ------
+        FileError
+            If there is no such column, or no cell of it is a number.
+        """
         if column not in self.header:
             meant = suggest_known_name(column, self.header)
             raise self.refuse(
@@ -82,16 +145,9 @@ def _parse(cell: Any) -> float:
     return value if isfinite(value) else nan
 
 
-def read_table(path: Path | str) -> RecordedTable:
-    """Read a table: JSON lines or Parquet if the name of the file says so, CSV otherwise."""
+def read_csv(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
+    """Read a CSV file, whose first row names the columns."""
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix == PARQUET_SUFFIX:
-        return _read_parquet(path)
-    return _read_lines(path) if suffix in JSON_SUFFIXES else _read_rows(path)
-
-
-def _read_rows(path: Path) -> RecordedTable:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file)
@@ -120,7 +176,9 @@ def _whole_rows(
             )
 
 
-def _read_lines(path: Path) -> RecordedTable:
+def read_json_lines(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
+    """Read JSON lines: an object in each, whose nested keys are columns such as pose.x."""
+    path = Path(path)
     try:
         lines = path.read_text("utf-8-sig").splitlines()
     except (OSError, ValueError) as error:
@@ -148,8 +206,9 @@ def _read_lines(path: Path) -> RecordedTable:
     return RecordedTable(path, header, [number for number, _ in rows], cells, omissions)
 
 
-def _read_parquet(path: Path) -> RecordedTable:
+def read_parquet(path: Path | str, _mapping: RecordingMap | None = None) -> RecordedTable:
     """Read a Parquet file; its rows count as lines, from 1."""
+    path = Path(path)
     try:
         duckdb = import_module("duckdb")
     except ImportError:

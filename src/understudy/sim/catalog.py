@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from understudy.entry_points import WORLDS, list_entry_points, load_object
+from understudy.entry_points import BODIES, WORLDS, list_entry_points, load_object
 from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.jit.settings import pause_garbage_collection
 from understudy.model.library import Library
@@ -25,6 +25,11 @@ REMEDY = "name a function without parameters that returns a Scenario, as MODULE:
 def list_scenarios() -> list[str]:
     """List the names of scenarios: built-in ones, and those that installed packages offer."""
     return sorted({*list_builtin_scenarios(), *list_entry_points(WORLDS)})
+
+
+def list_bodies() -> list[str]:
+    """List the names of bodies that installed packages offer as worlds."""
+    return sorted({*list_entry_points(BODIES)}.difference(list_scenarios()))
 
 
 def find_scenario(name: str | Path) -> Scenario:
@@ -48,14 +53,14 @@ def find_scenario(name: str | Path) -> Scenario:
     FileError
         For a file that is not a scenario.
     SettingError
-        For a function that cannot be imported, fails, or returns something else.
+        For a function that cannot be imported, fails, or returns something else; and for a body of a package.
     """
     path = Path(name)
     names = list_builtin_scenarios()
     if isinstance(name, str) and is_function(name):
         return add_markers(_make_scenario(name))
     if isinstance(name, str) and name not in names and path.suffix != SUFFIX and len(path.parts) < 2:
-        names = tuple(list_scenarios())
+        names = (*list_scenarios(), *list_bodies())
         where = f"Understudy, which takes a path ending in {SUFFIX} too,"
         raise UnknownName(what="world", name=name, where=where, known=names)
     return add_markers(load_scenario(name))
@@ -64,7 +69,8 @@ def find_scenario(name: str | Path) -> Scenario:
 def is_function(name: str) -> bool:
     """Return whether a scenario's name means a function: that of an installed package, or MODULE:NAME."""
     is_place = ":" in name and Path(name).suffix != SUFFIX
-    return name not in list_builtin_scenarios() and (is_place or name in list_entry_points(WORLDS))
+    offered = is_place or name in list_entry_points(WORLDS) or name in list_entry_points(BODIES)
+    return offered and name not in list_builtin_scenarios()
 
 
 def locate_scenario(name: str) -> str:
@@ -73,6 +79,8 @@ def locate_scenario(name: str) -> str:
 
 
 def _make_scenario(name: str) -> Scenario:
+    if name in list_bodies():
+        raise refuse_world(name, "is a body", REMEDY)
     world = load_object(name, WORLDS, where="world", remedy=REMEDY)
     if callable(world):
         world = call_world_function(world, name, remedy=REMEDY)

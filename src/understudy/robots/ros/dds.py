@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from functools import cache
 from threading import Lock, Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from understudy.extras import ExtraMissing
 from understudy.robots.ros.dds_services import DdsServices, carry_bytes, make_conditions, make_raw_type
@@ -33,6 +33,9 @@ from understudy.robots.ros.transport import (
     Unreachable,
     WireType,
 )
+
+if TYPE_CHECKING:
+    from understudy.robots.robot_file import RobotFile
 
 PREFIX = "rt"
 """The prefix of topic names in DDS, by which ROS 2 distinguishes topics from services."""
@@ -213,6 +216,11 @@ class DdsTransport:
                             message.sample_info, last_times
                         ):
                             received(message.data, now)
+
+
+def open_dds(file: RobotFile) -> DdsTransport:
+    """Join the domain of a robot."""
+    return DdsTransport(file.domain)
 
 
 @cache

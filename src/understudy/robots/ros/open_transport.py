@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from pkgutil import resolve_name
+from typing import Any
+
+from understudy.entry_points import TRANSPORTS, load_object
+from understudy.errors import SettingError
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
+from understudy.robots.ros.transport import BUILTIN_TRANSPORTS, Transport
+
+REMEDY = "let the entry point name a function from a RobotFile to a Transport of understudy.spi"
 
 
 def open_transport(file: RobotFile) -> Transport:
-    """Connect to a robot's transport; ExtraMissing or Unreachable is raised if that fails."""
-    if file.transport == "zenoh":
-        return ZenohTransport(file.domain, file.router)
-    return DdsTransport(file.domain)
+    """Connect to a robot's transport; ExtraMissing or Unreachable is raised if that fails.
+
+    SettingError is raised if it is that of another package, and cannot be loaded or is no transport.
+    """
+    name = file.transport
+    if name in BUILTIN_TRANSPORTS:
+        opened: Transport = resolve_name(BUILTIN_TRANSPORTS[name])(file)
+        return opened
+    open_plugin = load_object(name, TRANSPORTS, where="transport", remedy=REMEDY)
+    transport: Any = open_plugin(file) if callable(open_plugin) else open_plugin
+    if not isinstance(transport, Transport):
+        problem = f"{'returned' if callable(open_plugin) else 'is'} a {type(transport).__name__}"
+        raise SettingError(where="transport", setting=repr(name), problem=problem, remedy=REMEDY)
+    return transport

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
+from understudy.entry_points import TRANSPORTS, list_entry_points
 from understudy.errors import UnderstudyError
 
 Received: TypeAlias = Callable[[bytes, float], None]
@@ -37,49 +38,113 @@ class Publisher(NamedTuple):
     type: str
 
 
+@runtime_checkable
 class Transport(Protocol):
-    """The interface of a transport.
+    """The interface of a transport, which carries messages between this program and a robot.
 
-    Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2.
+    Topics (`/rover/odom`) and types (`nav_msgs/msg/Odometry`) are named as in ROS 2, and messages are CDR with
+    encapsulation header. Methods may be called from several threads at once, and do not wait for the robot: what
+    arrives is passed on in a thread of the transport. What cannot be sent is lost without an error. A transport is made
+    by a function from a `RobotFile`, which raises `Unreachable` if it cannot be joined.
     """
 
     def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
-        """Pass each message of a topic to `received` until the transport is closed.
+        """Pass each message of a topic on, until the transport is closed.
 
-        With `kept`, also the messages that publishers sent before and keep for late subscribers, as on /tf_static.
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Name of the type of its messages.
+        received
+            Function that is called with each message and its arrival time, in a thread of the transport. It is quick.
+        kept
+            Whether messages count, too, that publishers sent before and keep for who comes late, as on /tf_static.
         """
         ...
 
     def publisher(self, topic: str, type: str) -> Publish:
-        """Make a function that publishes on a topic."""
+        """Make a function that publishes on a topic.
+
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Name of the type of its messages.
+
+        Returns
+        -------
+        Publish
+            The function. It may be called in any thread, and after `close`, when it does nothing or raises an error.
+        """
         ...
 
     def call(
         self, service: str, type: WireType, request: bytes, answered: Answered, *, timeout_s: float
     ) -> None:
-        """Send a request to a service, and pass its answer to `answered`: both CDR with encapsulation header.
+        """Send a request to a service, and pass its answer on.
 
-        `answered` receives None at once if there is no server, when the server leaves, and after `timeout_s` (s).
+        Parameters
+        ----------
+        service
+            Full name of the service.
+        type
+            Type of the request or of the service.
+        request
+            The request, CDR with encapsulation header.
+        answered
+            Function that is called once: with the answer, CDR with encapsulation header; or with None, at once if there
+            is no server, when the server leaves, and after the timeout.
+        timeout_s
+            Longest time to wait for the answer, s.
         """
         ...
 
     def watch(self, topic: str, type: WireType, received: Received) -> None:
-        """Pass each message of a topic to `received`; the message type is one that the robot's own files define."""
+        """Pass each message of a topic on whose type is defined by the robot's own files.
+
+        Parameters
+        ----------
+        topic
+            Full name of the topic.
+        type
+            Type of its messages.
+        received
+            Function that is called with each message and its arrival time, in a thread of the transport.
+        """
         ...
 
     def find_service_problem(self, service: str, type: WireType) -> str:
-        """Return why requests of this type cannot reach a service now; empty if they can.
+        """Find out why requests cannot reach a service now; the first call may begin to connect to it.
 
-        The first call may begin to connect to the service.
+        Parameters
+        ----------
+        service
+            Full name of the service.
+        type
+            Type of the request or of the service.
+
+        Returns
+        -------
+        str
+            The reason as a sentence; empty if they can reach it.
         """
         ...
 
     def peers(self) -> Sequence[Publisher]:
-        """List the publishers of other processes that have been discovered, one entry for each."""
+        """List the publishers of other processes that have been discovered.
+
+        Returns
+        -------
+        sequence of Publisher
+            An entry for each.
+        """
         ...
 
     def close(self) -> None:
-        """Disconnect; nothing is received afterwards."""
+        """Disconnect; nothing is received afterwards. A second call does nothing."""
         ...
 
 
@@ -126,3 +191,15 @@ class Unreachable(UnderstudyError, json_type="Unreachable"):
     def __init__(self, *, what: str, problem: str, remedy: str) -> None:
         self.what, self.problem, self.remedy = what, problem, remedy
         super().__init__(f"{what} cannot be joined: {problem}; {remedy}")
+
+
+BUILTIN_TRANSPORTS: Mapping[str, str] = {
+    "dds": "understudy.robots.ros.dds.open_dds",
+    "zenoh": "understudy.robots.ros.zenoh.open_zenoh",
+}
+"""The place of the function that opens each built-in transport, by its name in robot files."""
+
+
+def list_transports() -> list[str]:
+    """List the names that robot files may give for a transport: the built-in ones, and those of installed packages."""
+    return list(dict.fromkeys([*BUILTIN_TRANSPORTS, *list_entry_points(TRANSPORTS)]))

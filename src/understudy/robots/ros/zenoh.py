@@ -39,6 +39,8 @@ from understudy.robots.ros.zenoh_services import ServiceCalls, make_service_key
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
+    from understudy.robots.robot_file import RobotFile
+
 EndpointKind: TypeAlias = Literal["MP", "MS", "SS"]
 """The kind of endpoint that a liveliness token declares: a publisher of messages, a subscriber, or a service."""
 KINDS: Sequence[EndpointKind] = ("MP", "MS", "SS")
@@ -337,6 +339,11 @@ class ZenohTransport:
             (each.kind, each.topic, each.hash) == ("MS", topic, UNHASHED)
             for each in list(self._others.values())
         )
+
+
+def open_zenoh(file: RobotFile) -> ZenohTransport:
+    """Join the domain of a robot by its router."""
+    return ZenohTransport(file.domain, file.router)
 
 
 def _settings(zenoh: Any, router: str | None, listen: str | None) -> Any:

@@ -375,7 +375,11 @@ class Goal(StrictStruct, frozen=True, kw_only=True):
 
 
 class Scenario(StrictStruct, frozen=True, kw_only=True):
-    """The complete description of a world, except for the seed."""
+    """The complete description of a world, except for the seed: plain data, in m, s and degrees.
+
+    `World` checks it, and raises a SettingError that names the key. A function that makes a scenario may be called in
+    any thread, as often as worlds are listed or opened, and makes the same one each time.
+    """
 
     name: str = "scenario"
     about: str = ""

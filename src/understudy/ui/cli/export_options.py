@@ -8,7 +8,7 @@ from typing import Annotated, TypeAlias
 import typer
 
 from understudy.errors import join_names
-from understudy.export.targets import TARGETS
+from understudy.export.targets import list_targets
 from understudy.ui.cli.options import LIBRARY, Bind, CommandOptions, FoundWorld, KitName, LibraryOption
 
 TableName: TypeAlias = Annotated[
@@ -40,7 +40,7 @@ class ExportOptions(CommandOptions):
     ]
     to: Annotated[
         str,
-        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(TARGETS, word='or')}."),
+        typer.Option("--to", metavar="TARGET", help=f"Target: {join_names(list_targets(), word='or')}."),
     ]
     out: Annotated[
         Path,

@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from understudy.adapters.body_maker import BodyMaker, find_world
-from understudy.entry_points import KITS, load_object
+from understudy.entry_points import KITS, load_instance
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton
@@ -48,11 +48,7 @@ def choose_kit(named: str | None, world: Scenario | BodyMaker) -> Kit:
 
 def load_kit(named: str) -> Kit:
     """Load the kit named as MODULE:NAME or by its entry point."""
-    found = load_object(named, KITS, where="--kit", remedy=KIT_REMEDY)
-    if not isinstance(found, Kit):
-        problem = f"is a {type(found).__name__}"
-        raise SettingError(where="--kit", setting=repr(named), problem=problem, remedy=KIT_REMEDY)
-    return found
+    return load_instance(named, KITS, Kit, where="--kit", remedy=KIT_REMEDY)
 
 
 def make_world_kit(world: Scenario | BodyMaker) -> Kit:

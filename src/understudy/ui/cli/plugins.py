@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Any
 
 import typer
 
-PLUGINS = "understudy.commands"
-"""Name of the entry point group; each entry point is a `CommandEntry`."""
+from understudy.entry_points import COMMANDS, list_entry_points, load_instance
+from understudy.errors import UnderstudyError
+
+REMEDY = "let the entry point name a CommandEntry of understudy.spi"
 
 TEACH, RUN, LOOK, CHECK, SHARE, ROBOTS = HEADINGS = ("Teach", "Run", "Look", "Check", "Share", "Robots")
 """Headings of `understudy --help`, in order."""
@@ -53,11 +54,9 @@ class CommandEntry:
 def load_plugins() -> list[CommandEntry]:
     """Load the commands of installed packages; report one that fails on stderr, and skip it."""
     found = []
-    for entry in entry_points(group=PLUGINS):
+    for name in list_entry_points(COMMANDS):
         try:
-            command = entry.load()
-        except Exception as error:
-            print(f"The command {entry.name!r} ({entry.value}) cannot be loaded: {error!r}", file=sys.stderr)
-        else:
-            found.append(command)
+            found.append(load_instance(name, COMMANDS, CommandEntry, where="command", remedy=REMEDY))
+        except UnderstudyError as error:
+            print(error, file=sys.stderr)
     return found

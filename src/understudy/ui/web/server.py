@@ -12,7 +12,7 @@ from starlette.websockets import WebSocket
 from understudy import __version__
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
-from understudy.export.targets import TARGETS
+from understudy.export.targets import list_targets
 from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.storage.json_text import encode_json
@@ -186,7 +186,7 @@ class StudioServer:
             version=__version__,
             key=viewer.key,
             has_control=has_control,
-            exports=[*TARGETS],
+            exports=list_targets(),
             scene=scene,
             team=UNSET if self._team is None else self._team,
         )

@@ -12,7 +12,7 @@ from understudy.adapters.body_maker import find_world
 from understudy.errors import UnderstudyError
 from understudy.model.library import Kit
 from understudy.runtime.body import close_body
-from understudy.sim.catalog import find_scenario, is_function, list_scenarios
+from understudy.sim.catalog import find_scenario, is_function, list_bodies, list_scenarios
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.params import make_world_params
 from understudy.sim.scenario.files import format_scenario, read_scenario_text
@@ -58,6 +58,8 @@ def list_worlds(options: WorldsOptions) -> None:
     for row in rows:
         made.add_row(row.name, str(row.robots), row.about)
     make_console().print(made)
+    for body in list_bodies():
+        make_console().print(f"[dim]A body of an installed package: understudy worlds {body}[/]")
     make_console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
 
 
