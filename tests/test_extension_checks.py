@@ -357,24 +357,47 @@ def test_a_good_transport(loopback: Any) -> None:
     check_transport(loopback.open_loopback, RADIO)
 
 
-BAD_TRANSPORTS = [  # a method of an end, what it does instead, and the law
-    ("close", lambda end: None, "nothing is received after closing"),
-    ("subscribe", lambda end, *_, **__: None, "a message of one end reaches the others"),
-    ("find_service_problem", lambda end, *_: None, "it says why a service is not reached"),
-    ("call", lambda end, *_, **__: None, "answered once by None; there was no answer"),
-    ("call", lambda end, *given, **_: given[3](b""), "answered once by None; the answer was b''"),
-    ("peers", lambda end: ["robot"], "peers are Publishers"),
+class Immediate:
+    """Receives in the thread of the sender, before ends that were opened later."""
+
+    def __init__(self, end: Any) -> None:
+        self.end = end
+
+    def put(self, arrival: tuple[str, bytes, float] | None) -> None:
+        for topic, received in self.end.listeners:
+            if arrival is not None and topic == arrival[0]:
+                received(*arrival[1:])
+
+
+def stay_open(end: Any) -> None:
+    end.arrivals = Immediate(end)
+
+
+LONG_S = 30.0
+"""A time that is over only where nothing arrives, s."""
+BAD_TRANSPORTS = [  # a method of an end, what it does instead, the longest time to wait (s), and the law
+    ("close", stay_open, LONG_S, "nothing is received after closing"),
+    ("subscribe", lambda end, *_, **__: None, 0.1, "a message of one end reaches the others"),
+    ("find_service_problem", lambda end, *_: None, LONG_S, "it says why a service is not reached"),
+    ("call", lambda end, *_, **__: None, 4.0, "answered once by None; there was no answer"),
+    ("call", lambda end, *given, **_: given[3](b""), LONG_S, "answered once by None; the answer was b''"),
+    ("peers", lambda end: ["robot"], LONG_S, "peers are Publishers"),
 ]
 
 
-@pytest.mark.parametrize(("method", "function", "law"), BAD_TRANSPORTS)
+@pytest.mark.parametrize(("method", "function", "timeout_s", "law"), BAD_TRANSPORTS)
 def test_a_bad_transport(
-    loopback: Any, method: str, function: Callable[..., Any], law: str, monkeypatch: pytest.MonkeyPatch
+    loopback: Any,
+    method: str,
+    function: Callable[..., Any],
+    timeout_s: float,
+    law: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(loopback.Loopback, method, function)
         with refuse(law):
-            check_transport(loopback.open_loopback, RADIO, timeout_s=0.2)
+            check_transport(loopback.open_loopback, RADIO, timeout_s=timeout_s)
     for end in [*loopback.OPEN]:
         end.close()
 

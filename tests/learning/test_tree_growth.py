@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from tests.learning.reference import Learner, Row, nest_tree
+from tests.learning.reference import DEFAULT, SHOWN, Learner, Row, nest_tree
 from tests.make.lessons import (
     ABSENT,
     ROBOCUP_FOLDER,
@@ -28,7 +28,16 @@ FLAGS = st.lists(st.integers(0, 2), max_size=2, unique=True)
 """The outcomes that are flags, to be told apart first."""
 
 
+WITHIN_AN_OUTCOME = [  # value, outcome, group: of 0, the flag, a press at 1 and a default at 1.5 are parted by the cut
+    *[(0.0, outcome, DEFAULT) for outcome in (0, 0, 0, 1, 2, 2)],
+    (1.0, 0, SHOWN),
+    (1.5, 0, DEFAULT),
+    *[(2.0, outcome, group) for outcome, group in ((0, DEFAULT), (0, DEFAULT), (2, SHOWN))],
+]
+
+
 @MANY
+@example(([Row((at,), *what) for at, *what in WITHIN_AN_OUTCOME], [Continuous()]), 0, False, [0])
 @given(draw_tables(), st.integers(-1, 2), st.booleans(), FLAGS)
 def test_equals_brute_force(
     table: tuple[list[Row], list[Kind]], current: int, midpoints: bool, flags: list[int]

@@ -210,23 +210,32 @@ def try_label_split(
 
 
 @inner
-def find_cut_gaps(column: Floats, segment: Ints, y: Ints, watched: bool) -> Ints:
+def find_class(example: int, y: Ints, group: Ints, has_flags: bool) -> int:
+    """Return a number for the outcome of an example and, with flags, whether it is a default."""
+    return int(2 * y[example] + (has_flags and group[example] == DEFAULT))
+
+
+@inner
+def find_cut_gaps(
+    column: Floats, segment: Ints, y: Ints, group: Ints, watched: bool, has_flags: bool
+) -> Ints:  # fmt: skip
     """Return the last position before each gap worth cutting between values; the gap across the seam comes last.
 
     If all examples are press-made, a cut between two values with one and the same outcome is never the best,
-    because gain is convex there and split information concave; such gaps are left out.
+    because gain is convex there and split information concave; such gaps are left out. With flags, both values must
+    also have defaults only or none, since a cut may tell flags apart but for defaults.
     """
     gaps, count, start, stop = np.empty(len(segment), np.int64), 0, 0, 0
     before = opening = MIXED
     value = column[segment[0]]
     while start < len(segment):
-        outcome, following = y[segment[start]], value
+        outcome, following = find_class(segment[start], y, group, has_flags), value
         stop = start + 1
         while stop < len(segment):
             following = column[segment[stop]]
             if following != value:
                 break
-            if y[segment[stop]] != outcome:
+            if find_class(segment[stop], y, group, has_flags) != outcome:
                 outcome = MIXED
             stop += 1
         if start == 0:
@@ -268,7 +277,10 @@ def try_cuts(
     """
     y, weight, group, total, pressed, directed, flags, table, watched, need_gain, best = about
     values, away = segment[:present], segment[present:]
-    gaps = find_cut_gaps(column, values, y, watched)
+    has_flags = False
+    for flag in flags:
+        has_flags |= flag
+    gaps = find_cut_gaps(column, values, y, group, watched, has_flags)
     width = np.empty(len(gaps), np.int64)
     for g in range(len(gaps)):
         if arcs:
