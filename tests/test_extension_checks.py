@@ -361,9 +361,9 @@ class Immediate:
     """Receives in the thread of the sender, before ends that were opened later."""
 
     def __init__(self, end: Any) -> None:
-        self.end = end
+        self.end, self.put = end, self.deliver
 
-    def put(self, arrival: tuple[str, bytes, float] | None) -> None:
+    def deliver(self, arrival: tuple[str, bytes, float] | None) -> None:
         for topic, received in self.end.listeners:
             if arrival is not None and topic == arrival[0]:
                 received(*arrival[1:])
