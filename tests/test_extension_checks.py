@@ -362,6 +362,7 @@ class Immediate:
 
     def __init__(self, end: Any) -> None:
         self.end, self.put = end, self.deliver
+        self.get = lambda: None  # which ends the thread of the end
 
     def deliver(self, arrival: tuple[str, bytes, float] | None) -> None:
         for topic, received in self.end.listeners:
