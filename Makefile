@@ -69,8 +69,9 @@ test-all: test test-rest ## everything that must hold, but for the tests that ta
 coverage: $(VENV)/.dev ## branch coverage of the source by the quick tests, with the ten least covered modules
 	@mkdir -p build && rm -f build/coverage*
 	$(BIN)/pytest --numprocesses auto --dist loadgroup -m "$(QUICK)" --cov --cov-report= $(ARGS)
-	UNDERSTUDY_KERNELS=python $(BIN)/coverage run --append -m tests.kernel_modes > build/kernel_modes.json
-	@$(BIN)/coverage report --skip-covered --sort=cover | head -n 12
+	UNDERSTUDY_KERNELS=python $(BIN)/coverage run -m tests.kernel_modes > build/kernel_modes.json
+	@$(BIN)/coverage combine --append --quiet
+	@$(BIN)/coverage report --skip-covered --sort=cover > build/coverage.txt && head -n 12 build/coverage.txt
 	@$(BIN)/coverage report --format=total
 
 soak: $(VENV)/.dev ## the tests that take long
