@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -227,3 +228,13 @@ def test_the_help_fits_on_one_screen() -> None:
     lines = run("--help").stdout.splitlines()
     assert len(lines) <= 30
     assert max(map(len, lines)) <= 80
+
+
+def test_paragraphs_of_help_are_wrapped_to_the_terminal() -> None:
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", run("eval", "--help").output)
+    lines = [line.strip() for line in plain.splitlines()]
+    begin = next(at for at, line in enumerate(lines) if line.startswith("A world is a success"))
+    paragraph = lines[begin : lines.index("", begin)]
+    following = [line.split()[0] for line in paragraph[1:]]
+    room = [78 - len(line) for line in paragraph[:-1]]
+    assert all(len(word) >= free for word, free in zip(following, room, strict=True)), paragraph

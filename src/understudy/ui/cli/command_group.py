@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cached_property
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, getdoc
 from pkgutil import resolve_name
 from typing import Any, get_type_hints
 
@@ -49,7 +49,7 @@ class CommandTable:
         if isinstance(run, typer.Typer):
             app.add_typer(run, name=word)
         else:
-            app.command(word)(run)
+            app.command(word, help=_join_lines(getdoc(run) or ""))(run)
         return typer.main.get_group(app).commands[word]
 
     def describe(self, entry: CommandEntry) -> str:
@@ -78,6 +78,11 @@ def take_options(options: type, run: Callable[..., Any] | str) -> Callable[..., 
     call.__doc__, call.__annotations__ = options.__doc__, hints
     vars(call)["__signature__"] = Signature(parameters)
     return call
+
+
+def _join_lines(text: str) -> str:
+    """Join the lines of each paragraph, which are as long in the source as no terminal need be wide."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def _resolve(place: Any) -> Any:
