@@ -45,7 +45,7 @@ BEGINNING = 0.7
 LEAST_SHARE = 0.02
 """The least share of situations that a gap must concern to be worth a person's time."""
 LEAST_CONTRAST = 0.5
-"""How much nearer examples of another outcome must be than those of a leaf to make it questionable, as a contrast."""
+"""The least contrast by which examples of another outcome must be nearer than those of a leaf, to make it doubtful."""
 MOST_SITUATIONS = 48
 """The number of situations that are moved into each leaf."""
 LEAST_CASES = 8

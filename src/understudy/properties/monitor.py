@@ -320,7 +320,7 @@ class FlagWatch(TimedWatch):
 
 
 class LastingWatch(Watch):
-    """What observes that something lasts no longer than a time in each world."""
+    """An observer in each world of a condition that must not hold longer than a given time."""
 
     def __init__(self, run: BehaviorRun, seconds: float, *, ends: bool, stride: int = 1) -> None:
         super().__init__(run, ends=ends, stride=stride)

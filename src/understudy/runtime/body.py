@@ -56,7 +56,7 @@ class Channel:
 
 
 class Body(Protocol):
-    """What an automaton senses with and acts through: N agents at once; N = 1 for a single robot.
+    """The body of N agents, by whose readings automata sense and by whose channels they act; N = 1 for a single robot.
 
     Columns are float64 arrays [N]. A reading that is absent is NaN, and any other value is of the reading's kind;
     commands are finite. Each side may change an array that it got, without any effect on the other. Readings, targets
