@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from understudy.analysis.explain_team import list_first_messages
-from understudy.robots.recording.merge import TeamClock
-from understudy.robots.recording.team_reader import LoggedOrders, TeamRecording
+from understudy.records.merge import TeamClock
+from understudy.records.team_reader import LoggedOrders, TeamRecording
 from understudy.runtime.agents.messages import OrderId, Orders
 
 FIRST, DEPUTY, ROBOT = "patrol_0", "pioneer_2", "pioneer_1"

@@ -16,7 +16,7 @@ from understudy.analysis.run_trace import add_team_tick, describe_trace_columns,
 from understudy.errors import FileError
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.lesson import ExampleKind
-from understudy.robots.recording.message_types import format_reading_label
+from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
@@ -205,7 +205,7 @@ def need_recordings() -> None:
 
 def test_a_recording_has_readings_and_states() -> None:
     need_recordings()
-    from understudy.robots.recording.reader import read_recording
+    from understudy.records.reader import read_recording
 
     recording = read_recording(RUNS / "forage.mcap")
     (episode,) = read_episodes(RUNS / "forage.mcap")
@@ -236,7 +236,7 @@ def test_each_run_of_a_recording_is_an_episode(tmp_path: Path) -> None:
     need_recordings()
     from tests.bodies import Scripted
 
-    from understudy.robots.recording.recorder import RunRecorder
+    from understudy.records.recorder import RunRecorder
 
     body = Scripted(2)
     keys = [("load", None), ("range", "ball")]
@@ -258,8 +258,8 @@ def test_each_part_of_a_teams_recording_is_an_episode(tmp_path: Path) -> None:
     need_recordings()
     from tests.bodies import Scripted
 
-    from understudy.robots.recording.header import RunInfo
-    from understudy.robots.recording.recorder import RunRecorder
+    from understudy.records.header import RunInfo
+    from understudy.records.recorder import RunRecorder
 
     body = Scripted(1)
     keys = (("load", None),)

@@ -61,9 +61,9 @@ from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.squad import Assignment, Order
 from understudy.model.tree import Tree, make_leaf
+from understudy.records.messages import decode_message, encode_message, make_message
 from understudy.robots.robot_file import load_robot
 from understudy.robots.ros.fields import ScanSector
-from understudy.robots.ros.messages import decode_message, encode_message, make_message
 
 FORAGER = """
 format = "understudy-robot/1"

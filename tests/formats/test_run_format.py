@@ -20,8 +20,8 @@ from tests.ui.cli.commands import run, run_json
 from understudy.analysis.run_trace import COLUMNS
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions, TreeOptions
-from understudy.robots.recording.reader import RecordedPress, read_recording
-from understudy.robots.recording.teach_from_recording import list_recorded_presses, teach_from_recording
+from understudy.records.reader import RecordedPress, read_recording
+from understudy.segmentation.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.lesson_design import new_lesson
 

@@ -55,8 +55,8 @@ def read_record() -> dict[str, Any]:
 
 def record_peer(name: str, folder: Path) -> dict[str, Any]:
     """Start a peer, command it once, and return what it sent by topic, and what it got."""
+    from understudy.records.messages import encode_twist
     from understudy.robots.ros.dds import DdsTransport
-    from understudy.robots.ros.messages import encode_twist
 
     twist = "geometry_msgs/msg/Twist"
     program = fast_dds(folder) if name.startswith("fast_dds") else cyclone(folder)

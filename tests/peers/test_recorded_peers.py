@@ -22,7 +22,7 @@ from tests.peers.recorded_peers import (
 from tests.peers.test_peers import written
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST
 
-from understudy.robots.ros.messages import decode_message, encode_twist
+from understudy.records.messages import decode_message, encode_twist
 
 
 def test_sources_are_as_recorded_or_peers_are_compiled() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.ros.messages import (
+from understudy.records.messages import (
     ARRAY,
     BASE,
     NAMED,

@@ -13,8 +13,8 @@ from tests.robots.rovers import Wire
 from tests.simulated_clock import SimulatedClock
 
 from understudy.clock import Clock
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
 from understudy.robots.team_network.agent_process import AgentProcess

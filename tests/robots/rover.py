@@ -7,8 +7,8 @@ import time
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
+from understudy.records.messages import encode_twist
 from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 

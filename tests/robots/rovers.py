@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from understudy.robots.ros.messages import encode_message, make_message
+from understudy.records.messages import encode_message, make_message
 from understudy.robots.ros.transport import Answered, Publish, Publisher, Received, WireType
 
 RANGE, SCAN, ODOMETRY = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"

@@ -18,9 +18,9 @@ from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait
 from tests.ui.cli.commands import run, run_json
 
 from understudy.analysis.rerun import Rerun
-from understudy.robots.clock_offset import PROMPT_S
-from understudy.robots.recording.merge import read_team_clock
-from understudy.robots.recording.team_reader import TeamRecording, read_team_recording
+from understudy.clock import PROMPT_S
+from understudy.records.merge import read_team_clock
+from understudy.records.team_reader import TeamRecording, read_team_recording
 from understudy.robots.team_network.agent_questions import AgentStatus
 from understudy.robots.team_network.load_plan import load_team_plan
 from understudy.robots.team_network.remote_robot import drive_robots

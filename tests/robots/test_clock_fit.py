@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from understudy.robots.recording.clock_fit import CHANGE, FASTEST, ClockFit, NoExchange, fit_clock
+from understudy.records.clock_fit import CHANGE, FASTEST, ClockFit, NoExchange, fit_clock
 
 SPAN_S = 100.0
 EXCHANGES = [  # ahead s, delay to the other s, delay back s, expected middle s, expected error s

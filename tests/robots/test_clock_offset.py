@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.simulated_clock import HeldUpReadings
 
-from understudy.robots.clock_offset import ATTEMPTS, PROMPT_S, measure_clock_offset
+from understudy.clock import ATTEMPTS, PROMPT_S, measure_clock_offset
 
 AHEAD_S = 3600
 """How far the other clock is ahead, s."""

@@ -12,6 +12,7 @@ from tests.robots.rovers import ROVER, Wire, sonar
 from tests.simulated_clock import SimulatedClock
 
 from understudy.errors import FileError
+from understudy.records.messages import decode_message
 from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
@@ -22,7 +23,6 @@ from understudy.robots.ros.diagnostic_messages import (
     StatusLevel,
     encode_statuses,
 )
-from understudy.robots.ros.messages import decode_message
 
 SAID = '[diagnostics]\npublish = true\nunfit = ["battery"]\nstop = ["motors: left"]\n[commands]'
 FILE = parse_robot(ROVER.replace("[commands]", SAID))

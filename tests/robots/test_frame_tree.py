@@ -12,10 +12,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER, Wire
 
 from understudy.errors import FileError
+from understudy.records.messages import encode_message, make_message
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
-from understudy.robots.ros.messages import encode_message, make_message
 
 FRAMES = '[frames]\nfixed = "map"\nrobot = "base_link"\nstale_s = 0.5\nrequired = true\n'
 WITHOUT = ROVER.replace("[readings.x]", "[readings.odom_x]").replace(

@@ -22,9 +22,9 @@ from tests.simulated_clock import HeldUpReadings, SimulatedClock
 from tests.waiting import wait_until
 
 from understudy.errors import FileError
+from understudy.records.messages import encode_twist
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety import self_monitor
 from understudy.robots.safety.guard import ArmingRefused, Guard

@@ -16,9 +16,9 @@ from tests.ui.cli.commands import run_json
 
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import TrainedAutomaton
-from understudy.robots.recording.header import RunInfo
-from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import RunRecorder
+from understudy.records.header import RunInfo
+from understudy.records.reader import read_recording
+from understudy.records.recorder import RunRecorder
 from understudy.robots.team_network.load_plan import open_libraries
 from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario

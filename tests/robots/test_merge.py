@@ -22,14 +22,14 @@ from mcap.reader import make_reader
 from tests.ui.cli.commands import run
 
 from understudy.errors import FileError, SettingError, UnderstudyError, UnknownName
-from understudy.robots.recording import writer
-from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
-from understudy.robots.recording.merge import TEAM_METADATA, merge_recordings, read_team_clock
-from understudy.robots.recording.message_types import TEAM_MESSAGE, register_message_types
-from understudy.robots.recording.reader import list_recorded_parts, read_recording
-from understudy.robots.recording.recorder import HEARD, SENT
-from understudy.robots.recording.writer import RecordingWriter
-from understudy.robots.ros.messages import decode_message, encode_message, make_message
+from understudy.records import writer
+from understudy.records.header import RecordingHeader, RunInfo, encode_header
+from understudy.records.merge import TEAM_METADATA, merge_recordings, read_team_clock
+from understudy.records.message_types import TEAM_MESSAGE, register_message_types
+from understudy.records.messages import decode_message, encode_message, make_message
+from understudy.records.reader import list_recorded_parts, read_recording
+from understudy.records.recorder import HEARD, SENT
+from understudy.records.writer import RecordingWriter
 
 S = 10**9
 BEGAN_NS = 1_800_000_000 * S
@@ -211,7 +211,7 @@ def test_what_a_killed_agent_recorded_is_merged(tmp_path: Path, monkeypatch: pyt
 
 KILLED = """
 import os, sys
-from understudy.robots.recording import merge
+from understudy.records import merge
 write = merge._Channels.find
 def find(self, agent, number):
     global left

@@ -23,10 +23,10 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from mcap.reader import make_reader
 from tests.bodies import Scripted
 
-from understudy.robots.clock_offset import PROMPT_S
-from understudy.robots.recording.header import RunInfo
-from understudy.robots.recording.merge import TeamClock, merge_recordings
-from understudy.robots.recording.recorder import RunRecorder
+from understudy.clock import PROMPT_S
+from understudy.records.header import RunInfo
+from understudy.records.merge import TeamClock, merge_recordings
+from understudy.records.recorder import RunRecorder
 from understudy.robots.team_network.agent_recorder import RecordedNetwork
 from understudy.runtime.agents.network import Inbox, Observe
 

@@ -32,20 +32,21 @@ from tests.simulated_clock import SimulatedClock
 from tests.waiting import wait_until
 
 from understudy.errors import FileError
-from understudy.robots.recording import recorder as recorder_module
-from understudy.robots.recording import writer
-from understudy.robots.recording.header import BODY, FORMAT, RUN, RunInfo, decode_header
-from understudy.robots.recording.message_types import (
+from understudy.records import recorder as recorder_module
+from understudy.records import writer
+from understudy.records.header import BODY, FORMAT, RUN, RunInfo, decode_header
+from understudy.records.message_types import (
     READINGS,
     ReadingsEncoder,
     StatesEncoder,
     decode_states,
 )
-from understudy.robots.recording.reader import RecordedPress, read_recording
-from understudy.robots.recording.recorder import RecordingFailed, RecordingTransport, RunRecorder
+from understudy.records.messages import decode_message
+from understudy.records.reader import RecordedPress, read_recording
+from understudy.records.recorder import RecordingFailed, RunRecorder
+from understudy.robots.recording_transport import RecordingTransport
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.ros.transport import Publisher
 from understudy.runtime.body import list_reading_keys
 

@@ -16,9 +16,9 @@ from tests.make.sessions import make_session as scripted
 
 from understudy.errors import FileError, SessionError, UnderstudyError
 from understudy.model.learner_options import LearnerOptions
-from understudy.robots.recording.reader import RecordedPress, Recording, read_recording
-from understudy.robots.recording.recorder import RunRecorder
-from understudy.robots.recording.teach_from_recording import (
+from understudy.records.reader import RecordedPress, Recording, read_recording
+from understudy.records.recorder import RunRecorder
+from understudy.segmentation.teach_from_recording import (
     list_recorded_presses,
     read_presses,
     teach_from_recording,

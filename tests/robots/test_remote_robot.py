@@ -21,10 +21,10 @@ from understudy.model.binding import Binding
 from understudy.model.features import Feature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
+from understudy.records.messages import decode_message
 from understudy.robots.fleet import Fleet
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.team_network.agent_views import RobotViews
 from understudy.robots.team_network.remote_robot import RemoteRobot, drive_robots
 from understudy.robots.team_network.team_watch import TeamWatch

@@ -15,11 +15,11 @@ from tests.runtime.agents.test_lost_agents import make_team
 from tests.simulated_clock import SimulatedClock
 
 from understudy.model.library import Library
+from understudy.records.messages import decode_message, encode_message, make_message
 from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.fleet import Fleet
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message, encode_message, make_message
 from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent

@@ -21,13 +21,13 @@ from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, change_skill
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.records.messages import decode_message
+from understudy.records.recorder import RunRecorder
 from understudy.robots.diagnostics import diagnose_connection
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.ros.transport import Publisher, WireType
 from understudy.robots.safety.guard import ArmingRefused
 from understudy.robots.twin import DigitalTwin

@@ -29,7 +29,7 @@ from tests.robots.agent_processes import (
 from tests.robots.domains import own_domain
 from tests.ui.cli.commands import run_json
 
-from understudy.robots.recording.reader import read_recording
+from understudy.records.reader import read_recording
 
 DOMAIN = own_domain()
 

@@ -30,13 +30,13 @@ from tests.robots.test_simulation_clock import clock_at
 from tests.ui.cli.commands import run
 from tests.waiting import wait_until
 
+from understudy.records.messages import decode_message, encode_twist
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot import Robot, connect_robot_body
 from understudy.robots.robot_file import parse_robot
 from understudy.robots.ros.dds import DdsTransport
 from understudy.robots.ros.diagnostic_messages import DIAGNOSTICS, StatusLevel
 from understudy.robots.ros.frame_tree import TRANSFORMS
-from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
 from understudy.robots.ros.transport import Publisher, Transport
 from understudy.robots.ros.zenoh import ZenohTransport

@@ -17,7 +17,7 @@ from tests.robots.trials import PATIENCE_S, TRIALS, Process, can_cut, scene
 from tests.simulated_clock import SimulatedClock
 from tests.ui.cli.commands import run
 
-from understudy.robots.ros.messages import encode_twist
+from understudy.records.messages import encode_twist
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety import emergency_stop
 from understudy.robots.safety.stop_log import read_stops

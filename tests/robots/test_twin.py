@@ -16,10 +16,10 @@ from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
 from understudy.errors import SettingError, UnderstudyError
+from understudy.records.header import RunInfo
+from understudy.records.reader import read_recording
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.header import RunInfo
-from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot, parse_robot
 from understudy.robots.twin import DigitalTwin

@@ -25,9 +25,9 @@ from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 from tests.waiting import wait_until
 
 from understudy.errors import FileError
+from understudy.records.messages import encode_twist
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Publisher, Unreachable
 from understudy.robots.ros.zenoh import (

@@ -25,9 +25,9 @@ from tests.robots.skill_servers import Server
 from tests.waiting import wait_until
 
 from understudy.clock import MonotonicClock
+from understudy.records.messages import decode_message, encode_twist
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message, encode_twist
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 

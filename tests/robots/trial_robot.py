@@ -15,8 +15,8 @@ from argparse import ArgumentParser
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
+from understudy.records.messages import decode_message
 from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 

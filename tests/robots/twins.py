@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from tests.robots.rigs import Timed
 from tests.robots.rovers import Wire, odometry
 
+from understudy.records.messages import decode_message
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.twin import DigitalTwin
 
 ARENA = """

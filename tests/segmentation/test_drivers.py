@@ -39,7 +39,7 @@ from understudy.analysis.tracing import TransitionQuery
 from understudy.errors import DefinitionError, FileError, UnknownName
 from understudy.learning.explain import explain
 from understudy.model.example_source import ExampleSource
-from understudy.robots.recording.replay import ReplayBody
+from understudy.records.replay import ReplayBody
 from understudy.segmentation.drive_examples import make_recording
 from understudy.segmentation.driver_contradictions import list_drivers
 from understudy.segmentation.lesson_from_drive import to_lesson

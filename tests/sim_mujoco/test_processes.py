@@ -15,7 +15,7 @@ from tests.robots.rovers import Wire
 from tests.sim_mujoco.drawing import draws
 from tests.simulated_clock import SimulatedClock
 
-from understudy.robots.ros.messages import TWIST, encode_message, encode_twist, make_message
+from understudy.records.messages import TWIST, encode_message, encode_twist, make_message
 from understudy.robots.ros.transport import Publish
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, Scenario

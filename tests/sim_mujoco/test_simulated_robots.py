@@ -26,12 +26,12 @@ from tests.ui.cli.commands import run
 from tests.waiting import wait_until
 
 from understudy.errors import SettingError
+from understudy.records.messages import TWIST, decode_message, encode_twist
 from understudy.robots.camera.image_decoding import decode_image
 from understudy.robots.inputs import SensorInputs
 from understudy.robots.robot_file import load_team, parse_robot
 from understudy.robots.ros.fields import compute_heading
 from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
-from understudy.robots.ros.messages import TWIST, decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Lidar, Scenario
 from understudy.sim.sensing.range_sensors import RANGE

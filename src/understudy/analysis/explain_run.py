@@ -26,7 +26,7 @@ from understudy.errors import UnderstudyError
 from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.robots.ros.state_topic import detect_state_change
+from understudy.records.message_types import detect_state_change
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World

@@ -19,10 +19,10 @@ from understudy.errors import SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.squad import Assignment
-from understudy.robots.recording.header import SCENARIO, format_part
-from understudy.robots.recording.message_types import format_reading_label
-from understudy.robots.recording.reader import RecordedDuty, Recording
-from understudy.robots.recording.team_reader import LoggedOrders, TeamRecording
+from understudy.records.header import SCENARIO, format_part
+from understudy.records.message_types import format_reading_label
+from understudy.records.reader import RecordedDuty, Recording
+from understudy.records.team_reader import LoggedOrders, TeamRecording
 from understudy.runtime.agents.messages import OrderId, compute_layout, list_reported_readings
 from understudy.runtime.team.comms import SILENT_S
 from understudy.sim.kit import list_readings

@@ -10,8 +10,8 @@ import msgspec
 from understudy.analysis.tracing import AgentRef, TracedRun, list_chain_of_command, make_tracing_runner
 from understudy.errors import UnderstudyError
 from understudy.model.binding import Binding
-from understudy.robots.recording.reader import RESTART, RecordedDuty, Recording
-from understudy.robots.recording.replay import ReplayBody
+from understudy.records.reader import RESTART, RecordedDuty, Recording
+from understudy.records.replay import ReplayBody
 from understudy.runtime.interpreter import Interpreter, StackFrame
 from understudy.runtime.program import IDLE_PROGRAM, Program
 from understudy.runtime.team.members import AgentLayer

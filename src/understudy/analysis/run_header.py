@@ -14,7 +14,7 @@ from understudy.analysis.run_trace import COLUMNS, COORDINATOR, VERSION, Reading
 from understudy.errors import FileError, SettingError
 from understudy.extras import format_install_command
 from understudy.model.library import Library
-from understudy.robots.recording.header import RunInfo
+from understudy.records.header import RunInfo
 from understudy.runtime.program import Child, Instance, Program
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario

@@ -18,7 +18,7 @@ import numpy as np
 
 from understudy.errors import SettingError
 from understudy.model.kinds import Column
-from understudy.robots.recording.message_types import format_reading_label
+from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team

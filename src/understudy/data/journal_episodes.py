@@ -15,7 +15,7 @@ from understudy.data.episode import Episode, EpisodePress
 from understudy.errors import FileError
 from understudy.model.kinds import parse_kind
 from understudy.model.lesson import Example
-from understudy.robots.recording.message_types import format_reading_label
+from understudy.records.message_types import format_reading_label
 from understudy.runtime.interpreter import StackFrame
 from understudy.training.journal import (
     AnyEntry,

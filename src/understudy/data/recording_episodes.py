@@ -8,8 +8,8 @@ from pathlib import Path
 from understudy.data.episode import Episode, EpisodePress
 from understudy.errors import FileError
 from understudy.model.kinds import Kind
-from understudy.robots.recording.message_types import format_reading_label
-from understudy.robots.recording.reader import (
+from understudy.records.message_types import format_reading_label
+from understudy.records.reader import (
     PRESS,
     TEACH,
     TEST,
@@ -18,7 +18,7 @@ from understudy.robots.recording.reader import (
     Recording,
     read_recording,
 )
-from understudy.robots.recording.team_reader import read_team_recording
+from understudy.records.team_reader import read_team_recording
 
 
 def read_recording_episodes(path: Path | str) -> list[Episode]:

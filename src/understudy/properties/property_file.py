@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +20,7 @@ from understudy.model.binding import Binding
 from understudy.model.property import GOAL, PROGRESS, Property, PropertyKind, SeededWorlds
 from understudy.properties.condition import parse_condition
 from understudy.sim.scenario.squad_schema import StrictStruct
-from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
+from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values, parse_toml
 
 FILE = "properties.toml"
 FORMAT, VERSION = "properties", 1
@@ -100,13 +99,7 @@ def read_text(path: Path | str) -> str:
 
 def parse_tables(path: Path | str, text: str) -> dict[str, Any]:
     """Parse the text of a file of properties into its tables, by name; FileError if it is not such a text."""
-    try:
-        document = tomllib.loads(text.replace("\r\n", "\n"))
-    except (ValueError, RecursionError) as error:
-        problem, _, place = str(error).partition(" (at ")
-        raise FileError(
-            path=path, place=place.rstrip(")"), problem=f"is not TOML: {problem}", remedy="correct it there"
-        ) from None
+    document = parse_toml(text, path)
     begin = "let the file begin with " + join_names(repr(line) for line in HEAD.splitlines())
     given = document.pop("understudy", None)
     if given != FORMAT:

@@ -14,8 +14,8 @@ from understudy.errors import SettingError
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
+from understudy.records.recorder import RunRecorder
 from understudy.robots.arming_order import ArmingOrder
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot, connect_robot_body, describe_exit_reason
 from understudy.robots.robot_file import load_robot, load_team
 from understudy.robots.ros.simulation_clock import SimulationClock

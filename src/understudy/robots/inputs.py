@@ -12,12 +12,12 @@ from understudy.errors import FileError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Continuous, Toroidal
+from understudy.records.messages import MessageRefused, decode_message
 from understudy.robots.camera.config import CAMERA, CameraSpec
 from understudy.robots.camera.live_camera import LiveCamera
 from understudy.robots.robot_file import POSE, RobotFile, TargetPlaceSpec
 from understudy.robots.ros.fields import BEARING, SCAN, Extract, make_extractor, make_position_extractor
 from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
-from understudy.robots.ros.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import Transport
 from understudy.robots.standard_topics import FrameSpec
 from understudy.runtime.body import Reading

@@ -19,9 +19,11 @@ import numpy as np
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
+from understudy.records.messages import encode_twist
+from understudy.records.recorder import RunRecorder
 from understudy.robots.derived_readings import DerivedReadings
 from understudy.robots.inputs import SensorInputs
-from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
+from understudy.robots.recording_transport import RecordingTransport
 from understudy.robots.robot_file import RobotFile
 from understudy.robots.ros.diagnostic_messages import (
     DIAGNOSTICS,
@@ -30,7 +32,6 @@ from understudy.robots.ros.diagnostic_messages import (
     StatusListener,
     StatusPublisher,
 )
-from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.simulation_clock import SimulationClock
 from understudy.robots.ros.transport import Publish, Transport

@@ -15,7 +15,7 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError
-from understudy.robots.camera.config import CameraSpec, parse_toml
+from understudy.robots.camera.config import CameraSpec
 from understudy.robots.ros.state_topic import TOPIC as STATE_TOPIC
 from understudy.robots.ros.transport import BUILTIN_TRANSPORTS, list_transports
 from understudy.robots.skill_file import SkillSpec, find_skill_problems
@@ -23,7 +23,7 @@ from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.robots.team_settings import TeamSettings
 from understudy.sim.scenario.scenario_errors import suggest_name
 from understudy.sim.scenario.squad_schema import StrictStruct
-from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values
+from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values, parse_toml
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
 
 FORMAT = "understudy-robot/1"

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit
+from understudy.records.header import SCENARIO, RunInfo
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import Fleet
-from understudy.robots.recording.header import SCENARIO, RunInfo
-from understudy.robots.recording.recorder import RunRecorder, list_recorded_names
+from understudy.robots.recording_transport import list_recorded_names
 from understudy.robots.robot_file import POSE, TargetPlaceSpec
 from understudy.robots.ros.state_topic import StateChangePublisher
 from understudy.robots.skills.stand_ins import add_robot_skills

@@ -20,9 +20,9 @@ from understudy.model.features import CounterFeature, FlagFeature, ReadingKey, T
 from understudy.model.learner_options import LONGEST_REACTION_S
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library
-from understudy.robots.recording.header import RecordingHeader, RunInfo
-from understudy.robots.recording.reader import Recording
-from understudy.robots.recording.replay import ReplayBody
+from understudy.records.header import RecordingHeader, RunInfo
+from understudy.records.reader import Recording
+from understudy.records.replay import ReplayBody
 from understudy.segmentation.drive_kit import remove_functions
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.segmentation.segment import UNEXPLAINED, Segmentation, Span

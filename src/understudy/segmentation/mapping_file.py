@@ -29,9 +29,8 @@ from msgspec import field
 
 from understudy.errors import FileError, KindError
 from understudy.model.kinds import Continuous, Kind, Toroidal, parse_kind
-from understudy.robots.camera.config import parse_toml
 from understudy.sim.scenario.squad_schema import StrictStruct
-from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
+from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values, parse_toml
 
 FORMAT = "understudy-recording-map/1"
 UNITS: Mapping[str, tuple[str, float]] = {

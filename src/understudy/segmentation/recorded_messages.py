@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from understudy.errors import FileError, UnderstudyError, join_names, suggest_known_name
 from understudy.extras import ExtraMissing
-from understudy.robots.recording.reader import iterate_records
+from understudy.records.reader import iterate_records
 from understudy.segmentation.mapping_file import RecordingMap
 from understudy.segmentation.recorded_table import TIME, RecordedTable
 

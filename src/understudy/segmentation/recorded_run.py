@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from understudy.errors import FileError, SettingError
-from understudy.robots.recording.reader import Recording
+from understudy.records.reader import Recording
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 

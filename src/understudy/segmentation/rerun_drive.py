@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.library import Library
-from understudy.robots.recording.replay import ReplayBody
+from understudy.records.replay import ReplayBody
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.segmentation.drive_examples import make_recording, name_state

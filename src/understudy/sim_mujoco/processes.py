@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from understudy.records.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.robots.ros.fields import compute_heading as heading_of
-from understudy.robots.ros.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.robots.ros.transport import Transport
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World

@@ -9,11 +9,11 @@ from math import radians
 from typing import Any
 
 from understudy.errors import SettingError
+from understudy.records.messages import TWIST
 from understudy.robots.camera.blobs import LEAST_PX
 from understudy.robots.camera.color import Color
 from understudy.robots.camera.config import HEADING, format_color_line
 from understudy.robots.robot_file import FORMAT, TEAM
-from understudy.robots.ros.messages import TWIST
 from understudy.sim.params import count_robots
 from understudy.sim.scenario.files import TARGET as MARKER
 from understudy.sim.scenario.schema import RobotType, Scenario, TargetLocator

@@ -13,9 +13,7 @@ from msgspec.structs import replace
 
 from understudy.clock import REAL_TIME, Clock
 from understudy.model.features import ReadingKey
-from understudy.robots.camera.blobs import Image
-from understudy.robots.ros.frame_tree import TRANSFORMS, make_transform
-from understudy.robots.ros.messages import (
+from understudy.records.messages import (
     TWIST,
     MessageRefused,
     decode_message,
@@ -23,6 +21,8 @@ from understudy.robots.ros.messages import (
     list_message_fields,
     make_message,
 )
+from understudy.robots.camera.blobs import Image
+from understudy.robots.ros.frame_tree import TRANSFORMS, make_transform
 from understudy.robots.ros.transport import Publish, Transport
 from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario
 from understudy.sim_mujoco.body import MujocoBody

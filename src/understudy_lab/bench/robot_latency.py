@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from understudy.extras import ExtraMissing
+from understudy.records.messages import encode_message, make_message
 from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.messages import encode_message, make_message
 from understudy.robots.ros.transport import Transport
 from understudy.robots.ros.zenoh import ZenohTransport
 from understudy_lab.bench.harness import BenchGoal, Row, result

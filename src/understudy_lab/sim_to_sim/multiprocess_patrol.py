@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from understudy.errors import UnderstudyError
+from understudy.records.messages import decode_message
 from understudy.robots.fleet import Fleet, connect_team
 from understudy.robots.robot_file import load_team
 from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.messages import decode_message
 from understudy.robots.twin import DigitalTwin
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from understudy.export.targets.ros2 import find_header
-from understudy.robots.ros.messages import ARRAY, BASE, NAMED, list_message_fields, load_typestore
+from understudy.records.messages import ARRAY, BASE, NAMED, list_message_fields, load_typestore
 
 HERE = Path(__file__).parent
 CPP = {

@@ -27,9 +27,9 @@ from understudy.model.binding import Target
 from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit, Library
+from understudy.records.messages import decode_message, encode_message, make_message
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import load_robot
-from understudy.robots.ros.messages import decode_message, encode_message, make_message
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.guard import ArmingRefused
 

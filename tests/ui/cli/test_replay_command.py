@@ -25,9 +25,10 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.robots.recording.header import RunInfo
-from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.recorder import RecordingTransport, RunRecorder
+from understudy.records.header import RunInfo
+from understudy.records.reader import read_recording
+from understudy.records.recorder import RunRecorder
+from understudy.robots.recording_transport import RecordingTransport
 from understudy.robots.robot import Robot
 from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Commands, list_reading_keys

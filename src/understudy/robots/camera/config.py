@@ -15,6 +15,7 @@ from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.robots.camera.blobs import LEAST_PX, BlobDetector
 from understudy.robots.camera.color import Color
 from understudy.sim.scenario.squad_schema import StrictStruct
+from understudy.sim.scenario.toml_decode import parse_toml
 from understudy.storage.atomic_write import write_atomically
 
 CAMERA, COLORS = "camera", "colors"
@@ -109,15 +110,6 @@ def write_color(path: Path | str, name: str, color: Color) -> None:
         problem = "there is no such file" if missing else f"cannot be read ({error})"
         raise FileError(path=path, place="", problem=problem, remedy="give a robot's file") from None
     write_atomically(path, insert_color(content, name, color, path).encode())
-
-
-def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
-    """Parse the text of a robot file; raise FileError if it is not TOML."""
-    try:
-        return tomllib.loads(content)
-    except (ValueError, RecursionError) as error:
-        problem = f"is not TOML: {error}"
-        raise FileError(path=path, place="", problem=problem, remedy="correct it there") from None
 
 
 def _only_added(before: dict[str, Any], changed: str, name: str, color: Color) -> bool:

@@ -14,8 +14,7 @@ from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from understudy.extras import ExtraMissing
-from understudy.robots.ros.dds_services import DdsServices, carry_bytes, make_conditions, make_raw_type
-from understudy.robots.ros.messages import (
+from understudy.records.messages import (
     ARRAY,
     BASE,
     JAZZY,
@@ -25,6 +24,7 @@ from understudy.robots.ros.messages import (
     list_message_fields,
     list_type_releases,
 )
+from understudy.robots.ros.dds_services import DdsServices, carry_bytes, make_conditions, make_raw_type
 from understudy.robots.ros.transport import (
     Answered,
     Publish,

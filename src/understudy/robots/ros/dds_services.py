@@ -16,7 +16,7 @@ from functools import cache
 from threading import Lock
 from typing import Any
 
-from understudy.robots.ros.messages import convert_to_dds_name, convert_to_ros_name
+from understudy.records.messages import convert_to_dds_name, convert_to_ros_name
 from understudy.robots.ros.transport import Answered, Received, WireType
 
 PREFIX = "rq"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
-from understudy.robots.ros.messages import MessageRefused, decode_message, encode_message, make_message
+from understudy.records.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.robots.ros.transport import Publish
 
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"

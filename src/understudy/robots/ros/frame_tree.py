@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
+from understudy.records.messages import make_message
 from understudy.robots.ros.fields import LARGEST, compute_heading
-from understudy.robots.ros.messages import make_message
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 """The type of messages on /tf and /tf_static."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from understudy.errors import FileError
-from understudy.robots.ros.messages import (
+from understudy.records.messages import (
     ARRAY,
     BASE,
     LONGEST,

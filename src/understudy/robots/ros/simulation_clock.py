@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from understudy.robots.ros.messages import MessageRefused, decode_message
+from understudy.records.messages import MessageRefused, decode_message
 from understudy.robots.ros.transport import Transport
 
 CLOCK, TIME = "/clock", "rosgraph_msgs/msg/Clock"

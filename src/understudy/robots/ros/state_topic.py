@@ -5,9 +5,7 @@ A message is JSON text in a std_msgs/String, so that rosbag and `ros2 topic echo
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from understudy.robots.recording.message_types import TEXT, encode_text
+from understudy.records.message_types import TEXT, detect_state_change, encode_text, resolve_topic_name
 from understudy.robots.ros.transport import Transport
 from understudy.storage.json_text import encode_json
 
@@ -15,28 +13,6 @@ TOPIC = "understudy/transitions"
 """The topic of state changes, within the robot's namespace."""
 STOPPED = "understudy/stopped"
 """The topic of stops, within the robot's namespace: why the robot is stopped or disarmed, or nothing while it moves."""
-
-
-class StateChange(NamedTuple):
-    """A change of states: the outermost level that switched (0 is the root), and its states before and after.
-
-    A state is "" if the level did not exist.
-    """
-
-    level: int
-    before: str
-    after: str
-
-
-def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> StateChange | None:
-    """Return the change between the states of all levels in two ticks, or None if they are equal."""
-    if before == after:
-        return None
-    level = next(
-        (level for level, (one, other) in enumerate(zip(before, after, strict=False)) if one != other),
-        min(len(before), len(after)),
-    )
-    return StateChange(level, *("" if level >= len(path) else path[level] for path in (before, after)))
 
 
 class StateChangePublisher:
@@ -62,8 +38,3 @@ class StateChangePublisher:
         self._path = path
         record = {"time_s": time_s, "robot": self._robot, **changed._asdict(), "path": path}
         self._publish(encode_text(encode_json(record).decode()))
-
-
-def resolve_topic_name(namespace: str, topic: str) -> str:
-    """Return the full name of a topic in a namespace."""
-    return "/" + "/".join(part for part in (namespace.strip("/"), topic) if part)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 from understudy.clock import REAL_TIME, Clock
 from understudy.extras import ExtraMissing
-from understudy.robots.ros.messages import (
+from understudy.records.messages import (
     LONGEST_IMAGE,
     convert_to_dds_name,
     convert_to_ros_name,

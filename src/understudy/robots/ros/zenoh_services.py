@@ -12,7 +12,7 @@ import uuid
 from threading import Lock
 from typing import Any
 
-from understudy.robots.ros.messages import convert_to_dds_name
+from understudy.records.messages import convert_to_dds_name
 from understudy.robots.ros.transport import Answered
 
 ATTACHED = struct.Struct("<qqB16s")

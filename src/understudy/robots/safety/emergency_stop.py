@@ -15,8 +15,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from understudy.clock import REAL_TIME, Clock
+from understudy.records.messages import encode_twist
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.messages import encode_twist
 from understudy.robots.ros.open_transport import open_transport
 from understudy.robots.ros.transport import Transport
 from understudy.robots.safety.stop_log import append_stop, find_stop_log, make_stop_event

@@ -20,7 +20,7 @@ from functools import partial
 from threading import get_native_id
 from typing import NamedTuple
 
-from understudy.robots.clock_offset import measure_clock_offset
+from understudy.clock import measure_clock_offset
 from understudy.robots.ros.transport import Publisher
 from understudy.robots.safety.watchdog import MOVING, PRIORITY, RESTING, TAKEN_OVER
 from understudy.robots.safety.watchdog_client import WatchdogClient

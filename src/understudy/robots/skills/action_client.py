@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from understudy.records.messages import MessageRefused
 from understudy.robots.ros.interfaces import CANCEL, ActionTypes, Interfaces
-from understudy.robots.ros.messages import MessageRefused
 from understudy.robots.ros.transport import Answered, Transport
 from understudy.robots.skills.cancellation import CANCEL_S, Cancellation
 from understudy.robots.skills.execution import Execution

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from understudy.records.messages import BASE, NAMED
 from understudy.robots.ros.interfaces import Interfaces
-from understudy.robots.ros.messages import BASE, NAMED
 from understudy.robots.skill_file import OF_TARGET, SkillSpec
 from understudy.sim.scenario.toml_decode import DecodeProblem
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from understudy.records.messages import MessageRefused
 from understudy.robots.ros.interfaces import Interfaces, ServiceTypes
-from understudy.robots.ros.messages import MessageRefused
 from understudy.robots.ros.transport import Transport
 from understudy.robots.skills.action_client import GRACE_S
 from understudy.robots.skills.execution import Execution

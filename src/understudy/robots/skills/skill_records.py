@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.recording.message_types import TEXT, encode_text
-from understudy.robots.ros.state_topic import resolve_topic_name
+from understudy.records.message_types import TEXT, encode_text, resolve_topic_name
 from understudy.robots.ros.transport import Transport
 from understudy.robots.skills.execution import Execution
 from understudy.storage.json_text import encode_json

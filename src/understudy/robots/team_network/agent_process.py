@@ -20,8 +20,8 @@ from understudy.clock import REAL_TIME, Clock
 from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.squad import Assignment
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import Fleet, connect_robot
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot import Robot
 from understudy.robots.ros.diagnostic_messages import DiagnosticStatus, StatusLevel
 from understudy.robots.team_network.agent_claim import claim_name

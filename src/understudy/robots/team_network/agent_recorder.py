@@ -11,11 +11,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from understudy.robots.recording.header import SCENARIO, RunInfo, format_part
-from understudy.robots.recording.message_types import DUTY, TEAM_MESSAGE, encode_team_message
-from understudy.robots.recording.recorder import DUTIES, HEARD, SENT, AgentChannels, RunRecorder
-from understudy.robots.ros.messages import encode_message, make_message
-from understudy.robots.ros.state_topic import resolve_topic_name
+from understudy.records.header import SCENARIO, RunInfo, format_part
+from understudy.records.message_types import DUTY, TEAM_MESSAGE, encode_team_message, resolve_topic_name
+from understudy.records.messages import encode_message, make_message
+from understudy.records.recorder import DUTIES, HEARD, SENT, AgentChannels, RunRecorder
 from understudy.robots.team_network.load_plan import LoadedTeam
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator

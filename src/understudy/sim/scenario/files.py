@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
@@ -16,7 +15,7 @@ from understudy.errors import FileError, SettingError, join_names
 from understudy.sim.params import collect_names
 from understudy.sim.scenario.scenario_errors import suggest_name
 from understudy.sim.scenario.schema import VERSION, ObjectClass, Scenario, TargetSpec
-from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
+from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values, parse_toml
 from understudy.sim.scenario.toml_writer import format_toml
 from understudy.sim.scenario.validate_names import NAME
 from understudy.sim.scenario.validation import check_scenario
@@ -91,7 +90,9 @@ def parse_scenario(content: str | bytes, path: Path | str = "scenario.toml") -> 
 
     A scenario without a name is named after the file `path`, which errors name too.
     """
-    document = _migrated(_head(_table(content, path), path))
+    if isinstance(content, bytes):
+        content = _decoded(content, path)
+    document = _migrated(_head(parse_toml(content, path), path))
     if "name" not in document and NAME.fullmatch(Path(path).stem):
         document["name"] = Path(path).stem
     scenario = decode_toml_values(document, Scenario)
@@ -124,25 +125,6 @@ def _decoded(content: bytes, path: Path | str) -> str:
             place=f"line {line}",
             problem="is not UTF-8 text",
             remedy="save it as UTF-8, or give another file",
-        ) from None
-
-
-def _table(content: str | bytes, path: Path | str) -> ScenarioDocument:
-    if isinstance(content, bytes):
-        content = _decoded(content, path)
-    try:
-        return tomllib.loads(content.replace("\r\n", "\n"))
-    except RecursionError:
-        raise FileError(
-            path=path, place="", problem="is nested too deeply", remedy="give tables of tables"
-        ) from None
-    except ValueError as error:
-        problem, _, place = str(error).partition(" (at ")
-        if not place.startswith("line"):  # it ends too early, or holds a number with thousands of digits
-            lines = content.splitlines() or [""]
-            place = f"line {len(lines)}, column {len(lines[-1]) + 1}"
-        raise FileError(
-            path=path, place=place.rstrip(")"), problem=f"is not TOML: {problem}", remedy="correct it there"
         ) from None
 
 

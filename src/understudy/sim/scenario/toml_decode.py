@@ -1,14 +1,17 @@
-"""Convert plain values from a TOML file to structs; errors name the key, the problem and a remedy."""
+"""Read TOML files into plain values, and these into structs; errors name the key, the problem and a remedy."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 
+from understudy.errors import FileError
 from understudy.sim.scenario.scenario_errors import suggest_name
 from understudy.sim.scenario.squad_schema import StrictStruct
 
@@ -33,6 +36,24 @@ class DecodeProblem(NamedTuple):
     key: str
     problem: str
     remedy: str
+
+
+def parse_toml(content: str, path: Path | str) -> dict[str, Any]:
+    """Parse the text of a TOML file into plain values; raise FileError with the place if it is not TOML."""
+    try:
+        return tomllib.loads(content.replace("\r\n", "\n"))
+    except RecursionError:
+        raise FileError(
+            path=path, place="", problem="is nested too deeply", remedy="give tables of tables"
+        ) from None
+    except ValueError as error:
+        problem, _, place = str(error).partition(" (at ")
+        if not place.startswith("line"):  # it ends too early, or holds a number with thousands of digits
+            lines = content.splitlines() or [""]
+            place = f"line {len(lines)}, column {len(lines[-1]) + 1}"
+        raise FileError(
+            path=path, place=place.rstrip(")"), problem=f"is not TOML: {problem}", remedy="correct it there"
+        ) from None
 
 
 def decode_toml_values(document: Any, whole: type[Described]) -> Described | DecodeProblem:

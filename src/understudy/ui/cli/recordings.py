@@ -13,8 +13,8 @@ from understudy.analysis.run_header import fingerprint_libraries, fingerprint_pr
 from understudy.errors import FileError, UnderstudyError
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.robots.recording.header import SCENARIO, RunInfo
-from understudy.robots.recording.recorder import RunRecorder
+from understudy.records.header import SCENARIO, RunInfo
+from understudy.records.recorder import RunRecorder
 from understudy.runtime.body import Body, Commands, list_reading_keys
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import format_scenario, parse_scenario
@@ -35,7 +35,7 @@ from understudy.ui.cli.options import WORLD
 
 if TYPE_CHECKING:
     from understudy.model.library import Kit
-    from understudy.robots.recording.reader import Recording
+    from understudy.records.reader import Recording
     from understudy.runtime.program import Program
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario

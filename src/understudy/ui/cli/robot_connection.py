@@ -14,8 +14,8 @@ from threading import current_thread, main_thread
 import typer
 
 from understudy.errors import SettingError
+from understudy.records.recorder import RunRecorder
 from understudy.robots.fleet import connect_robot, connect_team
-from understudy.robots.recording.recorder import RunRecorder
 from understudy.robots.robot_file import is_team_file
 from understudy.robots.twin import DigitalTwin
 from understudy.storage.atomic_write import convert_os_errors

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
-from understudy.robots.recording.header import RunInfo
+from understudy.records.header import RunInfo
 from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody

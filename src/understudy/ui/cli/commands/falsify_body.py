@@ -30,7 +30,7 @@ from understudy.ui.cli.recordings import describe_body_run, record_ticks
 
 if TYPE_CHECKING:
     from understudy.adapters.body_maker import BodyMaker
-    from understudy.robots.recording.header import RunInfo
+    from understudy.records.header import RunInfo
 
 RECORDING_FILE = "run.mcap"
 

@@ -11,10 +11,9 @@ import numpy as np
 from rich.markup import escape
 
 from understudy.analysis.run_header import is_trace
-from understudy.data.trace_drive import read_trace_drive
 from understudy.errors import SettingError
 from understudy.model.library import Kit, Library
-from understudy.robots.recording.reader import has_own_header, read_recording
+from understudy.records.reader import has_own_header, read_recording
 from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
 from understudy.segmentation.drive_table import read_recorded_drive
 from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
@@ -24,6 +23,7 @@ from understudy.segmentation.recorded_drive import RecordedDrive, find_places, j
 from understudy.segmentation.recorded_run import make_recorded_drive
 from understudy.segmentation.segment import Segmentation, segment
 from understudy.segmentation.segmentation_report import DriveReport, make_drive_report
+from understudy.segmentation.trace_drive import read_trace_drive
 from understudy.training.lesson_design import parse_feature
 from understudy.ui.cli.commands.drive_findings import (
     apply_splits,

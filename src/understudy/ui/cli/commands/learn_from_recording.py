@@ -11,8 +11,8 @@ from understudy.errors import FileError, SettingError
 from understudy.model.automaton import USUAL_FLAGS
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
-from understudy.robots.recording.reader import RecordedPress, has_own_header, read_recording
-from understudy.robots.recording.teach_from_recording import (
+from understudy.records.reader import RecordedPress, has_own_header, read_recording
+from understudy.segmentation.teach_from_recording import (
     is_taught_live,
     list_pressed_states,
     list_recorded_presses,

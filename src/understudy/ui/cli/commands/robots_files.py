@@ -6,8 +6,8 @@ import msgspec
 import typer
 
 from understudy.errors import join_names
-from understudy.robots.recording.foxglove_layout import make_layout
-from understudy.robots.recording.merge import MemberClock, merge_recordings
+from understudy.records.merge import MemberClock, merge_recordings
+from understudy.robots.foxglove_layout import make_layout
 from understudy.robots.robot_file import list_robot_files, load_robot
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.robots_options import RobotLayoutOptions, TeamMergeOptions

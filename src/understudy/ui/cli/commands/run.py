@@ -38,7 +38,7 @@ from understudy.viz.path_png import draw_path_png
 from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 
 if TYPE_CHECKING:
-    from understudy.robots.recording.header import RunInfo
+    from understudy.records.header import RunInfo
     from understudy.runtime.team.team import Team
     from understudy.ui.cli.run_options import SimulatedRunOptions
 

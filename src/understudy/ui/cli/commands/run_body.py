@@ -14,7 +14,7 @@ from rich.text import Text
 
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
-from understudy.robots.recording.header import RunInfo
+from understudy.records.header import RunInfo
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run

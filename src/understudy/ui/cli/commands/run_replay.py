@@ -20,7 +20,7 @@ from understudy.analysis.explain_run import (
 from understudy.analysis.explanation_text import DIGITS, DecisionData
 from understudy.analysis.rerun import Rerun
 from understudy.errors import SettingError, join_names
-from understudy.robots.recording.reader import Recording, read_recording
+from understudy.records.reader import Recording, read_recording
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 from understudy.storage.document import fingerprint_automaton
 from understudy.ui.cli.commands.why_team import print_decision, round_values
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.library import Kit
-    from understudy.robots.recording.header import RunInfo
+    from understudy.records.header import RunInfo
     from understudy.sim.scenario.schema import Scenario
 
 DIFFERENT = 1

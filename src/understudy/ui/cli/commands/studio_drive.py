@@ -13,12 +13,12 @@ import typer
 
 from understudy.adapters.body_maker import find_world
 from understudy.clock import REAL_TIME
-from understudy.data.trace_drive import write_trace_drive
 from understudy.errors import SettingError
-from understudy.robots.recording.header import RunInfo
+from understudy.records.header import RunInfo
 from understudy.runtime.body import close_body
 from understudy.segmentation.drive_kit import list_drive_features, make_candidates
 from understudy.segmentation.drive_recorder import DriveRecorder
+from understudy.segmentation.trace_drive import write_trace_drive
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.catalog import is_function, locate_scenario
 from understudy.sim.scenario.schema import Scenario

@@ -11,7 +11,7 @@ from pathlib import Path
 import typer
 
 from understudy.clock import REAL_TIME
-from understudy.robots.recording.recorder import RunRecorder
+from understudy.records.recorder import RunRecorder
 from understudy.robots.team_network.agent_process import AgentProcess
 from understudy.robots.team_network.agent_questions import AgentQuestion, AgentStatus, ask
 from understudy.robots.team_network.library_push import read_library_files

@@ -19,8 +19,8 @@ from understudy.analysis.rerun import Rerun
 from understudy.analysis.run_header import fingerprint_scenario, read_recorded_tick
 from understudy.analysis.run_trace import BETWEEN
 from understudy.errors import SettingError
-from understudy.robots.recording.reader import read_recording
-from understudy.robots.recording.team_reader import read_team_recording
+from understudy.records.reader import read_recording
+from understudy.records.team_reader import read_team_recording
 from understudy.sim.catalog import find_scenario
 from understudy.ui.cli.commands.why_team import explain_agents, print_decision, print_levels, round_values
 from understudy.ui.cli.json_output import print_json

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.analysis.explain_run import AgentExplanation, DecisionReason
-    from understudy.robots.recording.reader import Recording
-    from understudy.robots.recording.team_reader import TeamRecording
+    from understudy.records.reader import Recording
+    from understudy.records.team_reader import TeamRecording
     from understudy.sim.team.libraries import Libraries
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from understudy.errors import UnknownName
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.recording.message_types import format_reading_label
-from understudy.robots.recording.reader import Recording
+from understudy.records.message_types import format_reading_label
+from understudy.records.reader import Recording
 from understudy.runtime.body import Channel, Commands, Reading
 
 

@@ -15,7 +15,7 @@ from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.recording.header import (
+from understudy.records.header import (
     AGENT,
     METADATA,
     PART,
@@ -23,7 +23,7 @@ from understudy.robots.recording.header import (
     decode_header,
     name_metadata,
 )
-from understudy.robots.recording.message_types import (
+from understudy.records.message_types import (
     DUTY,
     READINGS,
     STATES,
@@ -33,10 +33,10 @@ from understudy.robots.recording.message_types import (
     decode_states,
     format_reading_label,
     register_message_types,
+    resolve_topic_name,
 )
-from understudy.robots.recording.recorder import COMMANDS, DUTIES, PRESSES, STEPS, TOPICS
-from understudy.robots.ros.messages import MessageRefused, decode_message
-from understudy.robots.ros.state_topic import resolve_topic_name
+from understudy.records.messages import MessageRefused, decode_message
+from understudy.records.recorder import COMMANDS, DUTIES, PRESSES, STEPS, TOPICS
 
 PRESS, TEST, TRAIN, TEACH, RESTART, GO_ON = "press", "test", "train", "teach", "restart", "resume"
 """The steps of a session that a recording can have."""

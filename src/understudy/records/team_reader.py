@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from understudy.errors import FileError
-from understudy.robots.recording.header import AGENT
-from understudy.robots.recording.merge import MemberClock, TeamClock, read_team_clock
-from understudy.robots.recording.message_types import decode_team_message
-from understudy.robots.recording.reader import Recording, iterate_records, list_recorded_parts, read_recording
-from understudy.robots.recording.recorder import HEARD, SENT
-from understudy.robots.ros.messages import MessageRefused
+from understudy.records.header import AGENT
+from understudy.records.merge import MemberClock, TeamClock, read_team_clock
+from understudy.records.message_types import decode_team_message
+from understudy.records.messages import MessageRefused
+from understudy.records.reader import Recording, iterate_records, list_recorded_parts, read_recording
+from understudy.records.recorder import HEARD, SENT
 from understudy.runtime.agents.agent import order_key, report_key
 from understudy.runtime.agents.messages import (
     MemberReport,

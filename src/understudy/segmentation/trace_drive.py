@@ -14,8 +14,8 @@ from understudy.analysis.run_trace import ReadingInfo, TraceColumns, write_trace
 from understudy.data.trace_episodes import read_trace_episodes
 from understudy.errors import FileError, SettingError
 from understudy.model.features import ReadingKey
-from understudy.robots.recording.header import RunInfo
-from understudy.robots.recording.message_types import format_reading_label
+from understudy.records.header import RunInfo
+from understudy.records.message_types import format_reading_label
 from understudy.runtime.body import Channel, Reading
 from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.sim.scenario.schema import Scenario

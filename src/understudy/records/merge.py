@@ -22,8 +22,8 @@ import numpy as np
 
 from understudy.errors import FileError, SettingError, UnderstudyError, UnknownName, join_names
 from understudy.extras import ExtraMissing
-from understudy.robots.recording.clock_fit import ClockFit, NoExchange, fit_clock
-from understudy.robots.recording.header import (
+from understudy.records.clock_fit import ClockFit, NoExchange, fit_clock
+from understudy.records.header import (
     AGENT,
     METADATA,
     PART,
@@ -31,9 +31,9 @@ from understudy.robots.recording.header import (
     decode_header,
     name_metadata,
 )
-from understudy.robots.recording.reader import iterate_records
-from understudy.robots.recording.recorder import HEARD, SENT
-from understudy.robots.recording.writer import LIBRARY, PROFILE
+from understudy.records.reader import iterate_records
+from understudy.records.recorder import HEARD, SENT
+from understudy.records.writer import LIBRARY, PROFILE
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 from understudy.storage.json_text import encode_json
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column
-from understudy.robots.ros.messages import decode_message, encode_message, load_typestore, make_message
+from understudy.records.messages import decode_message, encode_message, load_typestore, make_message
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"
 STATES, TRANSITION = "understudy_msgs/msg/States", "understudy_msgs/msg/Transition"
@@ -166,3 +166,30 @@ def decode_team_message(data: bytes) -> tuple[str, bytes]:
 def encode_text(content: str) -> bytes:
     """Encode a text as a std_msgs/String."""
     return encode_message(TEXT, make_message(TEXT, data=content))
+
+
+class StateChange(NamedTuple):
+    """A change of states: the outermost level that switched (0 is the root), and its states before and after.
+
+    A state is "" if the level did not exist.
+    """
+
+    level: int
+    before: str
+    after: str
+
+
+def detect_state_change(before: tuple[str, ...], after: tuple[str, ...]) -> StateChange | None:
+    """Return the change between the states of all levels in two ticks, or None if they are equal."""
+    if before == after:
+        return None
+    level = next(
+        (level for level, (one, other) in enumerate(zip(before, after, strict=False)) if one != other),
+        min(len(before), len(after)),
+    )
+    return StateChange(level, *("" if level >= len(path) else path[level] for path in (before, after)))
+
+
+def resolve_topic_name(namespace: str, topic: str) -> str:
+    """Return the full name of a topic in a namespace."""
+    return "/" + "/".join(part for part in (namespace.strip("/"), topic) if part)

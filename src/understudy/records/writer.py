@@ -17,9 +17,9 @@ from typing import IO, Any, NamedTuple
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError
 from understudy.extras import ExtraMissing
-from understudy.robots.recording.header import name_metadata
-from understudy.robots.recording.message_types import format_type_definition
-from understudy.robots.ros.messages import is_known_type
+from understudy.records.header import name_metadata
+from understudy.records.message_types import format_type_definition
+from understudy.records.messages import is_known_type
 
 PROFILE, LIBRARY = "ros2", "understudy"
 CHUNK_S = 1.0

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from understudy.robots.recording.message_types import READINGS, STATES
-from understudy.robots.recording.recorder import TOPICS, list_recorded_names
+from understudy.records.message_types import READINGS, STATES, resolve_topic_name
+from understudy.records.recorder import TOPICS
+from understudy.robots.recording_transport import list_recorded_names
 from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.state_topic import STOPPED, resolve_topic_name
+from understudy.robots.ros.state_topic import STOPPED
 
 LEVELS = 3
 """The number of levels of automata whose states are shown."""

@@ -17,7 +17,7 @@ import numpy as np
 from understudy.errors import FileError, SessionError
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.robots.recording.reader import (
+from understudy.records.reader import (
     GO_ON,
     PRESS,
     RESTART,
@@ -27,7 +27,7 @@ from understudy.robots.recording.reader import (
     RecordedPress,
     Recording,
 )
-from understudy.robots.recording.replay import ReplayBody
+from understudy.records.replay import ReplayBody
 from understudy.training.session import Session
 
 COLUMNS = ("time_s", "state")

@@ -14,27 +14,25 @@ from typing import Any, Self
 
 import numpy as np
 
-from understudy.clock import REAL_TIME, Clock
+from understudy.clock import REAL_TIME, Clock, measure_clock_offset
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
-from understudy.robots.clock_offset import measure_clock_offset
-from understudy.robots.recording.header import RecordingHeader, RunInfo, encode_header
-from understudy.robots.recording.message_types import (
+from understudy.records.header import RecordingHeader, RunInfo, encode_header
+from understudy.records.message_types import (
     READINGS,
     STATES,
     TEXT,
     TRANSITION,
     ReadingsEncoder,
     StatesEncoder,
+    detect_state_change,
     encode_text,
     format_reading_label,
     register_message_types,
+    resolve_topic_name,
 )
-from understudy.robots.recording.writer import RecordingWriter
-from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.messages import encode_message, make_message
-from understudy.robots.ros.state_topic import detect_state_change, resolve_topic_name
-from understudy.robots.ros.transport import Publish, Received, Transport, TransportWrapper
+from understudy.records.messages import encode_message, make_message
+from understudy.records.writer import RecordingWriter
 from understudy.runtime.body import Body, Commands
 
 TOPICS = {READINGS: "understudy/readings", STATES: "understudy/states", TRANSITION: "understudy/switched"}
@@ -196,16 +194,6 @@ class RunRecorder:
                 self.close()
 
 
-def list_recorded_names(robots: Sequence[RobotFile]) -> list[str]:
-    """List the unique names under which robots are recorded; in two domains two may have the same namespace."""
-    names = [robot.namespace or robot.name for robot in robots]
-    plain = [name.strip("/") for name in names]
-    return [
-        name if plain.count(name.strip("/")) == 1 else f"{name.rstrip('/')}/robot{number}"
-        for number, name in enumerate(names)
-    ]
-
-
 class AgentChannels:
     """The channels of one agent in a recording."""
 
@@ -245,39 +233,3 @@ class AgentChannels:
             self._commands = ReadingsEncoder(tuple(commands))
         keep = self._recorder.open_topic(resolve_topic_name(self._name, COMMANDS), READINGS)
         keep(self._commands.encode(time_s, np.array(list(commands.values()))), at_s)
-
-
-class RecordingTransport(TransportWrapper):
-    """A transport that records all messages that are received and sent through another transport.
-
-    Requests to services, their answers and the feedback of actions are passed on and not recorded.
-    """
-
-    def __init__(self, transport: Transport, recorder: RunRecorder) -> None:
-        super().__init__(transport)
-        self._recorder = recorder
-        self._heard: set[tuple[str, str]] = set()
-
-    def subscribe(self, topic: str, type: str, received: Received, *, kept: bool = False) -> None:
-        """Pass each message of a topic to `received`, and record it once, however many subscribers there are."""
-        if (topic, type) in self._heard:
-            self._transport.subscribe(topic, type, received, kept=kept)
-            return
-        self._heard.add((topic, type))
-        keep = self._recorder.open_topic(topic, type)
-
-        def both(data: bytes, at_s: float) -> None:
-            keep(data, at_s)
-            received(data, at_s)
-
-        self._transport.subscribe(topic, type, both, kept=kept)
-
-    def publisher(self, topic: str, type: str) -> Publish:
-        """Make a function that publishes on a topic and records its messages."""
-        publish, keep = self._transport.publisher(topic, type), self._recorder.open_topic(topic, type)
-
-        def both(data: bytes) -> None:
-            publish(data)
-            keep(data, None)
-
-        return both

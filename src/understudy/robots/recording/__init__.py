@@ -1,1 +1,0 @@
-"""Recordings of real robots (MCAP): writing, reading and replaying them."""
