@@ -10,7 +10,7 @@ import numpy as np
 import pettingzoo
 
 from understudy import Behavior, Channel, Command, Continuous, Feature, Forage, Kit, Reading
-from understudy.adapters.gymnasium import GymnasiumBody
+from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
 from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.files import load_scenario

@@ -20,10 +20,10 @@ from tests.export.exports import open_fixture
 from tests.robots.rovers import ROVER
 
 from understudy import BOOLEAN, Behavior, Command, Feature, Forage, Kit, Target, load_scenario
+from understudy.addons.export.targets import TARGETS
+from understudy.addons.recordings.recorded_table import read_csv, read_json_lines
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.errors import FileError
-from understudy.export.targets import TARGETS
-from understudy.robots.robot_file import parse_robot
-from understudy.segmentation.recorded_table import read_csv, read_json_lines
 from understudy.sim.forage import FORAGE_KIT
 from understudy.spi import (
     Baseline,

@@ -188,18 +188,19 @@ VARIABLES_ALLOWED = {
     "learning/change_attribution.py: said": "a field of `--json`",
     "learning/explain.py: shown": "a field of a public class",
     "model/change_summary.py: said": "a field of `--json` and of the page",
-    "robots/camera/image_folder.py: shown": "a field that a command reads",
-    "robots/recording/recorder.py: kept": "the keyword of `Transport.subscribe`, which packages implement",
-    "robots/ros/dds.py: kept": "the keyword of `Transport.subscribe`",
-    "robots/ros/transport.py: kept": "the keyword of `Transport.subscribe`",
-    "robots/ros/zenoh.py: kept": "the keyword of `Transport.subscribe`",
-    "robots/team_network/remote_robot.py: kept": "the keyword of `Transport.subscribe`",
+    "addons/robots/camera/image_folder.py: shown": "a field that a command reads",
+    "records/recorder.py: kept": "the keyword of `Transport.subscribe`, which packages implement",
+    "addons/robots/ros/dds.py: kept": "the keyword of `Transport.subscribe`",
+    "addons/robots/ros/transport.py: kept": "the keyword of `Transport.subscribe`",
+    "addons/robots/ros/zenoh.py: kept": "the keyword of `Transport.subscribe`",
+    "addons/robots/team_network/remote_robot.py: kept": "the keyword of `Transport.subscribe`",
     "runtime/agents/messages.py: kept": "a field of messages between agents",
     "ui/web/views/lesson_test.py: shown": "a field that `simplify --json` prints under this name, too",
 }
 NAMED_PACKAGES = (
-    "adapters", "coaching", "data", "jit", "learning", "model", "robots", "runtime", "segmentation", "sim",
-    "sim_mujoco", "storage", "training", "ui/controller", "ui/web", "verification", "viz",
+    "addons/bridges", "addons/checks/verification", "addons/recordings", "addons/robots", "coaching", "jit",
+    "judging/episodes", "learning", "model", "records", "runtime", "sim", "storage", "training", "ui/controller",
+    "ui/web", "viz",
 )  # fmt: skip
 """Packages in which variables and parameters, too, are named for what they hold."""
 
@@ -251,7 +252,10 @@ def test_variables_say_what_they_hold() -> None:
     assert not offenders, "variables that say nothing:\n" + "\n".join(offenders)
 
 
-MEANT_PACKAGES = sorted({*NAMED_PACKAGES, "analysis", "export", "falsification", "properties"} - {"ui/web"})
+MEANT_PACKAGES = (
+    "addons", "coaching", "jit", "judging", "learning", "model", "records", "runtime", "sim", "storage", "training",
+    "ui/controller", "viz",
+)  # fmt: skip
 """Packages whose parameters have these meanings."""
 MEANINGS = {("kind", "RobotType"): "robot_type", ("outcome", "TickResult"): "result"}
 """What a parameter of a name and a type is called instead."""
@@ -284,7 +288,7 @@ DIALECT_ALLOWED = {
     "training/session.py": "the keyword `afresh` of `Session.test`",
 }
 """Modules whose docstrings name a value or a keyword, and which."""
-PLAIN_PACKAGES = sorted({*NAMED_PACKAGES, "ui/notebook", "ui/tui"} - {"ui/web"})
+PLAIN_PACKAGES = sorted({*NAMED_PACKAGES, "ui/notebook", "ui/terminal"} - {"ui/web"})
 """Packages whose docstrings have no dialect, and refer to no page outside of the repository."""
 
 

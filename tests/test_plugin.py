@@ -16,8 +16,8 @@ from tests.robots.rovers import ROVER
 from tests.ui.cli.commands import run, run_json
 
 from understudy import Forage, Library, evaluate, read_recorded_drive, testing
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.errors import SettingError
-from understudy.robots.robot_file import parse_robot
 from understudy.sim.catalog import find_scenario
 from understudy.spi import EXTENSION_POINTS, ExtensionPoint
 

@@ -8,22 +8,47 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from understudy.analysis.comparison import Comparison as Comparison
-    from understudy.analysis.comparison import compare as compare
-    from understudy.analysis.evaluate import evaluate as evaluate
-    from understudy.analysis.evaluation import Evaluation as Evaluation
-    from understudy.analysis.world_run import WorldRun as WorldRun
-    from understudy.data.episode import Episode as Episode
-    from understudy.data.episode import EpisodePress as EpisodePress
-    from understudy.data.episode_tables import EpisodeFrames as EpisodeFrames
-    from understudy.data.episode_tables import make_episode_frames as make_episode_frames
-    from understudy.data.lerobot import write_lerobot as write_lerobot
-    from understudy.data.minari import write_minari as write_minari
-    from understudy.data.sources import read_episodes as read_episodes
-    from understudy.data.sources import read_lesson as read_lesson
+    from understudy.addons.bridges.datasets.lerobot import write_lerobot as write_lerobot
+    from understudy.addons.bridges.datasets.minari import write_minari as write_minari
+    from understudy.addons.bridges.environments.gymnasium import GymnasiumBody as GymnasiumBody
+    from understudy.addons.bridges.environments.gymnasium import ScenarioEnv as ScenarioEnv
+    from understudy.addons.bridges.environments.pettingzoo import PettingZooBody as PettingZooBody
+    from understudy.addons.bridges.environments.pettingzoo import ScenarioParallelEnv as ScenarioParallelEnv
+    from understudy.addons.bridges.mujoco.body import MujocoBody as MujocoBody
+    from understudy.addons.export.export_automaton import ExportResult as ExportResult
+    from understudy.addons.export.export_automaton import export_automaton as export_automaton
+    from understudy.addons.recordings.candidates import CommandModel as CommandModel
+    from understudy.addons.recordings.drive_kit import make_candidates as make_candidates
+    from understudy.addons.recordings.drive_kit import make_drive_kit as make_drive_kit
+    from understudy.addons.recordings.drive_table import read_recorded_drive as read_recorded_drive
+    from understudy.addons.recordings.driver_contradictions import DriverContradiction as DriverContradiction
+    from understudy.addons.recordings.driver_contradictions import (
+        find_driver_contradictions as find_driver_contradictions,
+    )
+    from understudy.addons.recordings.driver_contradictions import (
+        settle_driver_contradictions as settle_driver_contradictions,
+    )
+    from understudy.addons.recordings.driver_lessons import merge_driver_lessons as merge_driver_lessons
+    from understudy.addons.recordings.lesson_from_drive import DriveLesson as DriveLesson
+    from understudy.addons.recordings.lesson_from_drive import to_lesson as to_lesson
+    from understudy.addons.recordings.mapping_file import RecordingMap as RecordingMap
+    from understudy.addons.recordings.mapping_file import load_recording_map as load_recording_map
+    from understudy.addons.recordings.recorded_drive import RecordedDrive as RecordedDrive
+    from understudy.addons.recordings.segment import Segmentation as Segmentation
+    from understudy.addons.recordings.segment import SegmentOptions as SegmentOptions
+    from understudy.addons.recordings.segment import segment as segment
     from understudy.errors import UnderstudyError as UnderstudyError
-    from understudy.export.export_automaton import ExportResult as ExportResult
-    from understudy.export.export_automaton import export_automaton as export_automaton
+    from understudy.judging.comparison import Comparison as Comparison
+    from understudy.judging.comparison import compare as compare
+    from understudy.judging.episodes.episode import Episode as Episode
+    from understudy.judging.episodes.episode import EpisodePress as EpisodePress
+    from understudy.judging.episodes.episode_tables import EpisodeFrames as EpisodeFrames
+    from understudy.judging.episodes.episode_tables import make_episode_frames as make_episode_frames
+    from understudy.judging.episodes.sources import read_episodes as read_episodes
+    from understudy.judging.episodes.sources import read_lesson as read_lesson
+    from understudy.judging.evaluate import evaluate as evaluate
+    from understudy.judging.evaluation import Evaluation as Evaluation
+    from understudy.judging.world_run import WorldRun as WorldRun
     from understudy.learning.explain import Explanation as Explanation
     from understudy.learning.explain import explain as explain
     from understudy.learning.fit import learn as learn
@@ -81,26 +106,6 @@ if TYPE_CHECKING:
     from understudy.runtime.run_loop import Run as Run
     from understudy.runtime.team.coordinator_body import CoordinatorBody as CoordinatorBody
     from understudy.runtime.team.team import Team as Team
-    from understudy.segmentation.candidates import CommandModel as CommandModel
-    from understudy.segmentation.drive_kit import make_candidates as make_candidates
-    from understudy.segmentation.drive_kit import make_drive_kit as make_drive_kit
-    from understudy.segmentation.drive_table import read_recorded_drive as read_recorded_drive
-    from understudy.segmentation.driver_contradictions import DriverContradiction as DriverContradiction
-    from understudy.segmentation.driver_contradictions import (
-        find_driver_contradictions as find_driver_contradictions,
-    )
-    from understudy.segmentation.driver_contradictions import (
-        settle_driver_contradictions as settle_driver_contradictions,
-    )
-    from understudy.segmentation.driver_lessons import merge_driver_lessons as merge_driver_lessons
-    from understudy.segmentation.lesson_from_drive import DriveLesson as DriveLesson
-    from understudy.segmentation.lesson_from_drive import to_lesson as to_lesson
-    from understudy.segmentation.mapping_file import RecordingMap as RecordingMap
-    from understudy.segmentation.mapping_file import load_recording_map as load_recording_map
-    from understudy.segmentation.recorded_drive import RecordedDrive as RecordedDrive
-    from understudy.segmentation.segment import Segmentation as Segmentation
-    from understudy.segmentation.segment import SegmentOptions as SegmentOptions
-    from understudy.segmentation.segment import segment as segment
     from understudy.sim.forage import Forage as Forage
     from understudy.sim.forage import ForageSettings as ForageSettings
     from understudy.sim.scenario.files import load_scenario as load_scenario
@@ -121,22 +126,27 @@ __version__ = "0.3.0.dev0"
 """The version of this package, from which the distribution takes its own."""
 
 _MODULES = {
-    "Comparison": "analysis.comparison",
-    "compare": "analysis.comparison",
-    "Evaluation": "analysis.evaluation",
-    "evaluate": "analysis.evaluate",
-    "WorldRun": "analysis.world_run",
-    "Episode": "data.episode",
-    "EpisodePress": "data.episode",
-    "read_episodes": "data.sources",
-    "read_lesson": "data.sources",
-    "EpisodeFrames": "data.episode_tables",
-    "make_episode_frames": "data.episode_tables",
-    "write_lerobot": "data.lerobot",
-    "write_minari": "data.minari",
+    "GymnasiumBody": "addons.bridges.environments.gymnasium",
+    "ScenarioEnv": "addons.bridges.environments.gymnasium",
+    "PettingZooBody": "addons.bridges.environments.pettingzoo",
+    "ScenarioParallelEnv": "addons.bridges.environments.pettingzoo",
+    "MujocoBody": "addons.bridges.mujoco.body",
+    "Comparison": "judging.comparison",
+    "compare": "judging.comparison",
+    "Evaluation": "judging.evaluation",
+    "evaluate": "judging.evaluate",
+    "WorldRun": "judging.world_run",
+    "Episode": "judging.episodes.episode",
+    "EpisodePress": "judging.episodes.episode",
+    "read_episodes": "judging.episodes.sources",
+    "read_lesson": "judging.episodes.sources",
+    "EpisodeFrames": "judging.episodes.episode_tables",
+    "make_episode_frames": "judging.episodes.episode_tables",
+    "write_lerobot": "addons.bridges.datasets.lerobot",
+    "write_minari": "addons.bridges.datasets.minari",
     "UnderstudyError": "errors",
-    "ExportResult": "export.export_automaton",
-    "export_automaton": "export.export_automaton",
+    "ExportResult": "addons.export.export_automaton",
+    "export_automaton": "addons.export.export_automaton",
     "CorrectionDiagnosis": "learning.mislabels",
     "diagnose_correction": "learning.mislabels",
     "Explanation": "learning.explain",
@@ -194,22 +204,22 @@ _MODULES = {
     "Run": "runtime.run_loop",
     "CoordinatorBody": "runtime.team.coordinator_body",
     "Team": "runtime.team.team",
-    "CommandModel": "segmentation.candidates",
-    "make_candidates": "segmentation.drive_kit",
-    "make_drive_kit": "segmentation.drive_kit",
-    "read_recorded_drive": "segmentation.drive_table",
-    "DriverContradiction": "segmentation.driver_contradictions",
-    "find_driver_contradictions": "segmentation.driver_contradictions",
-    "settle_driver_contradictions": "segmentation.driver_contradictions",
-    "merge_driver_lessons": "segmentation.driver_lessons",
-    "DriveLesson": "segmentation.lesson_from_drive",
-    "to_lesson": "segmentation.lesson_from_drive",
-    "RecordingMap": "segmentation.mapping_file",
-    "load_recording_map": "segmentation.mapping_file",
-    "RecordedDrive": "segmentation.recorded_drive",
-    "Segmentation": "segmentation.segment",
-    "SegmentOptions": "segmentation.segment",
-    "segment": "segmentation.segment",
+    "CommandModel": "addons.recordings.candidates",
+    "make_candidates": "addons.recordings.drive_kit",
+    "make_drive_kit": "addons.recordings.drive_kit",
+    "read_recorded_drive": "addons.recordings.drive_table",
+    "DriverContradiction": "addons.recordings.driver_contradictions",
+    "find_driver_contradictions": "addons.recordings.driver_contradictions",
+    "settle_driver_contradictions": "addons.recordings.driver_contradictions",
+    "merge_driver_lessons": "addons.recordings.driver_lessons",
+    "DriveLesson": "addons.recordings.lesson_from_drive",
+    "to_lesson": "addons.recordings.lesson_from_drive",
+    "RecordingMap": "addons.recordings.mapping_file",
+    "load_recording_map": "addons.recordings.mapping_file",
+    "RecordedDrive": "addons.recordings.recorded_drive",
+    "Segmentation": "addons.recordings.segment",
+    "SegmentOptions": "addons.recordings.segment",
+    "segment": "addons.recordings.segment",
     "Forage": "sim.forage",
     "ForageSettings": "sim.forage",
     "load_scenario": "sim.scenario.files",

@@ -27,46 +27,46 @@ from understudy.entry_points import (
 )
 
 if TYPE_CHECKING:
-    from understudy.analysis.baseline import Baseline as Baseline
-    from understudy.analysis.baseline import Controller as Controller
-    from understudy.analysis.study import ResultTable as ResultTable
-    from understudy.analysis.study import Row as Row
-    from understudy.analysis.study import Study as Study
-    from understudy.analysis.study import StudyFindings as StudyFindings
-    from understudy.analysis.study import StudyGoal as StudyGoal
-    from understudy.analysis.study import StudyPlan as StudyPlan
-    from understudy.analysis.study import Task as Task
+    from understudy.addons.export.hierarchy import Hierarchy as Hierarchy
+    from understudy.addons.export.target_files import ExportJob as ExportJob
+    from understudy.addons.export.target_files import FileByHand as FileByHand
+    from understudy.addons.export.target_files import TargetFiles as TargetFiles
+    from understudy.addons.export.targets import ExportTarget as ExportTarget
+    from understudy.addons.recordings.mapping_file import RecordingMap as RecordingMap
+    from understudy.addons.recordings.recorded_table import RecordedTable as RecordedTable
+    from understudy.addons.recordings.recording_readers import RecordingReader as RecordingReader
+    from understudy.addons.robots.robot_file import RobotFile as RobotFile
+    from understudy.addons.robots.ros.transport import Answered as Answered
+    from understudy.addons.robots.ros.transport import Publish as Publish
+    from understudy.addons.robots.ros.transport import Publisher as Publisher
+    from understudy.addons.robots.ros.transport import Received as Received
+    from understudy.addons.robots.ros.transport import Transport as Transport
+    from understudy.addons.robots.ros.transport import Unreachable as Unreachable
+    from understudy.addons.robots.ros.transport import WireType as WireType
     from understudy.errors import DefinitionError as DefinitionError
     from understudy.errors import FileError as FileError
     from understudy.errors import SettingError as SettingError
     from understudy.errors import UnderstudyError as UnderstudyError
     from understudy.errors import UnknownName as UnknownName
-    from understudy.export.hierarchy import Hierarchy as Hierarchy
-    from understudy.export.target_files import ExportJob as ExportJob
-    from understudy.export.target_files import FileByHand as FileByHand
-    from understudy.export.target_files import TargetFiles as TargetFiles
-    from understudy.export.targets import ExportTarget as ExportTarget
+    from understudy.judging.baseline import Baseline as Baseline
+    from understudy.judging.baseline import Controller as Controller
+    from understudy.judging.study import ResultTable as ResultTable
+    from understudy.judging.study import Row as Row
+    from understudy.judging.study import Study as Study
+    from understudy.judging.study import StudyFindings as StudyFindings
+    from understudy.judging.study import StudyGoal as StudyGoal
+    from understudy.judging.study import StudyPlan as StudyPlan
+    from understudy.judging.study import Task as Task
     from understudy.model.features import Percept as Percept
     from understudy.model.features import ReadingKey as ReadingKey
     from understudy.model.kinds import Column as Column
     from understudy.model.library import Kit as Kit
-    from understudy.robots.robot_file import RobotFile as RobotFile
-    from understudy.robots.ros.transport import Answered as Answered
-    from understudy.robots.ros.transport import Publish as Publish
-    from understudy.robots.ros.transport import Publisher as Publisher
-    from understudy.robots.ros.transport import Received as Received
-    from understudy.robots.ros.transport import Transport as Transport
-    from understudy.robots.ros.transport import Unreachable as Unreachable
-    from understudy.robots.ros.transport import WireType as WireType
     from understudy.runtime.body import Body as Body
     from understudy.runtime.body import Channel as Channel
     from understudy.runtime.body import Commands as Commands
     from understudy.runtime.body import Reading as Reading
     from understudy.runtime.body import Resettable as Resettable
     from understudy.runtime.body import Rewindable as Rewindable
-    from understudy.segmentation.mapping_file import RecordingMap as RecordingMap
-    from understudy.segmentation.recorded_table import RecordedTable as RecordedTable
-    from understudy.segmentation.recording_readers import RecordingReader as RecordingReader
     from understudy.sim.scenario.files import load_scenario as load_scenario
     from understudy.sim.scenario.schema import Scenario as Scenario
     from understudy.sim.world import World as World
@@ -165,46 +165,46 @@ EXTENSION_POINTS = (
 """All extension points."""
 
 _MODULES = {
-    "Baseline": "analysis.baseline",
-    "Controller": "analysis.baseline",
-    "ResultTable": "analysis.study",
-    "Row": "analysis.study",
-    "Study": "analysis.study",
-    "StudyFindings": "analysis.study",
-    "StudyGoal": "analysis.study",
-    "StudyPlan": "analysis.study",
-    "Task": "analysis.study",
+    "Baseline": "judging.baseline",
+    "Controller": "judging.baseline",
+    "ResultTable": "judging.study",
+    "Row": "judging.study",
+    "Study": "judging.study",
+    "StudyFindings": "judging.study",
+    "StudyGoal": "judging.study",
+    "StudyPlan": "judging.study",
+    "Task": "judging.study",
     "DefinitionError": "errors",
     "FileError": "errors",
     "SettingError": "errors",
     "UnderstudyError": "errors",
     "UnknownName": "errors",
-    "Hierarchy": "export.hierarchy",
-    "ExportJob": "export.target_files",
-    "FileByHand": "export.target_files",
-    "TargetFiles": "export.target_files",
-    "ExportTarget": "export.targets",
+    "Hierarchy": "addons.export.hierarchy",
+    "ExportJob": "addons.export.target_files",
+    "FileByHand": "addons.export.target_files",
+    "TargetFiles": "addons.export.target_files",
+    "ExportTarget": "addons.export.targets",
     "Percept": "model.features",
     "ReadingKey": "model.features",
     "Column": "model.kinds",
     "Kit": "model.library",
-    "RobotFile": "robots.robot_file",
-    "Answered": "robots.ros.transport",
-    "Publish": "robots.ros.transport",
-    "Publisher": "robots.ros.transport",
-    "Received": "robots.ros.transport",
-    "Transport": "robots.ros.transport",
-    "Unreachable": "robots.ros.transport",
-    "WireType": "robots.ros.transport",
+    "RobotFile": "addons.robots.robot_file",
+    "Answered": "addons.robots.ros.transport",
+    "Publish": "addons.robots.ros.transport",
+    "Publisher": "addons.robots.ros.transport",
+    "Received": "addons.robots.ros.transport",
+    "Transport": "addons.robots.ros.transport",
+    "Unreachable": "addons.robots.ros.transport",
+    "WireType": "addons.robots.ros.transport",
     "Body": "runtime.body",
     "Channel": "runtime.body",
     "Commands": "runtime.body",
     "Reading": "runtime.body",
     "Resettable": "runtime.body",
     "Rewindable": "runtime.body",
-    "RecordingMap": "segmentation.mapping_file",
-    "RecordedTable": "segmentation.recorded_table",
-    "RecordingReader": "segmentation.recording_readers",
+    "RecordingMap": "addons.recordings.mapping_file",
+    "RecordedTable": "addons.recordings.recorded_table",
+    "RecordingReader": "addons.recordings.recording_readers",
     "load_scenario": "sim.scenario.files",
     "Scenario": "sim.scenario.schema",
     "World": "sim.world",

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import msgspec
 
-from understudy.analysis.process_pool import run_calls
+from understudy.judging.process_pool import run_calls
 from understudy_lab.row_cache import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 

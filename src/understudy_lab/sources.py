@@ -19,7 +19,7 @@ from understudy import spi
 LABORATORY = Path(__file__).parent
 PACKAGES = (LABORATORY, LABORATORY.with_name("understudy"))
 """The packages whose files are followed; of other packages there is the version (`describe_environment`)."""
-BY_NAME = {"understudy.analysis.baseline": "understudy_lab.tasks.forage_expert"}
+BY_NAME = {"understudy.judging.baseline": "understudy_lab.tasks.forage_expert"}
 """The modules that another one finds without their names in its source, here by an entry point."""
 PUBLIC = {module.__name__: module._MODULES for module in (understudy, spi)}
 """The modules that hand out names of other modules, which they import when a name is used."""

@@ -9,8 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.paired_tests import compute_mcnemar_p
+from understudy.judging.intervals import interval_of_share
+from understudy.judging.paired_tests import compute_mcnemar_p
 
 Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 

@@ -7,15 +7,15 @@ from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 
-from understudy.analysis.study import ResultTable as ResultTable
-from understudy.analysis.study import Row as Row
-from understudy.analysis.study import Study as Study
-from understudy.analysis.study import StudyFindings as StudyFindings
-from understudy.analysis.study import StudyGoal as StudyGoal
-from understudy.analysis.study import StudyPlan as StudyPlan
-from understudy.analysis.study import Task as Task
 from understudy.entry_points import STUDIES, list_entry_points, load_instance
 from understudy.errors import SettingError, UnknownName
+from understudy.judging.study import ResultTable as ResultTable
+from understudy.judging.study import Row as Row
+from understudy.judging.study import Study as Study
+from understudy.judging.study import StudyFindings as StudyFindings
+from understudy.judging.study import StudyGoal as StudyGoal
+from understudy.judging.study import StudyPlan as StudyPlan
+from understudy.judging.study import Task as Task
 
 QUESTIONS: Mapping[str, str] = MappingProxyType(
     {

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.own_worlds import NAME, Slope
 
-from understudy.adapters.body_maker import BodyMaker, find_world
-from understudy.adapters.gymnasium import GymnasiumBody
-from understudy.adapters.pettingzoo import PettingZooBody
+from understudy.addons.bridges.environments.body_maker import BodyMaker, find_world
+from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
+from understudy.addons.bridges.environments.pettingzoo import PettingZooBody
 from understudy.errors import UnderstudyError
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from understudy.adapters.gymnasium import GymnasiumBody
+from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
 from understudy.errors import UnderstudyError
 from understudy.model.kinds import BOOLEAN, Toroidal
 from understudy.testing import check_behavior, check_body, check_world

@@ -13,8 +13,8 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from understudy import Library, Session, evaluate, new_lesson
-from understudy.adapters.gymnasium import GymnasiumBody
-from understudy.adapters.pettingzoo import PettingZooBody
+from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
+from understudy.addons.bridges.environments.pettingzoo import PettingZooBody
 from understudy.errors import UnderstudyError
 from understudy.testing import check_behavior, check_body, check_world
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from understudy.adapters.gymnasium import ScenarioEnv
-from understudy.adapters.pettingzoo import ScenarioParallelEnv
+from understudy.addons.bridges.environments.gymnasium import ScenarioEnv
+from understudy.addons.bridges.environments.pettingzoo import ScenarioParallelEnv
 from understudy.errors import UnderstudyError
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.world import World
@@ -84,7 +84,10 @@ def test_chosen_readings_and_behaviors() -> None:
 
 
 REFUSALS = [
-    (lambda: ScenarioEnv("forage-team"), "use understudy.adapters.pettingzoo.ScenarioParallelEnv"),
+    (
+        lambda: ScenarioEnv("forage-team"),
+        "use understudy.addons.bridges.environments.pettingzoo.ScenarioParallelEnv",
+    ),
     (lambda: ScenarioEnv("forage", readings=["sonar"]), "has no reading 'sonar'"),
     (lambda: ScenarioEnv("forage", readings=[]), "readings are none"),
     (lambda: ScenarioEnv("forage", actions=["fly"]), "has no basic behavior 'fly'"),

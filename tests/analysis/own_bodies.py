@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from understudy.analysis.world_run import WorldRun
+from understudy.judging.world_run import WorldRun
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey

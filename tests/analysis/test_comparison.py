@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from tests.analysis.own_bodies import KIT, LIBRARY, Carts, make_approach
 
-from understudy.analysis.comparison import compare
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.rollout import Outcomes
 from understudy.errors import SettingError
+from understudy.judging.comparison import compare
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.rollout import Outcomes
 from understudy.model.library import Library
 
 

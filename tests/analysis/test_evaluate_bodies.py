@@ -25,10 +25,10 @@ from tests.analysis.own_bodies import (
 from tests.sim.patrollers import SCENARIO, make_libraries
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation_task import EvaluationFailed
-from understudy.analysis.world_run import WorldRun
 from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation_task import EvaluationFailed
+from understudy.judging.world_run import WorldRun
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT

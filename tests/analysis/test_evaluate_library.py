@@ -10,11 +10,11 @@ from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.baseline import LENIENCE, ControllerRun
-from understudy.analysis.behavior_run import ProgramRun
-from understudy.analysis.evaluate import evaluate, find_success_flag
-from understudy.analysis.rollout import measure_success
 from understudy.errors import SettingError, UnboundParameter, UnknownName
+from understudy.judging.baseline import LENIENCE, ControllerRun
+from understudy.judging.behavior_run import ProgramRun
+from understudy.judging.evaluate import evaluate, find_success_flag
+from understudy.judging.rollout import measure_success
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
 from understudy.model.kinds import Column, Continuous
@@ -93,7 +93,7 @@ def test_functions_are_judged_the_same() -> None:
 
 def test_in_batches_as_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = evaluate(LIBRARY, "forage", FORAGE, range(5))
-    monkeypatch.setattr("understudy.analysis.evaluation_task.WORLDS_AT_ONCE", 2)
+    monkeypatch.setattr("understudy.judging.evaluation_task.WORLDS_AT_ONCE", 2)
     calls: list[tuple[int, int]] = []
     parts = evaluate(
         LIBRARY, "forage", FORAGE, range(5), progress=lambda done, total: calls.append((done, total))

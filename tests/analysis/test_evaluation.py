@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from understudy.analysis.baseline import ControllerRun
-from understudy.analysis.rollout import Outcomes, measure_success
 from understudy.errors import SettingError
+from understudy.judging.baseline import ControllerRun
+from understudy.judging.rollout import Outcomes, measure_success
 from understudy.sim.forage import Forage, ForageSettings, make_corner_cases
 from understudy_lab.tasks.forage_expert import ExpertForager, lower_bound
 

@@ -13,10 +13,10 @@ import submitit
 from submitit.helpers import DelayedSubmission
 from tests.analysis.own_bodies import LIBRARY, Carts, divide_by_seed, make_cart_but_the_third, measure_way
 
-from understudy.analysis.evaluate import evaluate, make_evaluation_task
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.evaluation_jobs import EvaluationJob, divide
-from understudy.analysis.evaluation_task import EvaluationFailed
+from understudy.judging.evaluate import evaluate, make_evaluation_task
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.evaluation_jobs import EvaluationJob, divide
+from understudy.judging.evaluation_task import EvaluationFailed
 
 SEEDS = range(6)
 OPTIONS: dict[str, Any] = {

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from understudy.analysis.explain_team import list_first_messages
+from understudy.judging.explain_team import list_first_messages
 from understudy.records.merge import TeamClock
 from understudy.records.team_reader import LoggedOrders, TeamRecording
 from understudy.runtime.agents.messages import OrderId, Orders

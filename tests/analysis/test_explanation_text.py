@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.analysis.explain_run import LevelExplanation
-from understudy.analysis.explanation_text import (
+from understudy.judging.explain_run import LevelExplanation
+from understudy.judging.explanation_text import (
     describe_decision,
     describe_intention,
     describe_present,

@@ -8,7 +8,7 @@ from math import comb, inf, isnan, log
 import numpy as np
 import pytest
 
-from understudy.analysis.intervals import (
+from understudy.judging.intervals import (
     compute_beta_probability,
     compute_evidence_above,
     count_fewest_trials,

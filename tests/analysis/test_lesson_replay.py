@@ -9,7 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from understudy.analysis.lesson_replay import DecisionChange, replay_lesson
+from understudy.judging.lesson_replay import DecisionChange, replay_lesson
+from understudy.judging.properties.lesson_tests import (
+    LessonTestResult,
+    describe_lost_decisions,
+    describe_test_result,
+)
 from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
@@ -17,7 +22,6 @@ from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeIn
 from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
-from understudy.properties.lesson_tests import LessonTestResult, describe_lost_decisions, describe_test_result
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(

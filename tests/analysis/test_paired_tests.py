@@ -9,7 +9,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from understudy.analysis.paired_tests import (
+from understudy.judging.paired_tests import (
     MOST_EXACT_PAIRS,
     compare_signed_ranks,
     compute_mcnemar_p,

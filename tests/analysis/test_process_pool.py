@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 from tests.processes import end_with_tests
 
-from understudy.analysis.process_pool import run_calls
+from understudy.judging.process_pool import run_calls
 
 KILLED = """
 import os, signal
-from understudy.analysis.process_pool import open_process_pool
+from understudy.judging.process_pool import open_process_pool
 with open_process_pool(2) as pool:
     print(pool.submit(os.getpid).result(), flush=True)
     os.kill(os.getpid(), signal.SIGKILL)

@@ -12,15 +12,15 @@ from tests.falsification.test_lesson_score import FORAGE, teach_distances
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, run_json
 
-from understudy.analysis.comparison import compare
-from understudy.analysis.evaluate import evaluate
+from understudy.judging.comparison import compare
+from understudy.judging.evaluate import evaluate
+from understudy.judging.properties.condition_examples import ConditionExample, list_condition_examples
+from understudy.judging.properties.run_property import run_property
 from understudy.learning.fit import learn_automaton
 from understudy.model.binding import Binding
 from understudy.model.lesson import Example, ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.condition_examples import ConditionExample, list_condition_examples
-from understudy.properties.run_property import run_property
 from understudy.sim.world import World
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson

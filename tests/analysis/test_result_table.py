@@ -10,8 +10,9 @@ from math import inf, nan
 import pytest
 from tests.analysis.test_comparison import FIRST, SECOND
 
-from understudy.analysis.comparison import compare
-from understudy.analysis.result_table import (
+from understudy.errors import SettingError
+from understudy.judging.comparison import compare
+from understudy.judging.result_table import (
     Cell,
     Limits,
     Probability,
@@ -20,7 +21,6 @@ from understudy.analysis.result_table import (
     format_cell,
     format_table,
 )
-from understudy.errors import SettingError
 
 CELLS: list[tuple[Cell, str]] = [
     (12345.6, "12346"),

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from tests.make.run_frames import make_crossing
 
-from understudy.analysis.run_trace import COLUMNS, write_trace
 from understudy.errors import SettingError
+from understudy.judging.run_trace import COLUMNS, write_trace
 from understudy.sim.view import RunFrame
 
 ABOUT: dict[str, Any] = {"scenario": "crossing", "seed": 7, "tick_s": 0.1, "robots": 3}

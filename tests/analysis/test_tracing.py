@@ -6,7 +6,7 @@ import pytest
 from tests.bodies import Scripted, kit
 from tests.make.programs import make_automaton
 
-from understudy.analysis.tracing import ActiveAutomaton, TracedRun, TransitionQuery
+from understudy.judging.tracing import ActiveAutomaton, TracedRun, TransitionQuery
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link

@@ -15,7 +15,7 @@ from tests.falsification.test_team_failure import teach_lead
 from tests.ui.cli.commands import run
 from tests.ui.web.test_failing_worlds import make_failures
 
-from understudy.properties.property_file import HEAD
+from understudy.judging.properties.property_file import HEAD
 
 Snap = Callable[[Page, str], None]
 

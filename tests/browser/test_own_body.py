@@ -15,7 +15,7 @@ pytest.importorskip("gymnasium")
 MODULE = """
 import gymnasium
 
-from understudy.adapters.gymnasium import GymnasiumBody
+from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
 
 
 def make(seed):

@@ -10,7 +10,7 @@ from tests.browser.studio import open_studio
 from tests.browser.test_review import tab
 from tests.falsification.idle_lesson import make_idle_library
 
-from understudy.properties.property_file import load_properties
+from understudy.judging.properties.property_file import load_properties
 from understudy.storage.library_folder import save_automaton
 
 Snap = Callable[[Page, str], None]

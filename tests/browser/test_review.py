@@ -12,8 +12,8 @@ from tests.browser.teacher import Teacher
 from tests.browser.test_doubt import make_goto_with_slip, show
 from tests.browser.window import wait_until
 
+from understudy.judging.properties.stored_moments import add_moment_property
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.properties.stored_moments import add_moment_property
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson

@@ -16,7 +16,7 @@ pytest.importorskip("zenoh", reason="needs the extra ros2")
 
 from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
 
-from understudy.robots.team_network.agent_questions import AgentStatus
+from understudy.addons.robots.team_network.agent_questions import AgentStatus
 
 pytestmark = pytest.mark.xdist_group("running team")
 ROBOTS = [f"pioneer_{number}" for number in range(1, 5)]

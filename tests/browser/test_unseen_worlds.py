@@ -13,7 +13,7 @@ from tests.browser.studio import Studio, open_studio
 from tests.browser.teacher import Teacher
 from tests.browser.test_review import goes, open_goto, tab
 
-from understudy.analysis.evaluate import evaluate
+from understudy.judging.evaluate import evaluate
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
 

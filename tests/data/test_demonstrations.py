@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from tests.make.episodes import KINDS, make_episode, without_commands
 
-from understudy.data.column_statistics import summarize_columns
-from understudy.data.demonstrations import gather_demonstrations
-from understudy.data.episode import Episode, EpisodePress
-from understudy.data.new_folder import create_folder
+from understudy.addons.bridges.datasets.column_statistics import summarize_columns
+from understudy.addons.bridges.datasets.demonstrations import gather_demonstrations
+from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import DefinitionError, FileError
+from understudy.judging.episodes.episode import Episode, EpisodePress
 from understudy.model.kinds import Continuous
 
 ONE = {"distance(station)": np.array([1.0, 2.0, 3.0])}

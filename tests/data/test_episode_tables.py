@@ -20,9 +20,9 @@ from tests.make.sessions import make_session, play
 from tests.make.transcripts import FOLDER
 
 from understudy import Categorical, Episode, EpisodePress, make_episode_frames, read_episodes
-from understudy.data.episode_tables import TABLES, DataTable, make_tick_table
-from understudy.data.table_files import check_table_path, write_table
 from understudy.errors import FileError, SettingError
+from understudy.judging.episodes.episode_tables import TABLES, DataTable, make_tick_table
+from understudy.judging.episodes.table_files import check_table_path, write_table
 from understudy.model.kinds import BOOLEAN, Continuous, Kind
 from understudy.model.lesson import ExampleKind
 

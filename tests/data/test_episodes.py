@@ -12,8 +12,8 @@ from tests.make.sessions import make_session, play
 from tests.make.transcripts import FOLDER
 
 from understudy import Episode, EpisodePress, make_team, read_episodes, read_lesson
-from understudy.analysis.run_trace import add_team_tick, describe_trace_columns, write_trace
 from understudy.errors import FileError
+from understudy.judging.run_trace import add_team_tick, describe_trace_columns, write_trace
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.lesson import ExampleKind
 from understudy.records.message_types import format_reading_label

@@ -17,10 +17,10 @@ import pytest
 from hypothesis import given, settings
 from tests.make.episodes import draw_episodes, make_episode, without_commands
 
-from understudy.data.episode import Episode
-from understudy.data.lerobot import Subtasks, write_lerobot
+from understudy.addons.bridges.datasets.lerobot import Subtasks, write_lerobot
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.extras import ExtraMissing
+from understudy.judging.episodes.episode import Episode
 
 duckdb: Any = pytest.importorskip("duckdb", reason="needs the extra parquet")
 
@@ -141,8 +141,8 @@ def test_tasks_are_named(task: str, expected: list[str], tmp_path: Path) -> None
 
 
 def test_large_data_sets_have_several_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.data.lerobot.FILES_PER_CHUNK", 2)
-    monkeypatch.setattr("understudy.data.lerobot.MEGABYTES_PER_FILE", 1e-9)
+    monkeypatch.setattr("understudy.addons.bridges.datasets.lerobot.FILES_PER_CHUNK", 2)
+    monkeypatch.setattr("understudy.addons.bridges.datasets.lerobot.MEGABYTES_PER_FILE", 1e-9)
     episodes = [make_episode(), make_episode(), make_episode()]
     write_lerobot(episodes, tmp_path / "new")
     names = [path.relative_to(tmp_path / "new").as_posix() for path in sorted(tmp_path.glob("new/data/*/*"))]

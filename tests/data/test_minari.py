@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given, settings
 from tests.make.episodes import KINDS, draw_episodes, make_episode, without_commands
 
-from understudy.data.episode import Episode, EpisodePress
-from understudy.data.minari import write_minari
+from understudy.addons.bridges.datasets.minari import write_minari
 from understudy.errors import DefinitionError, FileError, SettingError
 from understudy.extras import ExtraMissing
+from understudy.judging.episodes.episode import Episode, EpisodePress
 
 minari: Any = pytest.importorskip("minari", reason="needs Minari: pip install 'minari[hdf5]'")
 

@@ -9,9 +9,9 @@ from tests.docs.pages import ROOT
 from tests.docs.renew import replace_between
 from tests.docs.schema_tables import Parts, format_tables
 
-from understudy.robots.camera.color import Color
-from understudy.robots.camera.config import CameraSpec
-from understudy.robots.robot_file import (
+from understudy.addons.robots.camera.color import Color
+from understudy.addons.robots.camera.config import CameraSpec
+from understudy.addons.robots.robot_file import (
     CommandSpec,
     MotionLimits,
     ReadingSpec,
@@ -20,9 +20,9 @@ from understudy.robots.robot_file import (
     TargetPlaceSpec,
     TeamFile,
 )
-from understudy.robots.skill_file import SkillSpec
-from understudy.robots.standard_topics import DiagnosticsSpec, FrameSpec
-from understudy.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
+from understudy.addons.robots.skill_file import SkillSpec
+from understudy.addons.robots.standard_topics import DiagnosticsSpec, FrameSpec
+from understudy.addons.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"
 KEYS = (

@@ -10,7 +10,7 @@ from tests.falsification.idle_lesson import make_idle_library
 from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE
 
-from understudy.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.joint_worlds import Trial
 
 SEEDS = (2, 4, 26)
 

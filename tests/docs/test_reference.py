@@ -39,6 +39,8 @@ def test_every_part_of_the_schema_is_described() -> None:
     }
     assert set(library_keys.PARTS) == documents - abstract - {msgspec.Struct}
     robots = {
-        each for each in StrictStruct.__subclasses__() if each.__module__.startswith("understudy.robots.")
+        each
+        for each in StrictStruct.__subclasses__()
+        if each.__module__.startswith("understudy.addons.robots.")
     }
     assert set(robot_keys.PARTS) == robots

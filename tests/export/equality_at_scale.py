@@ -22,14 +22,14 @@ import numpy as np
 from tests.export.exports import count_mismatches, draw_job, load_python, read_counts, write_job
 from tests.export.peers import list_peers, run_peer
 
+from understudy.addons.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
+from understudy.addons.export.export_automaton import link_ground, prepare_export
+from understudy.addons.export.target_files import ExportJob
+from understudy.addons.export.targets import TARGETS
+from understudy.addons.export.targets.c99_source import CSource
+from understudy.addons.export.targets.cpp_names import name_for_c
+from understudy.addons.export.walks import ReadingWalk
 from understudy.errors import DefinitionError
-from understudy.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
-from understudy.export.export_automaton import link_ground, prepare_export
-from understudy.export.target_files import ExportJob
-from understudy.export.targets import TARGETS
-from understudy.export.targets.c99_source import CSource
-from understudy.export.targets.cpp_names import name_for_c
-from understudy.export.walks import ReadingWalk
 from understudy.model.kinds import Categorical
 from understudy.runtime.program import Program, link
 from understudy.ui.cli.commands.export import open_library_to_export

@@ -16,10 +16,10 @@ from typing import Any
 from tests.runtime import random_libraries
 from tests.runtime.random_libraries import Played, draw_library
 
-from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import prepare_export
-from understudy.export.target_files import ExportJob
-from understudy.export.targets import TARGETS
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.export_automaton import prepare_export
+from understudy.addons.export.target_files import ExportJob
+from understudy.addons.export.targets import TARGETS
 from understudy.learning.fit import learn as learn_from
 from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
 from understudy.model.features import Feature

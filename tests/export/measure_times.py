@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tests.export.exports import open_fixture
 
-from understudy.export.export_automaton import export_automaton
+from understudy.addons.export.export_automaton import export_automaton
 
 SOURCES = Path(__file__).parent / "forager"
 CORTEX_M3 = (

@@ -10,8 +10,8 @@ from tests.export.exports import draw_job, open_fixture, write_job
 from tests.export.recorded_answers import Ask
 from tests.export.test_translation import prepare
 
-from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import export_automaton
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.export_automaton import export_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.export.test_equality import holds
 
-from understudy.export.code_text import C_WORDS, PYTHON_WORDS, Operand, Spelling, write_condition
-from understudy.export.decisions import Comparison, ValueCondition
+from understudy.addons.export.code_text import C_WORDS, PYTHON_WORDS, Operand, Spelling, write_condition
+from understudy.addons.export.decisions import Comparison, ValueCondition
 
 
 def spell_real(value: float) -> str:

@@ -20,7 +20,7 @@ from tests.export.exports import (
 from tests.export.recorded_answers import Ask
 from tests.runtime.random_libraries import draw_library, kit
 
-from understudy.export.decisions import (
+from understudy.addons.export.decisions import (
     DEEPEST,
     Answer,
     Branch,

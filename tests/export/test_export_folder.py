@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from tests.export.exports import open_fixture
 
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.export_automaton import export_automaton
+from understudy.addons.export.export_folder import check_export_folder
+from understudy.addons.export.identifiers import make_identifier, make_identifiers
 from understudy.errors import DefinitionError, FileError, SettingError, UnboundParameter, UnknownName
-from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import export_automaton
-from understudy.export.export_folder import check_export_folder
-from understudy.export.identifiers import make_identifier, make_identifiers
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -116,7 +116,7 @@ def test_a_killed_replacement_is_recovered_by_the_next_run(
         patched.setattr(Path, "rename", kill)
         patched.setattr("shutil.rmtree", lambda *_, **__: None)
         patched.setattr("os.getpid", lambda: ended.pid)
-        patched.setattr("understudy.export.export_folder.sync_folder", lambda _: kill(out, out))
+        patched.setattr("understudy.addons.export.export_folder.sync_folder", lambda _: kill(out, out))
         with pytest.raises(Killed):
             export_automaton(library, "forage", out, to="json", body=body)
     check_export_folder(out)

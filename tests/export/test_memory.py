@@ -14,8 +14,8 @@ from tests.export.exports import (
 )
 from tests.export.recorded_answers import Ask
 
-from understudy.export.export_automaton import prepare_export
-from understudy.export.target_files import ExportJob
+from understudy.addons.export.export_automaton import prepare_export
+from understudy.addons.export.target_files import ExportJob
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library

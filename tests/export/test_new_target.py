@@ -9,10 +9,10 @@ import pytest
 from tests.export.exports import FIXTURE, open_fixture
 from tests.ui.cli.commands import run, run_json
 
+from understudy.addons.export.export_automaton import export_automaton
+from understudy.addons.export.target_files import ExportJob, TargetFiles
+from understudy.addons.export.targets import TARGETS, ExportTarget
 from understudy.errors import SettingError
-from understudy.export.export_automaton import export_automaton
-from understudy.export.target_files import ExportJob, TargetFiles
-from understudy.export.targets import TARGETS, ExportTarget
 
 
 def make_outline_files(job: ExportJob) -> TargetFiles:

@@ -8,10 +8,10 @@ import pytest
 from tests.export.exports import make, read_counts
 from tests.export.recorded_answers import Ask, hash_text
 
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.export_automaton import export_automaton
+from understudy.addons.export.exported_trace import read_exported_trace
 from understudy.errors import DefinitionError
-from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import export_automaton
-from understudy.export.exported_trace import read_exported_trace
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature

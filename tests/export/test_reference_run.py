@@ -10,11 +10,11 @@ import pytest
 from tests.export.exports import draw_job, open_fixture
 from tests.export.test_translation import BODY, LIBRARY
 
+from understudy.addons.export.conformance import ReferenceRun, ReferenceTick, RowBody
+from understudy.addons.export.export_automaton import prepare_export
+from understudy.addons.export.single_precision import compute_in_single
+from understudy.addons.export.target_files import ExportJob
 from understudy.errors import UnderstudyError
-from understudy.export.conformance import ReferenceRun, ReferenceTick, RowBody
-from understudy.export.export_automaton import prepare_export
-from understudy.export.single_precision import compute_in_single
-from understudy.export.target_files import ExportJob
 from understudy.model.kinds import Categorical
 from understudy.runtime.interpreter import RunningBehavior
 from understudy.runtime.program import Program, link

@@ -49,10 +49,12 @@ from tests.export.ros2.robots import (
 from tests.export.test_translation import WANDERING, WRITTEN
 from tests.ui.cli.commands import run, run_json
 
+from understudy.addons.export.body_interface import describe_robot
+from understudy.addons.export.export_automaton import ExportResult, export_automaton
+from understudy.addons.export.target_files import TEMPLATES
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.ros.fields import ScanSector
 from understudy.errors import FileError, SettingError
-from understudy.export.body_interface import describe_robot
-from understudy.export.export_automaton import ExportResult, export_automaton
-from understudy.export.target_files import TEMPLATES
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
@@ -62,8 +64,6 @@ from understudy.model.library import Kit, Library
 from understudy.model.squad import Assignment, Order
 from understudy.model.tree import Tree, make_leaf
 from understudy.records.messages import decode_message, encode_message, make_message
-from understudy.robots.robot_file import load_robot
-from understudy.robots.ros.fields import ScanSector
 
 FORAGER = """
 format = "understudy-robot/1"

@@ -11,11 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.export.recorded_answers import Ask
 
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.code_text import round_up_to_ms
+from understudy.addons.export.export_automaton import export_automaton
+from understudy.addons.export.single_precision import (
+    round_cut,
+    round_to_single,
+    round_up_to_single,
+    step_single,
+)
 from understudy.errors import DefinitionError
-from understudy.export.body_interface import BodyInterface
-from understudy.export.code_text import round_up_to_ms
-from understudy.export.export_automaton import export_automaton
-from understudy.export.single_precision import round_cut, round_to_single, round_up_to_single, step_single
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command, increment
 from understudy.model.library import Kit, Library

@@ -13,12 +13,12 @@ from tests.export.exports import draw_job, open_fixture, write_job
 from tests.export.recorded_answers import Ask, hash_text
 from tests.export.test_odd_names import export as export_with_names
 
+from understudy.addons.export.body_interface import ORDER_CHANNELS, BodyInterface
+from understudy.addons.export.conformance import Conformance
+from understudy.addons.export.export_automaton import export_automaton, prepare_export
+from understudy.addons.export.statechart import MOST_STATES
+from understudy.addons.export.target_files import ExportJob
 from understudy.errors import DefinitionError, FileError
-from understudy.export.body_interface import ORDER_CHANNELS, BodyInterface
-from understudy.export.conformance import Conformance
-from understudy.export.export_automaton import export_automaton, prepare_export
-from understudy.export.statechart import MOST_STATES
-from understudy.export.target_files import ExportJob
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature, FlagFeature

@@ -14,7 +14,7 @@ from tests.export.measure_times import NATIVE, write_program
 from tests.export.peers import MICROPYTHON, ROOT
 from tests.export.recorded_answers import Ask, hash_text
 
-from understudy.export.export_automaton import ExportResult, export_automaton
+from understudy.addons.export.export_automaton import ExportResult, export_automaton
 from understudy.storage.schema import make_document_schema
 
 HEADERS = Path(__file__).parent / "headers"

@@ -21,11 +21,11 @@ from tests.export.exports import (
 )
 from tests.export.recorded_answers import Ask
 
+from understudy.addons.export.body_interface import BodyInterface
+from understudy.addons.export.export_automaton import export_automaton, prepare_export
+from understudy.addons.export.expressions import Number, Operation, ReadingValue, translate_function
+from understudy.addons.export.target_files import ExportJob
 from understudy.errors import FileError
-from understudy.export.body_interface import BodyInterface
-from understudy.export.export_automaton import export_automaton, prepare_export
-from understudy.export.expressions import Number, Operation, ReadingValue, translate_function
-from understudy.export.target_files import ExportJob
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import behavior
 from understudy.model.binding import Binding, Target

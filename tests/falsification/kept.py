@@ -6,12 +6,16 @@ from pathlib import Path
 
 from tests.falsification.planted import TOO_FAR, make_library, make_measure
 
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.falsification.failing_world import FailingWorld, FailureFacts, write_failing_world
-from understudy.falsification.failure_replay import compute_end_hash, replay_failure
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.simpler_worlds import strip_for_file
-from understudy.falsification.trial import GoalMeasure
+from understudy.addons.checks.falsification.failing_world import (
+    FailingWorld,
+    FailureFacts,
+    write_failing_world,
+)
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash, replay_failure
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.simpler_worlds import strip_for_file
+from understudy.addons.checks.falsification.trial import GoalMeasure
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.library import Library
 
 MEASURE = make_measure()

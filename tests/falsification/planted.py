@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.falsification.trial import GoalMeasure
+from understudy.addons.checks.falsification.trial import GoalMeasure
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.automaton import Automaton
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf

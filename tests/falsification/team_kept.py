@@ -8,9 +8,9 @@ import msgspec
 from tests.falsification.test_team_failure import SEED, WRONG_S, make_failing
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
-from understudy.falsification.failing_world import FACTS_FILE, SCENARIO_FILE
+from understudy.addons.checks.falsification.failing_world import FACTS_FILE, SCENARIO_FILE
+from understudy.judging.properties.property_file import HEAD
 from understudy.model.library import TrainedAutomaton
-from understudy.properties.property_file import HEAD
 from understudy.sim.scenario.files import format_scenario
 from understudy.storage.library_folder import save_automaton
 

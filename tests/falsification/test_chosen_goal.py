@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from msgspec import UNSET, structs
 
-from understudy.analysis.evaluate import evaluate
-from understudy.falsification.holding_test import HoldingTest
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.addons.checks.falsification.holding_test import HoldingTest
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.judging.evaluate import evaluate
+from understudy.judging.properties.monitor import PropertyRule
+from understudy.judging.properties.run_property import Verdict
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.monitor import PropertyRule
-from understudy.properties.run_property import Verdict
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import RobotGroup

@@ -12,10 +12,8 @@ from msgspec.structs import replace
 from tests.falsification.kept import MEASURE, keep
 from tests.falsification.planted import FORAGE, make_measure
 
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.errors import FileError
-from understudy.falsification.directed_search import search_directed
-from understudy.falsification.failing_world import (
+from understudy.addons.checks.falsification.directed_search import search_directed
+from understudy.addons.checks.falsification.failing_world import (
     FACTS_FILE,
     SCENARIO_FILE,
     FailingWorld,
@@ -26,13 +24,15 @@ from understudy.falsification.failing_world import (
     order_failing_worlds,
     read_failing_world,
 )
-from understudy.falsification.failure_replay import compute_end_hash
-from understudy.falsification.falsify import falsify
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.search_space import DISTURBANCES, SearchSpace
-from understudy.falsification.shrink import shrink_failure
-from understudy.falsification.simpler_worlds import list_rounder, list_without_robots
-from understudy.falsification.trial import GoalMeasure
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash
+from understudy.addons.checks.falsification.falsify import falsify
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.search_space import DISTURBANCES, SearchSpace
+from understudy.addons.checks.falsification.shrink import shrink_failure
+from understudy.addons.checks.falsification.simpler_worlds import list_rounder, list_without_robots
+from understudy.addons.checks.falsification.trial import GoalMeasure
+from understudy.errors import FileError
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit

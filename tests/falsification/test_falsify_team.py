@@ -12,12 +12,12 @@ from tests.falsification.team_kept import keep_team
 from tests.falsification.test_team_failure import teach_lead
 from tests.ui.cli.commands import run
 
-from understudy.falsification.failing_world import FailingWorld, read_failing_world
-from understudy.falsification.failure_replay import compute_end_hash
-from understudy.falsification.property_measure import PropertyMeasure
-from understudy.falsification.rerun_failures import rerun_failing_worlds
-from understudy.properties.property_file import HEAD, load_properties
-from understudy.properties.run_property import make_property_task
+from understudy.addons.checks.falsification.failing_world import FailingWorld, read_failing_world
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash
+from understudy.addons.checks.falsification.property_measure import PropertyMeasure
+from understudy.addons.checks.falsification.rerun_failures import rerun_failing_worlds
+from understudy.judging.properties.property_file import HEAD, load_properties
+from understudy.judging.properties.run_property import make_property_task
 from understudy.sim.team.libraries import make_scenario_team
 from understudy.sim.world import World
 from understudy.ui.cli.named_inputs import open_team_libraries

@@ -10,7 +10,10 @@ import pytest
 from tests.sim.patrollers import ROBOTS, lead
 from tests.sim.patrollers import SCENARIO as PATROL
 
-from understudy.falsification.finding_trials import try_findings
+from understudy.addons.checks.falsification.finding_trials import try_findings
+from understudy.addons.checks.verification.check_library import CheckReport, check_library
+from understudy.addons.checks.verification.finding import Finding, FindingCell, FindingKind, Severity
+from understudy.addons.checks.verification.scenario_facts import collect_scenario_facts
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
@@ -27,9 +30,6 @@ from understudy.sim.scenario.schema import (
 )
 from understudy.sim.team.libraries import collect_libraries
 from understudy.sim.world import World
-from understudy.verification.check_library import CheckReport, check_library
-from understudy.verification.finding import Finding, FindingCell, FindingKind, Severity
-from understudy.verification.scenario_facts import collect_scenario_facts
 
 SCENARIO = Scenario(
     size=(10.0, 10.0),

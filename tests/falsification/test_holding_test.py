@@ -14,13 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distances
 
-from understudy.analysis.behavior_run import ProgramRun
-from understudy.falsification.holding_test import ERROR, MOST_WORLDS, HoldingResult, HoldingTest
-from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
-from understudy.falsification.session_setup import SessionSetup
+from understudy.addons.checks.falsification.holding_test import ERROR, MOST_WORLDS, HoldingResult, HoldingTest
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
+from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.judging.behavior_run import ProgramRun
+from understudy.judging.properties.run_property import Verdict
 from understudy.model.library import Library
 from understudy.model.tree import Tree, make_leaf
-from understudy.properties.run_property import Verdict
 
 STATION, FOOD = {"A": "station"}, {"A": "nearest_food"}
 

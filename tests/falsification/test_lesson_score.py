@@ -10,11 +10,11 @@ from msgspec import structs
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.evaluate import evaluate
+from understudy.addons.checks.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.errors import SettingError
-from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.judging.evaluate import evaluate
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton

@@ -11,12 +11,12 @@ from tests.falsification.planted import FORAGE
 from tests.make.goto_sessions import make_goto_session as goto_lesson
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.evaluate import make_evaluation_task
+from understudy.addons.checks.falsification.failing_world import FailingWorld, FailureFacts
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.open_failure import open_failure
+from understudy.addons.checks.falsification.trial import GoalMeasure
 from understudy.errors import SessionError, UnknownName
-from understudy.falsification.failing_world import FailingWorld, FailureFacts
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.open_failure import open_failure
-from understudy.falsification.trial import GoalMeasure
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.learning.fit import learn
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine

@@ -7,10 +7,10 @@ import pytest
 from tests.falsification.test_chosen_goal import ARENA, MOVES, TOUCHES, teach
 from tests.falsification.test_lesson_score import FORAGE, LIBRARY, teach_distances
 
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.property_measure import PropertyMeasure, make_success_measure
-from understudy.falsification.trial import GoalMeasure, TrialResults
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.property_measure import PropertyMeasure, make_success_measure
+from understudy.addons.checks.falsification.trial import GoalMeasure, TrialResults
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.library import Library
 
 STATION = {"A": "station"}

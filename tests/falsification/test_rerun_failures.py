@@ -11,10 +11,10 @@ from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE, TOO_FAR, make_library
 from tests.falsification.test_failing_world import list_failing_seeds
 
-from understudy.falsification.failing_world import FailingWorld, list_failing_worlds
-from understudy.falsification.failure_replay import compute_end_hash
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.rerun_failures import (
+from understudy.addons.checks.falsification.failing_world import FailingWorld, list_failing_worlds
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.rerun_failures import (
     find_wrong_time,
     make_failure_measure,
     rerun_failing_world,

@@ -9,15 +9,20 @@ import pytest
 from msgspec.structs import replace
 from tests.falsification.planted import FORAGE, make_measure
 
+from understudy.addons.checks.falsification import random_search
+from understudy.addons.checks.falsification.directed_search import search_directed
+from understudy.addons.checks.falsification.disturbances import list_disturbances
+from understudy.addons.checks.falsification.falsify import falsify
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.random_search import (
+    RandomSearch,
+    SeedBatches,
+    measure_seeds,
+    search_at_random,
+)
+from understudy.addons.checks.falsification.search_space import DISTURBANCES, PLACES, SIZES, SearchSpace
+from understudy.addons.checks.falsification.trial import TrialResults
 from understudy.errors import SettingError
-from understudy.falsification import random_search
-from understudy.falsification.directed_search import search_directed
-from understudy.falsification.disturbances import list_disturbances
-from understudy.falsification.falsify import falsify
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.random_search import RandomSearch, SeedBatches, measure_seeds, search_at_random
-from understudy.falsification.search_space import DISTURBANCES, PLACES, SIZES, SearchSpace
-from understudy.falsification.trial import TrialResults
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.files import format_scenario, list_builtin_scenarios, parse_scenario
 from understudy.sim.scenario.schema import Breakdown, Scenario

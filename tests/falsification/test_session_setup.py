@@ -10,9 +10,9 @@ from msgspec.structs import replace
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.training.test_squad_session import LESSON, teach_patrol
 
-from understudy.falsification import new_worlds
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.addons.checks.falsification import new_worlds
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter

@@ -11,10 +11,10 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.training.test_squad_session import LESSON as LEAD
 from tests.training.test_squad_session import coordinator_body, teach_patrol
 
+from understudy.addons.checks.falsification.failing_world import FailingWorld, FailureFacts
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.open_failure import BEFORE_S, open_failure
 from understudy.errors import SessionError, UnknownName
-from understudy.falsification.failing_world import FailingWorld, FailureFacts
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.open_failure import BEFORE_S, open_failure
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team

@@ -8,10 +8,10 @@ import pytest
 from msgspec import structs
 from tests.falsification.test_finding_trials import AHEAD, KIT, LEFT, SCENARIO, always, distance
 
+from understudy.addons.checks.falsification.lesson_score import find_wrong_decisions, score_behavior
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.coaching.advice import WrongDecisions
-from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.lesson import Example, ExampleKind, Lesson

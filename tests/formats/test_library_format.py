@@ -13,9 +13,9 @@ from tests.sim.patrollers import ROBOTS
 from tests.training.test_squad_session import SQUAD
 from tests.ui.cli.commands import run_json
 
+from understudy.judging.properties.stored_moments import run_moment_property
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Kit, TrainedAutomaton
-from understudy.properties.stored_moments import run_moment_property
 from understudy.sim.forage import FORAGE_KIT
 from understudy.storage.document import encode_document
 from understudy.storage.library_folder import (

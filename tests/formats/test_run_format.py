@@ -17,11 +17,11 @@ from tests.make.sessions import ROBOT
 from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
-from understudy.analysis.run_trace import COLUMNS
+from understudy.addons.recordings.teach_from_recording import list_recorded_presses, teach_from_recording
+from understudy.judging.run_trace import COLUMNS
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.records.reader import RecordedPress, read_recording
-from understudy.segmentation.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.lesson_design import new_lesson
 

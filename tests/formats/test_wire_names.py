@@ -20,9 +20,9 @@ from tests.ui.cli.commands import run
 
 import understudy
 import understudy_lab
-from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-from understudy.analysis.simplify_preview import BeforeAfter, ChangedDecision, ChangedMoments
 from understudy.errors import UnderstudyError
+from understudy.judging.lesson_replay import DecisionChange, ReplayedPress
+from understudy.judging.simplify_preview import BeforeAfter, ChangedDecision, ChangedMoments
 from understudy.learning.change_attribution import ConditionChange, ExampleAttribution
 from understudy.learning.pruning_suggestions import PruningSuggestion
 from understudy.model.automaton import State

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.make.goto_sessions import make_goto_session
 
-from understudy.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton

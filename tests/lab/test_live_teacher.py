@@ -10,15 +10,15 @@ from math import nan
 
 import pytest
 
-from understudy.analysis.evaluate import evaluate
+from understudy.addons.checks.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.coaching.queries import Question
 from understudy.coaching.uncertainty import DoubtReason, Uncertainty
-from understudy.falsification.holding_test import HoldingResult, HoldingTest
-from understudy.falsification.new_worlds import Mistake, NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.judging.evaluate import evaluate
+from understudy.judging.properties.run_property import Verdict
 from understudy.model.kinds import YES
 from understudy.model.library import Library
-from understudy.properties.run_property import Verdict
 from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView

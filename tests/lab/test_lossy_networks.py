@@ -15,8 +15,8 @@ pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
 from tests.robots.agent_processes import save_patrol
 
+from understudy.addons.robots.team_network.load_plan import open_libraries
 from understudy.errors import SettingError
-from understudy.robots.team_network.load_plan import open_libraries
 from understudy.sim.world import World
 from understudy_lab.lossy_networks import study
 from understudy_lab.lossy_networks.distributed_patrol import BEHAVIOR, ROBOTS, measure_cycles

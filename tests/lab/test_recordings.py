@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from understudy.addons.recordings.drive_kit import make_candidates
+from understudy.addons.recordings.segment import segment
 from understudy.model.features import Percept
 from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
-from understudy.segmentation.drive_kit import make_candidates
-from understudy.segmentation.segment import segment
 from understudy_lab.recordings import driven_foraging as foraging
 from understudy_lab.recordings import driven_servoing as servoing
 from understudy_lab.recordings import driven_walls as walls

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from tests.ui.cli.forage_parts import goto
 
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.search_space import SearchSpace
-from understudy.falsification.trial import TrialResults
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.search_space import SearchSpace
+from understudy.addons.checks.falsification.trial import TrialResults
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy_lab.forage.teach import teach
 from understudy_lab.results import load_published

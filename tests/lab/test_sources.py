@@ -54,8 +54,8 @@ EDITS = [  # a file, text in place of its last line, whether rows of the study `
     ("understudy/learning/tree_growth.py", "# a remark", False),
     ("understudy/learning/tree_growth.py", '"""A text that is no statement."""', False),
     ("understudy/ui/web/server.py", "CHANGED = 1", False),
-    ("understudy/export/body_interface.py", "CHANGED = 1", False),
-    ("understudy/robots/safety/watchdog.py", "CHANGED = 1", False),
+    ("understudy/addons/export/body_interface.py", "CHANGED = 1", False),
+    ("understudy/addons/robots/safety/watchdog.py", "CHANGED = 1", False),
     ("understudy_lab/novices/study.py", "CHANGED = 1", False),
 ]
 
@@ -118,7 +118,7 @@ def test_rows_of_every_experiment_depend_on_the_learner_and_never_on_the_interfa
     used = {own(path) for path in find_row_sources(name)}
     assert {"understudy/learning/tree_growth.py", "understudy/learning/_split_kernels.py"} <= used
     assert own(folder_of(name) / "study.py") in used
-    assert not any(path.startswith(("understudy/ui/", "understudy/export/")) for path in used)
+    assert not any(path.startswith(("understudy/ui/", "understudy/addons/export/")) for path in used)
     assert len(fingerprint(name)) == 16
 
 
@@ -156,7 +156,7 @@ def test_public_names_depend_on_the_modules_that_define_them(tmp_path: Path) -> 
     study = tmp_path / "study.py"
     study.write_text("from understudy import evaluate\nfrom understudy.spi import Transport\n")
     found = {own(path) for path in find_sources([study]) - {study}}
-    assert {"understudy/analysis/evaluate.py", "understudy/robots/ros/transport.py"} <= found
+    assert {"understudy/judging/evaluate.py", "understudy/addons/robots/ros/transport.py"} <= found
     assert "understudy/ui/cli/plugins.py" not in found  # of another name
 
 

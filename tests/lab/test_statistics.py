@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from understudy.analysis.intervals import interval_of_share
+from understudy.judging.intervals import interval_of_share
 from understudy_lab import statistics
 
 stats = import_module("scipy.stats")

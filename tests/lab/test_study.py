@@ -88,7 +88,7 @@ PLAN = StudyPlan(range(4))
 
 
 def test_tasks_in_real_time_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr("understudy.analysis.process_pool.open_process_pool")
+    monkeypatch.delattr("understudy.judging.process_pool.open_process_pool")
     worked: list[Task] = []
     timed = replace(make_study(worked), in_real_time=True)
     assert len(run(timed, PLAN, RowCache("forage", tmp_path), jobs=4)) == 4

@@ -9,8 +9,8 @@ from math import nan
 import numpy as np
 import pytest
 
+from understudy.judging.properties.run_property import Verdict
 from understudy.model.library import Library
-from understudy.properties.run_property import Verdict
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite import scavenge, triangle

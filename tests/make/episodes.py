@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from understudy.data.episode import Episode, EpisodePress
+from understudy.judging.episodes.episode import Episode, EpisodePress
 from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import ExampleKind
 

@@ -24,9 +24,10 @@ from tests.peers.building import HERE, cyclone, fast_dds, missing
 
 ROOT = HERE.parents[1]
 RECORD = HERE / "recorded_peers.json"
+ROBOTS = "src/understudy/addons/robots"
 SOURCES = (
-    "src/understudy/robots/ros/**/*.py", "src/understudy/robots/robot.py", "src/understudy/robots/robot_file.py",
-    "src/understudy/robots/inputs.py", "src/understudy/robots/camera/image_decoding.py", "tests/peers/*.py",
+    f"{ROBOTS}/ros/**/*.py", f"{ROBOTS}/robot.py", f"{ROBOTS}/robot_file.py", f"{ROBOTS}/inputs.py",
+    f"{ROBOTS}/camera/image_decoding.py", "src/understudy/records/messages.py", "tests/peers/*.py",
     "tests/peers/*/*.*pp", "tests/peers/*/*.c", "tests/peers/*/*.idl",
 )  # fmt: skip
 PINNED = ("cyclonedds", "rosbags")
@@ -55,8 +56,8 @@ def read_record() -> dict[str, Any]:
 
 def record_peer(name: str, folder: Path) -> dict[str, Any]:
     """Start a peer, command it once, and return what it sent by topic, and what it got."""
+    from understudy.addons.robots.ros.dds import DdsTransport
     from understudy.records.messages import encode_twist
-    from understudy.robots.ros.dds import DdsTransport
 
     twist = "geometry_msgs/msg/Twist"
     program = fast_dds(folder) if name.startswith("fast_dds") else cyclone(folder)

@@ -26,12 +26,12 @@ from tests.robots.routers import Router
 from tests.robots.rovers import TWIST, sonar
 from tests.waiting import wait_until
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.records.messages import convert_to_dds_name
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.runtime.body import list_reading_keys
 
 DOMAIN = own_domain()

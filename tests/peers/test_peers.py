@@ -25,14 +25,14 @@ from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST
 from tests.ui.cli.commands import run
 from tests.waiting import wait_until
 
+from understudy.addons.robots.camera.image_decoding import decode_image
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Received
+from understudy.addons.robots.safety.guard import ArmingRefused
 from understudy.records.messages import decode_message as message_of
 from understudy.records.messages import encode_twist
-from understudy.robots.camera.image_decoding import decode_image
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Received
-from understudy.robots.safety.guard import ArmingRefused
 
 DOMAIN = own_domain()
 IMAGE = "sensor_msgs/msg/Image"

@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 from understudy.errors import SettingError
-from understudy.properties.condition import convert_threshold, parse_condition
+from understudy.judging.properties.condition import convert_threshold, parse_condition
 
 WORDS = [  # as written, as understood
     ("front is below 0.2 m", "front is below 0.2 m"),

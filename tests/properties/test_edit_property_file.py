@@ -11,8 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from understudy.errors import FileError
-from understudy.properties.edit_property_file import remove_table, set_table, split_statements, write_property
-from understudy.properties.property_file import HEAD, load_tables
+from understudy.judging.properties.edit_property_file import (
+    remove_table,
+    set_table,
+    split_statements,
+    write_property,
+)
+from understudy.judging.properties.property_file import HEAD, load_tables
 
 TEXT = """\
 # What our robots must never do.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from understudy.properties.free_space import CELL_M, find_space, make_clearance, make_covered
+from understudy.judging.properties.free_space import CELL_M, find_space, make_clearance, make_covered
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.scenario.schema import Obstacle, RobotGroup, Scenario, Wall

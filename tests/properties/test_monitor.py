@@ -10,13 +10,13 @@ from msgspec.structs import replace as change
 from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.behavior_run import ProgramRun
 from understudy.errors import SettingError, UnderstudyError, UnknownName
+from understudy.judging.behavior_run import ProgramRun
+from understudy.judging.properties.monitor import PropertyOutcomes, monitor_property
+from understudy.judging.properties.run_property import make_property_task, run_property
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.monitor import PropertyOutcomes, monitor_property
-from understudy.properties.run_property import make_property_task, run_property
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, Goal

@@ -11,7 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
-from understudy.analysis.behavior_run import ProgramRun
+from understudy.judging.behavior_run import ProgramRun
+from understudy.judging.properties.condition import parse_condition
+from understudy.judging.properties.monitor import monitor_property
+from understudy.judging.properties.offered_goals import describe_goal, find_behavior_success, offer_goals
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature
@@ -19,9 +22,6 @@ from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import PropertyKind
-from understudy.properties.condition import parse_condition
-from understudy.properties.monitor import monitor_property
-from understudy.properties.offered_goals import describe_goal, find_behavior_success, offer_goals
 from understudy.runtime.program import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import RobotGroup

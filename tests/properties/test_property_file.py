@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from understudy.errors import FileError
+from understudy.judging.properties.property_file import load_properties
 from understudy.model.property import PropertyKind, SeededWorlds
-from understudy.properties.property_file import load_properties
 
 HEAD = 'understudy = "properties"\nversion = 1\n'
 WHO = 'behavior = "forage"\nworld = "forage"\nseeds = 3\n'

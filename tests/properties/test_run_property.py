@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.intervals import exact_interval_of_share
-from understudy.model.library import Library
-from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.monitor import PropertyOutcomes
-from understudy.properties.run_property import (
+from understudy.judging.intervals import exact_interval_of_share
+from understudy.judging.properties.monitor import PropertyOutcomes
+from understudy.judging.properties.run_property import (
     PropertyResult,
     Verdict,
     compute_failure_bound,
     describe_result,
     run_property,
 )
+from understudy.model.library import Library
+from understudy.model.property import Property, PropertyKind, SeededWorlds
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 

@@ -14,6 +14,17 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.forage_parts import goto
 
 from understudy.errors import DefinitionError, SessionError
+from understudy.judging.properties.lesson_tests import (
+    find_regressions,
+    list_dependencies,
+    list_dependents,
+    run_lesson_test,
+)
+from understudy.judging.properties.stored_moments import (
+    add_moment_property,
+    make_moment_property,
+    run_moment_property,
+)
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -23,17 +34,6 @@ from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
-from understudy.properties.lesson_tests import (
-    find_regressions,
-    list_dependencies,
-    list_dependents,
-    run_lesson_test,
-)
-from understudy.properties.stored_moments import (
-    add_moment_property,
-    make_moment_property,
-    run_moment_property,
-)
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_document, save_automaton

@@ -16,17 +16,17 @@ from tests.processes import end_with_tests
 from tests.robots.domains import own_domain
 from tests.robots.routers import free_port
 
-from understudy.model.features import BoundFeature, TimeInState
-from understudy.model.library import TrainedAutomaton
-from understudy.robots.team_network.agent_questions import (
+from understudy.addons.robots.team_network.agent_questions import (
     AgentAnswer,
     AgentQuestion,
     ask,
     ask_to_arm,
     ask_to_prepare,
 )
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan, open_libraries
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.addons.robots.team_network.load_plan import LoadedTeam, load_team_plan, open_libraries
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.model.features import BoundFeature, TimeInState
+from understudy.model.library import TrainedAutomaton
 from understudy.sim.catalog import find_scenario
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.tree_builder import build_automaton, split_below, split_on_flag

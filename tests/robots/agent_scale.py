@@ -31,8 +31,8 @@ from tests.bodies import TICK_S
 from tests.robots.routers import free_port
 from tests.robots.scale_team import TOP, Wanderer, list_processes, make_plan
 
-from understudy.robots.team_network.agent_process import WallClock
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.addons.robots.team_network.agent_process import WallClock
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.coordinator import SquadCoordinator
 from understudy.runtime.agents.network import Inbox, Observe

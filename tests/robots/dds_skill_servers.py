@@ -18,7 +18,7 @@ from cyclonedds.util import duration
 from tests.robots.domains import own_domain
 from tests.robots.skill_servers import Server
 
-from understudy.robots.ros.dds_services import make_raw_type
+from understudy.addons.robots.ros.dds_services import make_raw_type
 
 POLL_S = 0.005
 DOMAIN = own_domain()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from understudy.robots.ros.dds import make_dds_type
-from understudy.robots.ros.zenoh import make_topic_keys
+from understudy.addons.robots.ros.dds import make_dds_type
+from understudy.addons.robots.ros.zenoh import make_topic_keys
 
 
 @contextmanager

@@ -12,13 +12,13 @@ from threading import Event, Thread
 from tests.robots.rovers import Wire
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.team_network.agent_process import AgentProcess
+from understudy.addons.robots.team_network.load_plan import LoadedTeam
 from understudy.clock import Clock
 from understudy.records.recorder import RunRecorder
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import load_robot
-from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.load_plan import LoadedTeam
 from understudy.runtime.agents.network import Inbox, Observe
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from tests.robots.rovers import ROVER, Wire, odometry, sonar
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.records.messages import decode_message
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
 
 SONAR, ODOM, CMD = "/rover/sonar", "/rover/odom", "/rover/cmd_vel"
 STOP = (0.0, 0.0)

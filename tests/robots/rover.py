@@ -7,10 +7,10 @@ import time
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.records.messages import encode_twist
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
 
 RATE_HZ = 50
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from understudy.addons.robots.ros.transport import Answered, Publish, Publisher, Received, WireType
 from understudy.records.messages import encode_message, make_message
-from understudy.robots.ros.transport import Answered, Publish, Publisher, Received, WireType
 
 RANGE, SCAN, ODOMETRY = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"

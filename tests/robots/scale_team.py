@@ -9,9 +9,9 @@ from tests.bodies import Scripted
 from tests.bodies import kit as scripted_kit
 from tests.make.programs import make_automaton
 
+from understudy.addons.robots.team_network.load_plan import choose_deputies
 from understudy.model.library import Library
 from understudy.model.squad import Role, Squad, Statistic
-from understudy.robots.team_network.load_plan import choose_deputies
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.runtime.team.members import Member
 from understudy.runtime.team.squad_body import list_squad_readings

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.robots.camera.color import Color
+from understudy.addons.robots.camera.color import Color
 
 Image: TypeAlias = NDArray[np.uint8]
 Disc: TypeAlias = tuple[float, float, float, tuple[int, int, int]]

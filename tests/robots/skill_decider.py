@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from understudy.robots.robot import connect_robot_body
-from understudy.robots.robot_file import load_robot
-from understudy.robots.safety.guard import ArmingRefused
+from understudy.addons.robots.robot import connect_robot_body
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.safety.guard import ArmingRefused
 
 
 def main(path: str) -> None:

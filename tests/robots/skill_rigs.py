@@ -13,13 +13,13 @@ import numpy as np
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.recording_transport import RecordingTransport
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.interfaces import CANCEL, Interfaces
+from understudy.addons.robots.ros.transport import Answered, Transport, WireType
 from understudy.records.messages import decode_message
 from understudy.records.recorder import RunRecorder
-from understudy.robots.recording_transport import RecordingTransport
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.transport import Answered, Transport, WireType
 
 DEFINITIONS = Path(__file__).with_name("interfaces")
 NAVIGATE, TRIGGER = "nav2_msgs/action/NavigateToPose", "std_srvs/srv/Trigger"

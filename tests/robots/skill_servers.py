@@ -18,7 +18,7 @@ from typing import Any, Self
 
 from tests.robots.skill_rigs import ABORTED, CANCELED, DEFINITIONS, NAVIGATE, SUCCEEDED, TRIGGER, Conduct
 
-from understudy.robots.ros.interfaces import CANCEL, Interfaces
+from understudy.addons.robots.ros.interfaces import CANCEL, Interfaces
 
 
 class Server:

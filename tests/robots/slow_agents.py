@@ -13,11 +13,11 @@ import msgspec
 from tests.robots.twins import ARENA
 from tests.waiting import BOUND_S, wait_until
 
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
-from understudy.robots.team_network.remote_robot import RemoteRobot
-from understudy.robots.team_network.team_watch import TeamWatch
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
+from understudy.addons.robots.team_network.remote_robot import RemoteRobot
+from understudy.addons.robots.team_network.team_watch import TeamWatch
 from understudy.runtime.agents.network import Inbox
 
 LONGEST_S = 60.0

@@ -13,9 +13,9 @@ from tests.robots.memory_network import MemoryNetwork, MemoryTeam
 from tests.robots.test_load_plan import write_team
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.team_network.agent_claim import HEARD_S, claim_name
+from understudy.addons.robots.team_network.load_plan import load_team_plan
 from understudy.errors import SettingError
-from understudy.robots.team_network.agent_claim import HEARD_S, claim_name
-from understudy.robots.team_network.load_plan import load_team_plan
 
 NAME = "patrol_0"
 RUNNING = f"{NAME} is running already; stop the other one first"

@@ -17,14 +17,14 @@ pytest.importorskip("mujoco", reason="needs the extra mujoco")
 from tests.robots.agent_processes import SQUAD, AgentProcesses, run_patrol, wait_until
 from tests.ui.cli.commands import run, run_json
 
-from understudy.analysis.rerun import Rerun
+from understudy.addons.robots.team_network.agent_questions import AgentStatus
+from understudy.addons.robots.team_network.load_plan import load_team_plan
+from understudy.addons.robots.team_network.remote_robot import drive_robots
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.clock import PROMPT_S
+from understudy.judging.rerun import Rerun
 from understudy.records.merge import read_team_clock
 from understudy.records.team_reader import TeamRecording, read_team_recording
-from understudy.robots.team_network.agent_questions import AgentStatus
-from understudy.robots.team_network.load_plan import load_team_plan
-from understudy.robots.team_network.remote_robot import drive_robots
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.leadership import is_term_of
 from understudy.runtime.agents.messages import OrderId
 from understudy.runtime.team.coordinator_body import CoordinatorBody

@@ -21,9 +21,9 @@ if shutil.which("openssl") is None:
 from tests.robots.routers import free_port
 from tests.waiting import BOUND_S, wait_until
 
+from understudy.addons.robots.ros.transport import Unreachable
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 from understudy.errors import UnderstudyError
-from understudy.robots.ros.transport import Unreachable
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 
 DOCS = Path(__file__).parents[2] / "docs"
 TEAM = "patrol"

@@ -12,9 +12,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.memory_network import MemoryTeam
 from tests.robots.test_load_plan import write_team
 
-from understudy.robots.robot import Robot
-from understudy.robots.team_network.agent_process import ANSWER_S
-from understudy.robots.team_network.agent_questions import (
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.team_network.agent_process import ANSWER_S
+from understudy.addons.robots.team_network.agent_questions import (
     READY_S,
     AgentQuestion,
     ask,
@@ -22,8 +22,8 @@ from understudy.robots.team_network.agent_questions import (
     ask_to_prepare,
     ask_to_stop,
 )
-from understudy.robots.team_network.arming_permits import PERMIT_S, ArmingPermits
-from understudy.robots.team_network.load_plan import load_team_plan
+from understudy.addons.robots.team_network.arming_permits import PERMIT_S, ArmingPermits
+from understudy.addons.robots.team_network.load_plan import load_team_plan
 
 NAME = "pioneer_1"
 

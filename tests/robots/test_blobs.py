@@ -22,9 +22,9 @@ from tests.robots.scenes import (
     render,
 )
 
+from understudy.addons.robots.camera.blobs import Blob, BlobDetector, FrameGeometry
+from understudy.addons.robots.camera.color import Color
 from understudy.errors import SettingError
-from understudy.robots.camera.blobs import Blob, BlobDetector, FrameGeometry
-from understudy.robots.camera.color import Color
 
 pytest.importorskip("cv2", reason="needs the extra camera")
 

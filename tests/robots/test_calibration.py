@@ -23,16 +23,16 @@ from tests.robots.scenes import (
     render,
 )  # fmt: skip
 
-from understudy.errors import FileError, SettingError
-from understudy.robots.camera.blobs import BlobDetector, Mask
-from understudy.robots.camera.calibration import (
+from understudy.addons.robots.camera.blobs import BlobDetector, Mask
+from understudy.addons.robots.camera.calibration import (
     LabeledImage,
     calibrate_from_clicks,
     calibrate_from_images,
     calibrate_from_pixels,
 )
-from understudy.robots.camera.color import Color, make_hsv_bounds
-from understudy.robots.camera.image_folder import detect_in_images, read_image_folder
+from understudy.addons.robots.camera.color import Color, make_hsv_bounds
+from understudy.addons.robots.camera.image_folder import detect_in_images, read_image_folder
+from understudy.errors import FileError, SettingError
 
 cv2 = pytest.importorskip("cv2", reason="needs the extra camera")
 

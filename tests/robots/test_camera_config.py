@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from understudy.addons.robots.camera.color import Color, Share
+from understudy.addons.robots.camera.config import CameraSpec, format_color_line, insert_color, write_color
 from understudy.errors import DefinitionError, FileError, SettingError
-from understudy.robots.camera.color import Color, Share
-from understudy.robots.camera.config import CameraSpec, format_color_line, insert_color, write_color
 
 BALL = Color(hue_deg=(15.5, 40.0), saturation=(0.6, 1.0), value=(0.25, 1.0))
 LINE = "ball = { hue_deg = [15.5, 40], saturation = [0.6, 1], value = [0.25, 1] }\n"

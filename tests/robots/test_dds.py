@@ -9,6 +9,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ODOMETRY, RANGE, STAMPED, TWIST, odometry, sonar
 
+from understudy.addons.robots.ros.dds import make_dds_type
 from understudy.records.messages import (
     convert_to_dds_name,
     convert_to_ros_name,
@@ -18,7 +19,6 @@ from understudy.records.messages import (
     is_known_type,
     make_message,
 )
-from understudy.robots.ros.dds import make_dds_type
 
 NAMES = [
     ("sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"),

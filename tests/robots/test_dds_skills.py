@@ -17,8 +17,8 @@ from tests.robots.dds_skill_servers import DOMAIN, DdsServer, OtherServer
 from tests.robots.skill_rigs import Conduct, write_skill_robot
 from tests.waiting import wait_until
 
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Transport
 
 TEXT = write_skill_robot().replace('transport = "zenoh"\n', "").replace("domain = 43", f"domain = {DOMAIN}")
 ARRIVES_S = 0.3

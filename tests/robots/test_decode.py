@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from understudy.robots.camera.blobs import Image
-from understudy.robots.camera.image_decoding import (
+from understudy.addons.robots.camera.blobs import Image
+from understudy.addons.robots.camera.image_decoding import (
     CHANNELS,
     ImageError,
     decode_compressed_image,

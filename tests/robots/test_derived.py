@@ -11,12 +11,12 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
+from understudy.addons.robots.derived_readings import NOWHERE, DerivedReadings
+from understudy.addons.robots.inputs import compute_ranges_and_bearings
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
-from understudy.robots.derived_readings import NOWHERE, DerivedReadings
-from understudy.robots.inputs import compute_ranges_and_bearings
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import collisions
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor

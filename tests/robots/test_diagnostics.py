@@ -11,18 +11,18 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER, Wire, sonar
 from tests.simulated_clock import SimulatedClock
 
-from understudy.errors import FileError
-from understudy.records.messages import decode_message
-from understudy.robots.diagnostics import diagnose_connection
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.diagnostic_messages import (
+from understudy.addons.robots.diagnostics import diagnose_connection
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.diagnostic_messages import (
     DIAGNOSTICS,
     PERIOD_S,
     DiagnosticStatus,
     StatusLevel,
     encode_statuses,
 )
+from understudy.errors import FileError
+from understudy.records.messages import decode_message
 
 SAID = '[diagnostics]\npublish = true\nunfit = ["battery"]\nstop = ["motors: left"]\n[commands]'
 FILE = parse_robot(ROVER.replace("[commands]", SAID))

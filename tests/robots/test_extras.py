@@ -13,9 +13,9 @@ import pytest
 from tests.robots.rovers import ROVER, Wire
 from tests.ui.cli.commands import ROOT
 
+from understudy.addons.robots.inputs import SensorInputs
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.extras import ExtraMissing, import_opencv
-from understudy.robots.inputs import SensorInputs
-from understudy.robots.robot_file import parse_robot
 
 EXTRAS = ("cyclonedds", "rosbags", "mcap", "cv2", "mujoco", "zenoh")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\n"
@@ -81,9 +81,9 @@ def test_the_rest_asks_for_none_of_them() -> None:
         "ui.cli.commands.run",
         "ui.controller.trainer",
         "ui.web.server",
-        "ui.tui.app",
-        "robots.twin",
-        "sim_mujoco.body",
+        "ui.terminal.app",
+        "addons.robots.twin",
+        "addons.bridges.mujoco.body",
     )
     program = WITHOUT + "".join(f"import understudy.{module}\n" for module in modules)
     path = os.pathsep.join((str(ROOT / "src"), str(ROOT)))

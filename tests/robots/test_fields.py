@@ -14,10 +14,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 
+from understudy.addons.robots.robot_file import ReadingSpec
+from understudy.addons.robots.ros.fields import compute_heading, make_extractor
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.records.messages import decode_message, encode_message, make_message
-from understudy.robots.robot_file import ReadingSpec
-from understudy.robots.ros.fields import compute_heading, make_extractor
 from understudy.sim.scenario.toml_decode import DecodeProblem
 
 RANGES = [  # what a sonar from 0.1 to 3 m says, how far from the rim 0.2 m before it that is

@@ -18,15 +18,15 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.robots.rovers import Wire
 from tests.robots.twins import ARENA
 
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.foxglove_layout import make_layout
+from understudy.addons.robots.recording_transport import RecordingTransport
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.records.header import RunInfo
 from understudy.records.messages import list_message_fields
 from understudy.records.recorder import RunRecorder
-from understudy.robots.fleet import Fleet
-from understudy.robots.foxglove_layout import make_layout
-from understudy.robots.recording_transport import RecordingTransport
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.body import list_reading_keys
 from understudy.ui.cli.main import make_command_line
 

@@ -11,11 +11,11 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import ROVER, Wire
 
+from understudy.addons.robots.inputs import SensorInputs
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
 from understudy.errors import FileError
 from understudy.records.messages import encode_message, make_message
-from understudy.robots.inputs import SensorInputs
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
 
 FRAMES = '[frames]\nfixed = "map"\nrobot = "base_link"\nstale_s = 0.5\nrequired = true\n'
 WITHOUT = ROVER.replace("[readings.x]", "[readings.odom_x]").replace(

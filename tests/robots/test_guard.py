@@ -21,17 +21,17 @@ from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 from tests.simulated_clock import HeldUpReadings, SimulatedClock
 from tests.waiting import wait_until
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.transport import Publisher
+from understudy.addons.robots.safety import self_monitor
+from understudy.addons.robots.safety.guard import ArmingRefused, Guard
+from understudy.addons.robots.safety.self_monitor import measure_time_asleep
+from understudy.addons.robots.safety.speed_limits import Speeds
+from understudy.addons.robots.safety.watchdog import MOVING, RESTING, TAKEN_OVER
+from understudy.addons.robots.safety.watchdog_client import WatchdogClient
 from understudy.errors import FileError
 from understudy.records.messages import encode_twist
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.transport import Publisher
-from understudy.robots.safety import self_monitor
-from understudy.robots.safety.guard import ArmingRefused, Guard
-from understudy.robots.safety.self_monitor import measure_time_asleep
-from understudy.robots.safety.speed_limits import Speeds
-from understudy.robots.safety.watchdog import MOVING, RESTING, TAKEN_OVER
-from understudy.robots.safety.watchdog_client import WatchdogClient
 
 AHEAD = (0.4, 0.0)
 OTHER = Publisher(CMD, TWIST)
@@ -347,7 +347,7 @@ def test_after_the_watchdog_stopped_it_it_waits_for_a_tick(guard_folder: Guarded
 def test_a_computer_that_slept_is_armed_again(guard_folder: Guarded, monkeypatch: pytest.MonkeyPatch) -> None:
     guard_folder.ready().move(1.0)
     slept = measure_time_asleep() + 60.0
-    monkeypatch.setattr("understudy.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
+    monkeypatch.setattr("understudy.addons.robots.safety.self_monitor.measure_time_asleep", lambda: slept)
     guard_folder.wait(0.02)
     assert (guard_folder.sent, guard_folder.robot.stop_cause) == (STOP, "this computer slept")
     guard_folder.ready().wait(0.1)

@@ -22,6 +22,8 @@ from tests.robots.hostile import FILE, LENGTHS, TOPICS, anything, message
 from tests.robots.rigs import Timed
 from tests.robots.rovers import Wire, sonar
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.records.messages import (
     LONGEST,
     MessageRefused,
@@ -29,8 +31,6 @@ from understudy.records.messages import (
     encode_message,
     make_message,
 )
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import list_reading_keys
 
 SEEDS = st.integers(0, 2**32)

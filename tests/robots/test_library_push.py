@@ -12,9 +12,9 @@ from threading import Barrier
 
 import pytest
 
+from understudy.addons.robots.team_network import library_push
+from understudy.addons.robots.team_network.library_push import LibraryFolder, read_library_files
 from understudy.errors import FileError
-from understudy.robots.team_network import library_push
-from understudy.robots.team_network.library_push import LibraryFolder, read_library_files
 from understudy.storage.atomic_write import lock_folder
 
 

@@ -14,12 +14,12 @@ from tests.robots.rovers import odometry
 from tests.robots.twins import Rig
 from tests.ui.cli.commands import run_json
 
+from understudy.addons.robots.team_network.load_plan import open_libraries
 from understudy.model.features import BoundFeature, TimeInState
 from understudy.model.library import TrainedAutomaton
 from understudy.records.header import RunInfo
 from understudy.records.reader import read_recording
 from understudy.records.recorder import RunRecorder
-from understudy.robots.team_network.load_plan import open_libraries
 from understudy.runtime.team.team import Team
 from understudy.sim.catalog import find_scenario
 from understudy.sim.team.assignment import assign_team_members

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.robots.scale_team import make_plan
 
+from understudy.addons.robots.team_network.load_plan import load_team_plan
 from understudy.errors import FileError, UnderstudyError
-from understudy.robots.team_network.load_plan import load_team_plan
 
 ROBOT = """
 format = "understudy-robot/1"

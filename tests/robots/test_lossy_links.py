@@ -112,7 +112,7 @@ def test_packets_pass_links_unless_they_are_lost_or_cut() -> None:
 SPEAK = """
 import sys, time
 from itertools import count
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
 own, other = sys.argv[1:]
 listen, connect = ([f"udp/{address}:7447"] for address in (own, other))
 network = ZenohNetwork("test", ZenohOptions(connect=connect, listen=listen, multicast=False))

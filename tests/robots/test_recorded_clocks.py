@@ -23,11 +23,11 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from mcap.reader import make_reader
 from tests.bodies import Scripted
 
+from understudy.addons.robots.team_network.agent_recorder import RecordedNetwork
 from understudy.clock import PROMPT_S
 from understudy.records.header import RunInfo
 from understudy.records.merge import TeamClock, merge_recordings
 from understudy.records.recorder import RunRecorder
-from understudy.robots.team_network.agent_recorder import RecordedNetwork
 from understudy.runtime.agents.network import Inbox, Observe
 
 S = 10**9

@@ -31,6 +31,10 @@ from tests.robots.rovers import ODOMETRY, RANGE, ROVER, TWIST, Wire, odometry, s
 from tests.simulated_clock import SimulatedClock
 from tests.waiting import wait_until
 
+from understudy.addons.robots.recording_transport import RecordingTransport
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.transport import Publisher
 from understudy.errors import FileError
 from understudy.records import recorder as recorder_module
 from understudy.records import writer
@@ -44,10 +48,6 @@ from understudy.records.message_types import (
 from understudy.records.messages import decode_message
 from understudy.records.reader import RecordedPress, read_recording
 from understudy.records.recorder import RecordingFailed, RunRecorder
-from understudy.robots.recording_transport import RecordingTransport
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.transport import Publisher
 from understudy.runtime.body import list_reading_keys
 
 FORWARD = {"drive": np.array([1.0]), "turn": np.array([0.0])}

@@ -14,15 +14,15 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 
 from tests.make.sessions import make_session as scripted
 
-from understudy.errors import FileError, SessionError, UnderstudyError
-from understudy.model.learner_options import LearnerOptions
-from understudy.records.reader import RecordedPress, Recording, read_recording
-from understudy.records.recorder import RunRecorder
-from understudy.segmentation.teach_from_recording import (
+from understudy.addons.recordings.teach_from_recording import (
     list_recorded_presses,
     read_presses,
     teach_from_recording,
 )
+from understudy.errors import FileError, SessionError, UnderstudyError
+from understudy.model.learner_options import LearnerOptions
+from understudy.records.reader import RecordedPress, Recording, read_recording
+from understudy.records.recorder import RunRecorder
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 

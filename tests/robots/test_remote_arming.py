@@ -11,10 +11,10 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.slow_agents import SlowAgents, finish, make_fleet, wait_for
 
+from understudy.addons.robots.arming_order import ArmingOrder
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.safety.guard import ArmingRefused
 from understudy.errors import SettingError, UnderstudyError
-from understudy.robots.arming_order import ArmingOrder
-from understudy.robots.fleet import Fleet
-from understudy.robots.safety.guard import ArmingRefused
 
 SILENT = tuple(f"silent_{number}" for number in range(40))
 STOPS: dict[str, Callable[[Fleet], None]] = {

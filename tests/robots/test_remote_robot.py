@@ -15,6 +15,12 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ROVER, TWIST, Wire, odometry, sonar
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.team_network.agent_views import RobotViews
+from understudy.addons.robots.team_network.remote_robot import RemoteRobot, drive_robots
+from understudy.addons.robots.team_network.team_watch import TeamWatch
 from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
@@ -22,12 +28,6 @@ from understudy.model.features import Feature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
 from understudy.records.messages import decode_message
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.team_network.agent_views import RobotViews
-from understudy.robots.team_network.remote_robot import RemoteRobot, drive_robots
-from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.runtime.agents.agent import Agent, AgentSpec
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.runtime.team.team_programs import make_finder

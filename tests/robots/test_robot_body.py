@@ -14,9 +14,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rigs import CMD, FENCED, ODOM, SONAR, STOP, Rig
 from tests.robots.rovers import ODOMETRY, ROVER, STAMPED, TWIST, Wire, odometry, sonar
 
+from understudy.addons.robots.diagnostics import diagnose_connection
+from understudy.addons.robots.ros.transport import Publisher
 from understudy.errors import DefinitionError, FileError, UnknownName
-from understudy.robots.diagnostics import diagnose_connection
-from understudy.robots.ros.transport import Publisher
 from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from tests.robots.rovers import ROVER, Wire
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import load_robot, parse_robot
 from understudy.errors import FileError
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import load_robot, parse_robot
 
 TOPICS = [  # namespace, name in the file, the topic
     ("", "odom", "/odom"),

@@ -14,14 +14,14 @@ from tests.robots.twins import ARENA
 from tests.runtime.agents.test_lost_agents import make_team
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.robots.diagnostics import diagnose_connection
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.model.library import Library
 from understudy.records.messages import decode_message, encode_message, make_message
-from understudy.robots.diagnostics import diagnose_connection
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.agent import Agent
 from understudy.runtime.agents.network import LocalNetwork
 from understudy.sim.kit import make_scenario_kit

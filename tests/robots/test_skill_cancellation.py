@@ -13,9 +13,9 @@ from tests.robots.rigs import ODOM, SONAR, Rig
 from tests.robots.rovers import Wire, odometry, sonar
 from tests.robots.skill_rigs import DEFINITIONS, NAVIGATE, OUTCOMES, write_skill_robot
 
-from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.transport import Answered, WireType
-from understudy.robots.skills.cancellation import CANCEL_S, CANCELS
+from understudy.addons.robots.ros.interfaces import CANCEL, Interfaces
+from understudy.addons.robots.ros.transport import Answered, WireType
+from understudy.addons.robots.skills.cancellation import CANCEL_S, CANCELS
 
 INTERFACES = Interfaces(DEFINITIONS)
 TYPES, CANCEL_TYPES = INTERFACES.find_action(NAVIGATE), INTERFACES.find_service(CANCEL)

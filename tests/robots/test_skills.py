@@ -18,19 +18,19 @@ from tests.robots.rovers import TWIST, Wire
 from tests.robots.skill_rigs import OUTCOMES, TABLES, TICK_S, Conduct, SkillRig, write_skill_robot
 from tests.sim.test_skills import SCENARIO, SCENARIO_FILE, change_skill
 
+from understudy.addons.robots.diagnostics import diagnose_connection
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.interfaces import CANCEL, Interfaces
+from understudy.addons.robots.ros.transport import Publisher, WireType
+from understudy.addons.robots.safety.guard import ArmingRefused
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.records.messages import decode_message
 from understudy.records.recorder import RunRecorder
-from understudy.robots.diagnostics import diagnose_connection
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.interfaces import CANCEL, Interfaces
-from understudy.robots.ros.transport import Publisher, WireType
-from understudy.robots.safety.guard import ArmingRefused
-from understudy.robots.twin import DigitalTwin
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson

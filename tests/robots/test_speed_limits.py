@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.robots.robot_file import MotionLimits
-from understudy.robots.safety.speed_limits import Speeds, limit_speeds
+from understudy.addons.robots.robot_file import MotionLimits
+from understudy.addons.robots.safety.speed_limits import Speeds, limit_speeds
 
 FAST = MotionLimits(speed_m_s=0.5, turn_rad_s=1.0)
 SLOW = MotionLimits(speed_m_s=0.5, turn_rad_s=1.0, acceleration_m_s2=1.0, turn_acceleration_rad_s2=2.0)

@@ -10,9 +10,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.robots.rovers import Wire
 
+from understudy.addons.robots.ros.state_topic import StateChangePublisher
 from understudy.records.message_types import detect_state_change
 from understudy.records.messages import decode_message
-from understudy.robots.ros.state_topic import StateChangePublisher
 
 SWITCHES = [  # states before and after, the outermost level that switched
     ((), (), None),

@@ -10,15 +10,15 @@ import pytest
 from tests.robots.rovers import ROVER
 from tests.ui.cli.commands import run, run_json
 
-from understudy.errors import FileError
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.safety.stop_log import (
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.safety.stop_log import (
     StopEvent,
     append_stop,
     find_stop_log,
     make_stop_event,
     read_stops,
 )
+from understudy.errors import FileError
 
 NOON = datetime(2026, 5, 4, 12, tzinfo=UTC)
 LOGGED = ROVER.replace("[commands]", '[safety]\nlog = "logs/stops"\n[commands]')

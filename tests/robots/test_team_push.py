@@ -16,12 +16,12 @@ from tests.robots.test_load_plan import write_team
 from tests.ui.cli.commands import run
 from typer.testing import Result
 
-from understudy.robots.team_network import agent_process
-from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
-from understudy.robots.team_network.library_push import Files, read_library_files
-from understudy.robots.team_network.load_plan import load_team_plan
-from understudy.robots.team_network.team_push import WhichLibrary, describe_push, push_library
+from understudy.addons.robots.team_network import agent_process
+from understudy.addons.robots.team_network.agent_process import AgentProcess
+from understudy.addons.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
+from understudy.addons.robots.team_network.library_push import Files, read_library_files
+from understudy.addons.robots.team_network.load_plan import load_team_plan
+from understudy.addons.robots.team_network.team_push import WhichLibrary, describe_push, push_library
 from understudy.ui.cli.commands import team_orders
 
 AGENTS = ("one", "two", "three")

@@ -30,17 +30,17 @@ from tests.robots.test_simulation_clock import clock_at
 from tests.ui.cli.commands import run
 from tests.waiting import wait_until
 
+from understudy.addons.robots.inputs import SensorInputs
+from understudy.addons.robots.robot import Robot, connect_robot_body
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.diagnostic_messages import DIAGNOSTICS, StatusLevel
+from understudy.addons.robots.ros.frame_tree import TRANSFORMS
+from understudy.addons.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
+from understudy.addons.robots.ros.transport import Publisher, Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
+from understudy.addons.robots.safety.guard import ArmingRefused
 from understudy.records.messages import decode_message, encode_twist
-from understudy.robots.inputs import SensorInputs
-from understudy.robots.robot import Robot, connect_robot_body
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.diagnostic_messages import DIAGNOSTICS, StatusLevel
-from understudy.robots.ros.frame_tree import TRANSFORMS
-from understudy.robots.ros.simulation_clock import CLOCK, TIME, SimulationClock
-from understudy.robots.ros.transport import Publisher, Transport
-from understudy.robots.ros.zenoh import ZenohTransport
-from understudy.robots.safety.guard import ArmingRefused
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = own_domain()
@@ -182,7 +182,7 @@ def test_a_robot_in_another_process_is_found_read_and_commanded(
 
 
 def test_check_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.robots.robot.open_transport", lambda file: Wire())
+    monkeypatch.setattr("understudy.addons.robots.robot.open_transport", lambda file: Wire())
     remedy = "start the robot, or correct `topic`, `namespace` or `domain` in its file"
     assert check(ROVER, tmp_path, 0.1)["problems"] == [
         f"{name}: nothing comes on /rover/{topic}, and nobody publishes there; {remedy}"

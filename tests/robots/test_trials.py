@@ -17,10 +17,10 @@ from tests.robots.trials import PATIENCE_S, TRIALS, Process, can_cut, scene
 from tests.simulated_clock import SimulatedClock
 from tests.ui.cli.commands import run
 
+from understudy.addons.robots.ros.transport import Publisher
+from understudy.addons.robots.safety import emergency_stop
+from understudy.addons.robots.safety.stop_log import read_stops
 from understudy.records.messages import encode_twist
-from understudy.robots.ros.transport import Publisher
-from understudy.robots.safety import emergency_stop
-from understudy.robots.safety.stop_log import read_stops
 
 cuts = pytest.mark.skipif(not can_cut(), reason="needs root and ip, for a network of its own")
 

@@ -15,14 +15,14 @@ pytest.importorskip("mcap", reason="needs the extra ros2")
 from tests.robots.rovers import Wire, odometry
 from tests.robots.twins import ARENA, Rig
 
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import load_robot, parse_robot
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import SettingError, UnderstudyError
 from understudy.records.header import RunInfo
 from understudy.records.reader import read_recording
 from understudy.records.recorder import RunRecorder
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import load_robot, parse_robot
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.body import list_reading_keys
 from understudy.testing import check_body
 

@@ -19,11 +19,11 @@ from tests.robots.rovers import ROVER, Wire
 from tests.simulated_clock import SimulatedClock
 from tests.waiting import wait_until
 
-from understudy.robots.robot_file import RobotFile, parse_robot
-from understudy.robots.ros.transport import Publisher
-from understudy.robots.safety import watchdog as watchdog_process
-from understudy.robots.safety.stop_log import read_stops
-from understudy.robots.safety.watchdog import (
+from understudy.addons.robots.robot_file import RobotFile, parse_robot
+from understudy.addons.robots.ros.transport import Publisher
+from understudy.addons.robots.safety import watchdog as watchdog_process
+from understudy.addons.robots.safety.stop_log import read_stops
+from understudy.addons.robots.safety.watchdog import (
     BYE,
     DISCOVERY_S,
     MOVING,
@@ -36,7 +36,7 @@ from understudy.robots.safety.watchdog import (
     WatchdogConfig,
     watch_heartbeats,
 )
-from understudy.robots.safety.watchdog_client import ANSWER_S, WatchdogClient, WatchdogFailed
+from understudy.addons.robots.safety.watchdog_client import ANSWER_S, WatchdogClient, WatchdogFailed
 
 DEADLINE_S = 0.12
 GONE = b""
@@ -181,8 +181,8 @@ def watchdog(
     file: RobotFile, tmp_path: Path, clock: SteadyClock, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[WatchdogClient]:
     """A watchdog that has a minute to start and to end, on computers that are busy."""
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 60.0)
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 60.0)
+    monkeypatch.setattr("understudy.addons.robots.safety.watchdog_client.STARTING_S", 60.0)
+    monkeypatch.setattr("understudy.addons.robots.safety.watchdog_client.LEAVING_S", 60.0)
     made = WatchdogClient(file, log=tmp_path / "log", clock=clock)
     yield made
     made.shut_down()
@@ -234,9 +234,9 @@ def test_it_is_missed_and_replaced(
         clock.now_s += ANSWER_S + 0.01
     assert watchdog.problem() == said
     clock.factor = 10.0
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 0.1)
+    monkeypatch.setattr("understudy.addons.robots.safety.watchdog_client.LEAVING_S", 0.1)
     watchdog.start([])
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.LEAVING_S", 60.0)
+    monkeypatch.setattr("understudy.addons.robots.safety.watchdog_client.LEAVING_S", 60.0)
     assert watchdog.pid != pid
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
@@ -288,7 +288,7 @@ def test_what_it_says_of_itself_is_told(watchdog: WatchdogClient, monkeypatch: p
 def test_one_that_is_not_ready_in_time_is_ended(
     watchdog: WatchdogClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("understudy.robots.safety.watchdog_client.STARTING_S", 0.0)
+    monkeypatch.setattr("understudy.addons.robots.safety.watchdog_client.STARTING_S", 0.0)
     with pytest.raises(WatchdogFailed, match="took too long"):
         watchdog.start([])
     assert not watchdog.alive

@@ -24,13 +24,11 @@ from tests.robots.routers import Router, free_port
 from tests.robots.rovers import RANGE, ROVER, TWIST, sonar
 from tests.waiting import wait_until
 
-from understudy.errors import FileError
-from understudy.records.messages import encode_twist
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Publisher, Unreachable
-from understudy.robots.ros.zenoh import (
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.open_transport import open_transport
+from understudy.addons.robots.ros.transport import Publisher, Unreachable
+from understudy.addons.robots.ros.zenoh import (
     Endpoint,
     ZenohSession,
     ZenohTransport,
@@ -39,7 +37,9 @@ from understudy.robots.ros.zenoh import (
     make_topic_keys,
     parse_liveliness_token,
 )
-from understudy.robots.safety.guard import ArmingRefused
+from understudy.addons.robots.safety.guard import ArmingRefused
+from understudy.errors import FileError
+from understudy.records.messages import encode_twist
 
 PLAIN = Path(__file__).with_name("plain_zenoh.py")
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -189,9 +189,9 @@ ENDS = """
 import select, sys, time
 from contextlib import suppress
 import numpy as np
-from understudy.robots.robot import connect_robot_body
-from understudy.robots.robot_file import load_robot
-from understudy.robots.safety.guard import ArmingRefused
+from understudy.addons.robots.robot import connect_robot_body
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.safety.guard import ArmingRefused
 
 robot = connect_robot_body(load_robot(sys.argv[1]), path=sys.argv[1])
 while robot.senses.find_missing(robot.now_s) is not None:
@@ -208,7 +208,7 @@ while not select.select([sys.stdin], [], [], 0.02)[0]:
 def test_a_program_that_just_ends_stops_its_robot(router: Router, namespace: str, tmp_path: Path) -> None:
     """Its last words go out when hardly anything of the program is left; who only forgets to close ends as well."""
     forgets = (
-        "from understudy.robots.ros.zenoh import ZenohTransport\n"
+        "from understudy.addons.robots.ros.zenoh import ZenohTransport\n"
         f"joined = ZenohTransport(3, {router.endpoint!r})\n"
         f"joined.subscribe('/odom', {RANGE!r}, print)\n"
     )
@@ -295,7 +295,7 @@ def test_sessions(subject: Callable[[Router, str], None], router: Router, namesp
 
 
 def test_a_router_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy.robots.ros.zenoh.WAIT_MS", 200)
+    monkeypatch.setattr("understudy.addons.robots.ros.zenoh.WAIT_MS", 200)
     file = parse_robot(ROVER.replace("tick_s", 'transport = "zenoh"\nrouter = "tcp/127.0.0.1:1"\ntick_s'))
     with pytest.raises(Unreachable) as raised:
         open_transport(file)

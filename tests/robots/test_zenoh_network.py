@@ -20,12 +20,12 @@ from tests.robots.test_load_plan import write_team
 from tests.runtime.agents.test_lost_agents import NAMES, leaders, make_team
 from tests.waiting import BOUND_S, wait_until
 
+from understudy.addons.robots.team_network.agent_claim import claim_name
+from understudy.addons.robots.team_network.agent_process import AgentProcess
+from understudy.addons.robots.team_network.agent_questions import AgentAnswer, AgentQuestion, ask
+from understudy.addons.robots.team_network.load_plan import load_team_plan
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions, complete_address
 from understudy.errors import SettingError
-from understudy.robots.team_network.agent_claim import claim_name
-from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion, ask
-from understudy.robots.team_network.load_plan import load_team_plan
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions, complete_address
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Inbox, LocalNetwork, Observe
 

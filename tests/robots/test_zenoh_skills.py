@@ -24,12 +24,12 @@ from tests.robots.skill_rigs import DEFINITIONS, OUTCOMES, Conduct, write_skill_
 from tests.robots.skill_servers import Server
 from tests.waiting import wait_until
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.transport import Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.clock import MonotonicClock
 from understudy.records.messages import decode_message, encode_twist
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
 
 ROOT = Path(__file__).parents[2]
 ALL = bytes(16)

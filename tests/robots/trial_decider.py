@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from understudy.addons.robots.robot import Robot, connect_robot_body
+from understudy.addons.robots.robot_file import load_robot
 from understudy.errors import UnderstudyError
-from understudy.robots.robot import Robot, connect_robot_body
-from understudy.robots.robot_file import load_robot
 
 
 def obey(robot: Robot, line: str) -> str:

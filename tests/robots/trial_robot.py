@@ -15,10 +15,10 @@ from argparse import ArgumentParser
 
 from tests.robots.rovers import ODOMETRY, RANGE, TWIST, odometry, sonar
 
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.records.messages import decode_message
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
 
 PERIOD_S = 0.02
 SLICE_S = 0.005

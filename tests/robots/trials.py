@@ -33,8 +33,8 @@ from tests.processes import end_with_tests
 from tests.robots.domains import own_domain
 from tests.robots.rovers import ROVER
 
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.safety.stop_log import read_stops
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.safety.stop_log import read_stops
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = own_domain()

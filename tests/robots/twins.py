@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from tests.robots.rigs import Timed
 from tests.robots.rovers import Wire, odometry
 
+from understudy.addons.robots.fleet import Fleet
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.records.messages import decode_message
 from understudy.records.recorder import RunRecorder
-from understudy.robots.fleet import Fleet
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.twin import DigitalTwin
 
 ARENA = """
 format = "understudy-robot/1"

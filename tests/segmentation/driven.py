@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from understudy import DriveLesson, Library, make_candidates, make_drive_kit, read_recorded_drive, segment
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.recorded_drive import RecordedDrive
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.recorded_drive import RecordedDrive
 
 TICK_S = 0.05
 MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.5}}

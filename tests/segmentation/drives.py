@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
-from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 TICK_S = 0.1
 

@@ -12,11 +12,11 @@ from tests.segmentation.driven import ANNA, MAP, make_lesson, read
 from typer.testing import CliRunner
 
 from understudy import learn_automaton, make_candidates, segment
+from understudy.addons.recordings.alternation import MISTIMED, allow_mistimed, find_answered_states
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.lesson_parameters import parametrize_lesson
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.binding import Binding
-from understudy.segmentation.alternation import MISTIMED, allow_mistimed, find_answered_states
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.lesson_parameters import parametrize_lesson
 from understudy.ui.cli.main import make_command_line
 
 LABELS = np.array([0, 0, 1, 2])  # an automaton with two states, a behavior, and none of them

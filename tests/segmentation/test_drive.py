@@ -8,8 +8,8 @@ import pytest
 from tests.segmentation.driven import MAP
 from typer.testing import CliRunner
 
+from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.errors import FileError
-from understudy.segmentation.drive_table import read_recorded_drive
 from understudy.ui.cli.main import make_command_line
 
 HEADER = "time_s,range(ball),command.drive"

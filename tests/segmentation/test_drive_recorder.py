@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from understudy.addons.recordings.drive_recorder import DriveRecorder
 from understudy.model.kinds import Continuous
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.segmentation.drive_recorder import DriveRecorder
 
 
 class Cart:

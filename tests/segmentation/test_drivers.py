@@ -33,17 +33,17 @@ from understudy import (
     segment,
     settle_driver_contradictions,
 )
-from understudy.analysis.explain_run import explain_query
-from understudy.analysis.explanation_text import describe_source, list_example_data
-from understudy.analysis.tracing import TransitionQuery
+from understudy.addons.recordings.drive_examples import make_recording
+from understudy.addons.recordings.driver_contradictions import list_drivers
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.recorded_drive import refuse_other_robot
 from understudy.errors import DefinitionError, FileError, UnknownName
+from understudy.judging.explain_run import explain_query
+from understudy.judging.explanation_text import describe_source, list_example_data
+from understudy.judging.tracing import TransitionQuery
 from understudy.learning.explain import explain
 from understudy.model.example_source import ExampleSource
 from understudy.records.replay import ReplayBody
-from understudy.segmentation.drive_examples import make_recording
-from understudy.segmentation.driver_contradictions import list_drivers
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.recorded_drive import refuse_other_robot
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.feature_values import compute_example_values
 from understudy.training.reaction_time import estimate_reaction_time

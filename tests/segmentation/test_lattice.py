@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.segmentation.lattice import Lattice, find_states, make_plain_lattice
-from understudy.segmentation.posterior import compute_posteriors
+from understudy.addons.recordings.lattice import Lattice, find_states, make_plain_lattice
+from understudy.addons.recordings.posterior import compute_posteriors
 
 
 def make_lattice(seed: int, *, states: bool, moves: bool) -> Lattice:

@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 from tests.docs.pages import ROOT, blocks
 
-from understudy.errors import FileError
-from understudy.segmentation.drive_table import read_recorded_drive
-from understudy.segmentation.mapping_file import (
+from understudy.addons.recordings.drive_table import read_recorded_drive
+from understudy.addons.recordings.mapping_file import (
     UNITS,
     CommandColumn,
     ReadingColumn,
     RecordingMap,
     load_recording_map,
 )
+from understudy.errors import FileError
 
 PAGE = ROOT / "docs" / "formats.md"
 EXAMPLE = next(each.text for each in blocks(PAGE) if each.text.startswith("format = "))

@@ -10,9 +10,9 @@ import pytest
 from tests.segmentation.test_drive import make_drive
 from typer.testing import CliRunner
 
+from understudy.addons.recordings.drive_table import read_recorded_drive
+from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
 from understudy.errors import FileError
-from understudy.segmentation.drive_table import read_recorded_drive
-from understudy.segmentation.mapping_file import RecordingMap, load_recording_map
 from understudy.ui.cli.main import make_command_line
 
 pytest.importorskip("mcap")

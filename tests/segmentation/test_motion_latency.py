@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.segmentation.drives import TICK_S, make_drive
 
+from understudy.addons.recordings.motion_latency import estimate_motion_latencies
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Categorical, Column, Continuous, Toroidal
 from understudy.runtime.body import Channel, Reading
-from understudy.segmentation.motion_latency import estimate_motion_latencies
 
 DRIVE = (Channel("drive"),)
 

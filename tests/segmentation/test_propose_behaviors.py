@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.segmentation.drives import TICK_S, follow, make_drive
 
-from understudy.errors import DefinitionError
-from understudy.segmentation.candidates import BehaviorCandidate
-from understudy.segmentation.propose_behaviors import (
+from understudy.addons.recordings.candidates import BehaviorCandidate
+from understudy.addons.recordings.propose_behaviors import (
     describe_command,
     discover_behaviors,
     make_constant_candidate,
     propose_behaviors,
 )
-from understudy.segmentation.recorded_drive import RecordedDrive
-from understudy.segmentation.segment import UNEXPLAINED, segment
+from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.segment import UNEXPLAINED, segment
+from understudy.errors import DefinitionError
 
 Aim = tuple[float, float]
 FORWARD, ARC, BACK = (0.8, 0.0), (0.3, 0.6), (-0.5, 0.0)

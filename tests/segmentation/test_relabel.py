@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from tests.segmentation.test_drive import make_drive, write
 
+from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
+from understudy.addons.recordings.drive_table import read_recorded_drive
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.relabel import list_label_questions, relabel
+from understudy.addons.recordings.rerun_drive import OTHER, measure_agreement, run_over_drive
+from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.fit import learn_automaton
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
-from understudy.segmentation.drive_table import read_recorded_drive
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.relabel import list_label_questions, relabel
-from understudy.segmentation.rerun_drive import OTHER, measure_agreement, run_over_drive
-from understudy.segmentation.segment import Segmentation, segment
 
 MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.5}}
 

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import understudy
+from understudy.addons.recordings.driver_model import DriverModel, estimate_gain
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.speed_share import estimate_shares, scale_aims
 from understudy.runtime.body import Channel
-from understudy.segmentation.driver_model import DriverModel, estimate_gain
-from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
-from understudy.segmentation.speed_share import estimate_shares, scale_aims
 
 BEHAVIORS = {"forward": {"drive": 1.0}, "back": {"drive": -1.0}, "wait": {"drive": 0.0}}
 

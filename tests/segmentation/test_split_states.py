@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from tests.segmentation.drives import follow, make_drive
 
+from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
+from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
+from understudy.addons.recordings.segment import Segmentation, segment
+from understudy.addons.recordings.split_states import propose_splits, split_state
 from understudy.errors import DefinitionError, UnknownName
 from understudy.learning.fit import learn_automaton
 from understudy.learning.report import learn_and_report
 from understudy.model.library import Library
-from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
-from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
-from understudy.segmentation.segment import Segmentation, segment
-from understudy.segmentation.split_states import propose_splits, split_state
 
 MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.4}, "left": {"turn": 0.7}}
 AIMS = {name: (each.get("drive", 0.0), each.get("turn", 0.0)) for name, each in MOVES.items()}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tests.segmentation.drives import follow, make_drive
 
+from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.model.library import Library
-from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.segment import Segmentation, segment
 
 MOVES = {"forward": {"drive": 1.0}, "left": {"turn": 1.0}, "right": {"turn": -1.0}}
 AIMS = {

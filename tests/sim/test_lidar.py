@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.sim.test_sensing import rays, read, read_repeatedly, world_of
 
+from understudy.addons.robots.robot_file import ReadingSpec
+from understudy.addons.robots.ros.fields import make_extractor
 from understudy.errors import FileError, SettingError
 from understudy.records.messages import decode_message, encode_message, make_message
-from understudy.robots.robot_file import ReadingSpec
-from understudy.robots.ros.fields import make_extractor
 from understudy.sim.kit import list_readings
 from understudy.sim.scenario.files import format_scenario, parse_scenario
 from understudy.sim.scenario.schema import ElapsedSensor, Lidar, Obstacle, RobotType, Wall

@@ -15,8 +15,8 @@ from tests.sim.random_scenarios import draw_commands, draw_world
 from tests.sim.test_editing import world
 from tests.ui.cli.forage_parts import AUTOMATA
 
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation import Evaluation
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation import Evaluation
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine

@@ -8,8 +8,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra mujoco")
 
-from understudy.sim_mujoco.optional import RenderingUnavailable, make_gl_context
-from understudy.sim_mujoco.world import MOST_PX
+from understudy.addons.bridges.mujoco.optional import RenderingUnavailable, make_gl_context
+from understudy.addons.bridges.mujoco.world import MOST_PX
 
 
 def _draws() -> bool:

@@ -7,8 +7,8 @@ from pathlib import Path
 from msgspec.structs import replace
 from tests.sim_mujoco.world_image import render_with_camera_inset, save_png
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
 from understudy.sim.scenario.files import load_scenario
-from understudy.sim_mujoco.body import MujocoBody
 
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "physics.png"
 SEED, ROBOT = 54, 3

@@ -9,10 +9,10 @@ import pytest
 from msgspec.structs import replace
 from tests.sim_mujoco.drawing import draws
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
 from understudy.errors import SettingError
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, Breakdown, CaptureRule, Scenario
-from understudy.sim_mujoco.body import MujocoBody
 from understudy.testing import check_body, check_world
 
 ALONE = (6.0, 5.0)

@@ -12,13 +12,13 @@ from tests.sim_mujoco.drawing import draws
 from tests.sim_mujoco.pictures import ROBOT, patrol
 from tests.sim_mujoco.world_image import INSET, SIZE_PX, render_with_camera_inset, save_png
 
-from understudy.robots.camera.blobs import BlobDetector
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.materials import PAINTS, choose_material_color, derive_camera_color
+from understudy.addons.bridges.mujoco.robot_files import calibrate_camera_colors
+from understudy.addons.robots.camera.blobs import BlobDetector
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Camera as Simulated
 from understudy.sim.scenario.schema import Lidar, RobotType, Scenario, Sonar
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.materials import PAINTS, choose_material_color, derive_camera_color
-from understudy.sim_mujoco.robot_files import calibrate_camera_colors
 
 
 def plain(name: str) -> Scenario:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.robot_files import check_ros
 from understudy.errors import SettingError
 from understudy.runtime.body import Body
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Obstacle, Scenario
 from understudy.sim.world import World
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.robot_files import check_ros
 from understudy.testing import check_body
 
 SCENARIO = load_scenario(Path(__file__).parents[1] / "sim" / "skilled.toml")

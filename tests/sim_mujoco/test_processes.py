@@ -15,15 +15,19 @@ from tests.robots.rovers import Wire
 from tests.sim_mujoco.drawing import draws
 from tests.simulated_clock import SimulatedClock
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.processes import OBJECTS, ObjectServer, RobotProcess
+from understudy.addons.bridges.mujoco.robot_files import ODOMETRY
+from understudy.addons.bridges.mujoco.ros_robots import (
+    drop_derived_readings,
+    make_point_message,
+    tick_in_real_time,
+)
+from understudy.addons.bridges.mujoco.world import BodyPose
+from understudy.addons.robots.ros.transport import Publish
 from understudy.records.messages import TWIST, encode_message, encode_twist, make_message
-from understudy.robots.ros.transport import Publish
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import AppearanceSchedule, Scenario
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.processes import OBJECTS, ObjectServer, RobotProcess
-from understudy.sim_mujoco.robot_files import ODOMETRY
-from understudy.sim_mujoco.ros_robots import drop_derived_readings, make_point_message, tick_in_real_time
-from understudy.sim_mujoco.world import BodyPose
 
 
 class Hub(Wire):

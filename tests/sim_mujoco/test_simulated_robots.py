@@ -25,18 +25,8 @@ from tests.sim_mujoco.drawing import draws
 from tests.ui.cli.commands import run
 from tests.waiting import wait_until
 
-from understudy.errors import SettingError
-from understudy.records.messages import TWIST, decode_message, encode_twist
-from understudy.robots.camera.image_decoding import decode_image
-from understudy.robots.inputs import SensorInputs
-from understudy.robots.robot_file import load_team, parse_robot
-from understudy.robots.ros.fields import compute_heading
-from understudy.robots.ros.frame_tree import TRANSFORMS, FrameTree
-from understudy.sim.scenario.files import load_scenario
-from understudy.sim.scenario.schema import Lidar, Scenario
-from understudy.sim.sensing.range_sensors import RANGE
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.robot_files import (
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.robot_files import (
     IMAGE,
     ODOMETRY,
     check_ros,
@@ -45,7 +35,17 @@ from understudy.sim_mujoco.robot_files import (
     list_robot_names,
     list_sensor_topics,
 )
-from understudy.sim_mujoco.ros_robots import Simulation
+from understudy.addons.bridges.mujoco.ros_robots import Simulation
+from understudy.addons.robots.camera.image_decoding import decode_image
+from understudy.addons.robots.inputs import SensorInputs
+from understudy.addons.robots.robot_file import load_team, parse_robot
+from understudy.addons.robots.ros.fields import compute_heading
+from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
+from understudy.errors import SettingError
+from understudy.records.messages import TWIST, decode_message, encode_twist
+from understudy.sim.scenario.files import load_scenario
+from understudy.sim.scenario.schema import Lidar, Scenario
+from understudy.sim.sensing.range_sensors import RANGE
 from understudy.ui.cli.commands.robots_simulate import _leaving_orderly
 
 ROOT = Path(__file__).parents[2]

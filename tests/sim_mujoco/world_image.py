@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from understudy.robots.camera.blobs import Image
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.model import build_model
-from understudy.sim_mujoco.optional import import_mujoco
-from understudy.sim_mujoco.shapes import AWAY_M
-from understudy.sim_mujoco.world import Renderer
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.model import build_model
+from understudy.addons.bridges.mujoco.optional import import_mujoco
+from understudy.addons.bridges.mujoco.shapes import AWAY_M
+from understudy.addons.bridges.mujoco.world import Renderer
+from understudy.addons.robots.camera.blobs import Image
 
 SIZE_PX = (1000, 560)
 FINER = 2

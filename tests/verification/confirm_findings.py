@@ -1,7 +1,8 @@
 """Confirm findings without the check's own means: by all values beside thresholds, by the lesson, or by a run.
 
 The trees are asked with every combination of a value from each interval between two thresholds, every label and
-absence. Cycles are run by the interpreter. Nothing of `understudy.verification` takes part but the finding itself.
+absence. Cycles are run by the interpreter. Nothing of `understudy.addons.checks.verification` takes part but the
+finding itself.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from math import isnan, nan
 
 from tests.verification.automata import list_unused
 
+from understudy.addons.checks.verification.coordinators import SquadMembers
+from understudy.addons.checks.verification.finding import Finding, FindingCell, FindingKind
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimeInState
@@ -22,8 +25,6 @@ from understudy.model.library import Library
 from understudy.model.tree import STAY, TestKind, Tree
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import Program, link
-from understudy.verification.coordinators import SquadMembers
-from understudy.verification.finding import Finding, FindingCell, FindingKind
 
 MOST_VECTORS = 300_000
 """So many feature vectors are tried for one tree; of more, so many are drawn at random."""

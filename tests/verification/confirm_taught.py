@@ -12,11 +12,11 @@ from itertools import product
 
 from tests.verification.confirm_findings import confirm_all
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.coordinators import SquadMembers
 from understudy.model.library import Library
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
-from understudy.verification.check_library import check_library
-from understudy.verification.coordinators import SquadMembers
 from understudy_lab.forage.teach import teach as teach_forager
 from understudy_lab.patrol.practice import SQUAD
 from understudy_lab.patrol.practice import scenario as patrol_scenario

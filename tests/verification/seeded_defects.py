@@ -19,6 +19,9 @@ from types import MappingProxyType
 
 from tests.verification.automata import list_unused
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.coordinators import SquadMembers
+from understudy.addons.checks.verification.finding import Finding, FindingKind
 from understudy.errors import UnderstudyError
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
@@ -30,9 +33,6 @@ from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
 from understudy.sim.team.assignment import assign_team_members
-from understudy.verification.check_library import check_library
-from understudy.verification.coordinators import SquadMembers
-from understudy.verification.finding import Finding, FindingKind
 from understudy_lab.forage.teach import teach as teach_forager
 from understudy_lab.patrol.practice import scenario
 from understudy_lab.patrol.teach import teach as teach_patrol

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 from tests.verification.automata import AHEAD, KIT, always, below, labels, make_automaton
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.coordinators import SquadMembers
+from understudy.addons.checks.verification.finding import Finding, FindingKind, Severity
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, Feature
@@ -15,9 +18,6 @@ from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.model.tree import Tree
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_kit import make_squad_kit
-from understudy.verification.check_library import check_library
-from understudy.verification.coordinators import SquadMembers
-from understudy.verification.finding import Finding, FindingKind, Severity
 
 SEEN = Reading("seen", BOOLEAN)
 GO = make_automaton("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))

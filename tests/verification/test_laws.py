@@ -9,17 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.verification.automata import AHEAD, ANGLE, BACK, DISTANCE, KIT, LIGHT
 
+from understudy.addons.checks.verification.cells import choose_vector, locate_vector
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.cycles import CycleFinder
+from understudy.addons.checks.verification.finding import FindingKind
+from understudy.addons.checks.verification.levels import build_hierarchy
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, FlagFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy.verification.cells import choose_vector, locate_vector
-from understudy.verification.check_library import check_library
-from understudy.verification.cycles import CycleFinder
-from understudy.verification.finding import FindingKind
-from understudy.verification.levels import build_hierarchy
 
 STATES = (START, AHEAD, BACK, State("wait", "wait"), State("done", flag="done"))
 FEATURES = (DISTANCE, ANGLE, LIGHT)

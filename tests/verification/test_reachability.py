@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from tests.verification.automata import AHEAD, BACK, always, below, find, labels, make_automaton
 
+from understudy.addons.checks.verification.finding import Finding, FindingKind, Severity
 from understudy.model.automaton import START, Automaton, State
-from understudy.verification.finding import Finding, FindingKind, Severity
 
 ARRIVED = State("done", flag="done")
 FULL, DONE = 3, 4  # positions among the features

@@ -6,6 +6,13 @@ import msgspec
 import pytest
 from tests.ui.cli.forage_parts import ALWAYS, AUTOMATA
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.finding import Finding, FindingKind
+from understudy.addons.checks.verification.scenario_facts import (
+    collect_scenario_facts,
+    list_goal_ties,
+    list_still_readings,
+)
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
@@ -13,9 +20,6 @@ from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.scenario.schema import Goal, RandomWalk, Scenario
-from understudy.verification.check_library import check_library
-from understudy.verification.finding import Finding, FindingKind
-from understudy.verification.scenario_facts import collect_scenario_facts, list_goal_ties, list_still_readings
 
 FORAGE = find_scenario("forage")
 LIBRARY = Library.from_automata(FORAGE_KIT, *AUTOMATA)

@@ -22,6 +22,8 @@ from tests.verification.automata import (
     make_automaton,
 )
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.finding import Finding, FindingKind
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
@@ -30,8 +32,6 @@ from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy.verification.check_library import check_library
-from understudy.verification.finding import Finding, FindingKind
 
 BARE = Automaton("go", (START, AHEAD, BACK), (DISTANCE, LIGHT))
 SHOWN = (  # state, next, kind, distance, light

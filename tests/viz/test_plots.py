@@ -14,10 +14,10 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from tests.make.run_frames import make_crossing
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.intervals import exact_interval_of_share
-from understudy.analysis.rollout import Outcomes
 from understudy.errors import SettingError
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.intervals import exact_interval_of_share
+from understudy.judging.rollout import Outcomes
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.describe import list_conditions_by_switch
 from understudy.model.diff import diff_automata

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from tests.ui.cli.forage_parts import AUTOMATA, goto
 
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.rollout import Outcomes
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.rollout import Outcomes
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature

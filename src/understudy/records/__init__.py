@@ -1,1 +1,1 @@
-"""Records."""
+"""Recorded runs: their files in MCAP, and what they hold."""

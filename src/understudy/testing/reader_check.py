@@ -8,11 +8,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from understudy.addons.recordings.drive_table import convert_table
+from understudy.addons.recordings.mapping_file import RecordingMap
+from understudy.addons.recordings.recorded_table import RecordedTable
+from understudy.addons.recordings.recording_readers import RecordingReader
 from understudy.errors import UnderstudyError
-from understudy.segmentation.drive_table import convert_table
-from understudy.segmentation.mapping_file import RecordingMap
-from understudy.segmentation.recorded_table import RecordedTable
-from understudy.segmentation.recording_readers import RecordingReader
 from understudy.testing.laws import LawBroken, require, require_call, require_refusal
 
 

@@ -8,8 +8,8 @@ from functools import partial
 import msgspec
 import numpy as np
 
-from understudy.analysis.baseline import Baseline
-from understudy.analysis.study import Row, Study, StudyFindings, StudyPlan, Task
+from understudy.judging.baseline import Baseline
+from understudy.judging.study import Row, Study, StudyFindings, StudyPlan, Task
 from understudy.runtime.body import list_reading_keys
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World

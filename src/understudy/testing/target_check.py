@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
-from understudy.export.body_interface import BodyInterface, describe_body, describe_kit
-from understudy.export.export_automaton import prepare_export
-from understudy.export.export_folder import MANIFEST
-from understudy.export.target_files import ExportJob, FileByHand, TargetFiles
-from understudy.export.targets import ROWS, ExportTarget
+from understudy.addons.export.body_interface import BodyInterface, describe_body, describe_kit
+from understudy.addons.export.export_automaton import prepare_export
+from understudy.addons.export.export_folder import MANIFEST
+from understudy.addons.export.target_files import ExportJob, FileByHand, TargetFiles
+from understudy.addons.export.targets import ROWS, ExportTarget
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.library import Library
 from understudy.runtime.body import Body

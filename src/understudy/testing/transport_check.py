@@ -10,8 +10,8 @@ from queue import Empty, SimpleQueue
 from threading import get_ident
 from typing import TypeAlias
 
-from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.transport import Publisher, Transport, WireType
+from understudy.addons.robots.robot_file import RobotFile
+from understudy.addons.robots.ros.transport import Publisher, Transport, WireType
 from understudy.testing.laws import LawBroken, require, require_call
 
 TOPIC, TYPE = "/understudy_check/speed", "geometry_msgs/msg/Twist"

@@ -10,7 +10,7 @@ from typing import TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.baseline import DecideCommands
+from understudy.judging.baseline import DecideCommands
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import Column, Kind
 from understudy.model.learner_options import LearnerOptions

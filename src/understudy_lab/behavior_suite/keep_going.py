@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.rollout import Progress, skip_progress
-from understudy.falsification.holding_test import HoldingTest
-from understudy.falsification.new_worlds import Mistake, NewWorldsResult
-from understudy.falsification.open_failure import TeachingMoment
+from understudy.addons.checks.falsification.holding_test import HoldingTest
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorldsResult
+from understudy.addons.checks.falsification.open_failure import TeachingMoment
+from understudy.judging.rollout import Progress, skip_progress
 from understudy.model.features import Percept
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys

@@ -28,7 +28,7 @@ class SingleEnvironment:
     robots = 1
 
     def __init__(self) -> None:
-        adapter = _import("understudy.adapters.gymnasium", "Gymnasium")
+        adapter = _import("understudy.addons.bridges.environments.gymnasium", "Gymnasium")
         self.environment = adapter.ScenarioEnv("forage")
         count = int(self.environment.action_space.n)
         self.actions = np.random.default_rng(0).integers(count, size=ACTIONS).tolist()
@@ -80,7 +80,7 @@ def _import(module: str, peer: str) -> Any:
 
 
 def _make_parallel() -> Any:
-    adapter = _import("understudy.adapters.pettingzoo", "PettingZoo")
+    adapter = _import("understudy.addons.bridges.environments.pettingzoo", "PettingZoo")
     return adapter.ScenarioParallelEnv(standard_task.make_base_scenario(ROBOTS))
 
 

@@ -9,16 +9,16 @@ import sys
 from pathlib import Path
 from threading import Event
 
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.ros.open_transport import open_transport
+from understudy.addons.robots.ros.transport import Received, Transport, TransportWrapper
+from understudy.addons.robots.safety.stop_log import find_stop_log
+from understudy.addons.robots.safety.watchdog_client import WatchdogClient
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
 from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import load_robot
-from understudy.robots.ros.open_transport import open_transport
-from understudy.robots.ros.transport import Received, Transport, TransportWrapper
-from understudy.robots.safety.stop_log import find_stop_log
-from understudy.robots.safety.watchdog_client import WatchdogClient
 from understudy.runtime.program import Program, link
 from understudy.runtime.run_loop import Run
 from understudy_lab.tree_builder import build_automaton, split_below

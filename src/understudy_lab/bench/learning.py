@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.analysis.lesson_replay import replay_lesson
+from understudy.addons.checks.verification.check_library import check_library
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import UnderstudyError
 from understudy.extras import format_install_command
+from understudy.judging.lesson_replay import replay_lesson
 from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.explain import explain
 from understudy.learning.fit import learn, learn_automaton
@@ -32,7 +33,6 @@ from understudy.model.kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 from understudy.training.reaction_time import estimate_reaction_time
-from understudy.verification.check_library import check_library
 from understudy_lab.bench import live_press
 from understudy_lab.bench.live_press import make_live_session, press_repeatedly
 from understudy_lab.forage.teach import teach

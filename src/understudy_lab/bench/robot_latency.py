@@ -22,11 +22,11 @@ from typing import Any
 
 import numpy as np
 
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.transport import Transport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.extras import ExtraMissing
 from understudy.records.messages import encode_message, make_message
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.transport import Transport
-from understudy.robots.ros.zenoh import ZenohTransport
 from understudy_lab.bench.harness import BenchGoal, Row, result
 
 PEER = "Cyclone DDS in C (cyclonedds-dev, cyclonedds-tools and gcc on Debian)"

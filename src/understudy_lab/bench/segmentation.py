@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from understudy.addons.recordings.candidates import BehaviorCandidate
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.segment import segment
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import NOTHING_BOUND
 from understudy.runtime.body import Channel
 from understudy.runtime.program import GroundBehavior
-from understudy.segmentation.candidates import BehaviorCandidate
-from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
-from understudy.segmentation.segment import segment
 from understudy_lab.bench.learning import medians
 
 TICKS, TICK_S, BEHAVIORS = 72_000, 0.05, 10

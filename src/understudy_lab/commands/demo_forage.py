@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.console import Console
 
-from understudy.analysis.evaluate import find_success_flag
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.raised_range import describe_raised, find_shown_goal
+from understudy.judging.evaluate import find_success_flag
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.raised_range import describe_raised, find_shown_goal
 from understudy.model.library import Library
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.ui.cli.progress_bar import show_progress

@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.analysis.behavior_run import ProgramRun
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import LEAST_BADNESS, WORLDS_AT_ONCE, TrialResults
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.trial import LEAST_BADNESS, WORLDS_AT_ONCE, TrialResults
+from understudy.judging.behavior_run import ProgramRun
 from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy.sim.forage import make_practice_worlds

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from understudy.falsification.falsify import FIRST_SEED
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.open_failure import find_moment
-from understudy.falsification.random_search import measure_seeds, search_at_random
+from understudy.addons.checks.falsification.falsify import FIRST_SEED
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.open_failure import find_moment
+from understudy.addons.checks.falsification.random_search import measure_seeds, search_at_random
 from understudy.model.library import Library
 from understudy.training.session import Session
 from understudy_lab.counterexamples.arrivals import BEHAVIOR, SCENARIO, TARGETS, ArrivalMeasure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy.analysis.intervals import exact_interval_of_share
+from understudy.judging.intervals import exact_interval_of_share
 from understudy.model.library import Library
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, teach
 from understudy_lab.coaching_benefit.tasks import EXERCISES

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.baseline import ControllerRun
-from understudy.analysis.rollout import measure_success
+from understudy.judging.baseline import ControllerRun
+from understudy.judging.rollout import measure_success
 from understudy.sim.forage import Forage, make_corner_cases
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units, goals_among
 from understudy_lab.figures import Dots, Panels, by_group

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.rollout import Progress
-from understudy.falsification.holding_test import HoldingResult, HoldingTest
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.addons.checks.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.rollout import Progress
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine

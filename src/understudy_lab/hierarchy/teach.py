@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.behavior_run import ProgramRun
-from understudy.analysis.rollout import measure_success
+from understudy.judging.baseline import LENIENCE
+from understudy.judging.behavior_run import ProgramRun
+from understudy.judging.rollout import measure_success
 from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson

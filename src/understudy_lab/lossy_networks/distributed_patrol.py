@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from understudy.addons.robots.fleet import connect_team
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import UnderstudyError
-from understudy.robots.fleet import connect_team
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members

@@ -19,10 +19,10 @@ from typing import TextIO
 
 import msgspec
 
-from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.addons.robots.team_network.agent_process import AgentProcess
+from understudy.addons.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
+from understudy.addons.robots.team_network.load_plan import LoadedTeam, load_team_plan
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork
 
 PERSON = "a person who looks after it"
 LOOKS_S = 1.0

@@ -18,10 +18,10 @@ from typing import Any, TextIO
 
 from msgspec.structs import replace
 
-from understudy.robots.ros.zenoh import ZenohTransport
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
-from understudy.sim_mujoco.ros_robots import Simulation, drop_derived_readings, tick_in_real_time
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.robot_files import format_robot_file, format_team_file, list_robot_names
+from understudy.addons.bridges.mujoco.ros_robots import Simulation, drop_derived_readings, tick_in_real_time
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy_lab.patrol import practice
 
 WORLD, RATE_HZ = "world.jsonl", 10.0

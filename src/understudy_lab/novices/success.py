@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from understudy.analysis.intervals import interval_of_share
+from understudy.judging.intervals import interval_of_share
 from understudy_lab.novices.traits import SUCCESS
 from understudy_lab.rows import Count, Rows
 from understudy_lab.study import Row

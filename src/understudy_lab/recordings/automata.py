@@ -7,6 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.drive_examples import name_state
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.segment import Segmentation
+from understudy.addons.recordings.stateless_lesson import choose_stateless
 from understudy.learning.fit import learn_automaton
 from understudy.model.behaviors import Behavior
 from understudy.model.features import Feature, ReadingsView, feature
@@ -15,11 +20,6 @@ from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy.segmentation.drive_examples import name_state
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.recorded_drive import RecordedDrive
-from understudy.segmentation.segment import Segmentation
-from understudy.segmentation.stateless_lesson import choose_stateless
 
 NAME = "driven"
 

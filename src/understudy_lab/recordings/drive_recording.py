@@ -8,10 +8,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit
 from understudy.runtime.body import Body
-from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 from understudy_lab.recordings.stick_driver import Stick, StickSettings
 
 Floats = NDArray[np.float64]

@@ -9,8 +9,8 @@ from operator import add
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.recorded_drive import join_drives
 from understudy.model.library import Library
-from understudy.segmentation.recorded_drive import join_drives
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
 from understudy_lab.forage.teach import judge, teach
 from understudy_lab.recordings.drive_recording import MeantDrive, record_drives

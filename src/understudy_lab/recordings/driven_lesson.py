@@ -9,13 +9,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.drive_kit import list_drive_features, make_candidates
+from understudy.addons.recordings.lesson_from_drive import to_lesson
+from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.learning.fit import learn_automaton
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.segmentation.drive_kit import list_drive_features, make_candidates
-from understudy.segmentation.lesson_from_drive import to_lesson
-from understudy.segmentation.recorded_drive import RecordedDrive
-from understudy.segmentation.segment import Segmentation, segment
 from understudy.training.lesson_design import parse_feature
 from understudy_lab.recordings.drive_recording import MeantDrive
 from understudy_lab.recordings.stick_driver import StickSettings

@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from understudy.addons.recordings.candidates import CommandModel
+from understudy.addons.recordings.recorded_drive import join_drives
+from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.features import BoundFeature, Feature
-from understudy.segmentation.candidates import CommandModel
-from understudy.segmentation.recorded_drive import join_drives
-from understudy.segmentation.segment import Segmentation, segment
 from understudy_lab.recordings.automata import FEATURES, MORE_FEATURES, learn_from_labels, run_over_readings
 from understudy_lab.recordings.plunder import MODELS, Demonstration, read_demonstrations, with_unknown
 

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from understudy.addons.recordings.candidates import CommandModel
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingsView
 from understudy.model.kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
-from understudy.segmentation.candidates import CommandModel
-from understudy.segmentation.recorded_drive import DriveEpisode, RecordedDrive
 
 TRUTH, COMMAND = "HA", "LA."
 

@@ -8,16 +8,16 @@ from typing import Protocol
 
 import numpy as np
 
-from understudy.falsification.directed_search import (
+from understudy.addons.checks.falsification.directed_search import (
     FIRST_SPREAD,
     RUNS_PER_START,
     DirectedSearch,
     run_vectors,
     search_directed,
 )
-from understudy.falsification.random_search import measure_seeds
-from understudy.falsification.search_space import SearchSpace
-from understudy.falsification.trial import Measure
+from understudy.addons.checks.falsification.random_search import measure_seeds
+from understudy.addons.checks.falsification.search_space import SearchSpace
+from understudy.addons.checks.falsification.trial import Measure
 
 RANDOM, CMA_ES, CROSS_ENTROPY = "random", "cma_es", "cross_entropy"
 AT_ONCE = 100

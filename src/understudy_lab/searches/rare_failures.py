@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.trial import GoalMeasure, TrialResults
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.trial import GoalMeasure, TrialResults
+from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.automaton import Automaton
 from understudy.model.kinds import Column
 from understudy.model.library import Library, TrainedAutomaton

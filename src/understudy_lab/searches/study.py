@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy.analysis.intervals import exact_interval_of_share
+from understudy.addons.checks.falsification.search_space import SearchSpace
 from understudy.extras import import_cma
-from understudy.falsification.search_space import SearchSpace
+from understudy.judging.intervals import exact_interval_of_share
 from understudy_lab.declaration import Conclusion, CountGoal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels
 from understudy_lab.forage.teach import teach

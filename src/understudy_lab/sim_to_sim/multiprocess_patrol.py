@@ -19,17 +19,17 @@ from typing import Any
 
 import numpy as np
 
+from understudy.addons.bridges.mujoco.processes import OBJECTS, POSES
+from understudy.addons.bridges.mujoco.shapes import AWAY_M
+from understudy.addons.robots.fleet import Fleet, connect_team
+from understudy.addons.robots.robot_file import load_team
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import UnderstudyError
 from understudy.records.messages import decode_message
-from understudy.robots.fleet import Fleet, connect_team
-from understudy.robots.robot_file import load_team
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
-from understudy.sim_mujoco.processes import OBJECTS, POSES
-from understudy.sim_mujoco.shapes import AWAY_M
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures, cycles
 from understudy_lab.patrol.tracks import ObjectTrack, OrderedActivity, PatrolTracks

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
@@ -18,7 +19,6 @@ from understudy.sim.scenario.schema import ElapsedSensor, Scenario
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
-from understudy.sim_mujoco.body import MujocoBody
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.patrol import practice, teach
 from understudy_lab.patrol.metrics import captures, cycles

@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from understudy.analysis.baseline import Baseline, measure_baseline
-from understudy.analysis.rollout import Outcomes
+from understudy.judging.baseline import Baseline, measure_baseline
+from understudy.judging.rollout import Outcomes
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import Column
 from understudy.runtime.body import Commands

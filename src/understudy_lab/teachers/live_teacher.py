@@ -13,17 +13,17 @@ from typing import TypeAlias
 
 import numpy as np
 
+from understudy.addons.checks.falsification.holding_test import HoldingResult, HoldingTest
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.new_worlds import Mistake
+from understudy.addons.checks.falsification.open_failure import find_moment
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.queries import Question, UncertaintyQueries
 from understudy.coaching.uncertainty import DoubtReason
-from understudy.falsification.holding_test import HoldingResult, HoldingTest
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.new_worlds import Mistake
-from understudy.falsification.open_failure import find_moment
+from understudy.judging.properties.run_property import Verdict
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
-from understudy.properties.run_property import Verdict
 from understudy.sim.scenario.schema import Scenario
 from understudy.training.corrections import UNSEEN_S
 from understudy.training.session import Session

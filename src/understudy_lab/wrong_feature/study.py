@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import radians
 from typing import Any
 
-from understudy.analysis.paired_tests import compute_mcnemar_p
+from understudy.judging.paired_tests import compute_mcnemar_p
 from understudy.model.kinds import TAU, Continuous, Kind, Toroidal
 from understudy.model.learner_options import ORDERS, TreeOptions
 from understudy.model.library import TrainedAutomaton

@@ -19,9 +19,9 @@ from tests.export.ros2.robots import (
     write_robot,
 )
 
-from understudy.export.body_interface import describe_robot
-from understudy.export.export_automaton import export_automaton, prepare_export
-from understudy.robots.robot_file import load_robot
+from understudy.addons.export.body_interface import describe_robot
+from understudy.addons.export.export_automaton import export_automaton, prepare_export
+from understudy.addons.robots.robot_file import load_robot
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from understudy.export.targets.ros2 import find_header
+from understudy.addons.export.targets.ros2 import find_header
 from understudy.records.messages import ARRAY, BASE, NAMED, list_message_fields, load_typestore
 
 HERE = Path(__file__).parent

@@ -19,19 +19,19 @@ from tests.robots.rovers import Wire
 from tests.runtime.random_libraries import draw_library as draw_random_library
 from tests.simulated_clock import ReadOnlyClock
 
-from understudy.export.body_interface import RobotInterface
-from understudy.export.conformance import ReferenceRun
-from understudy.export.export_automaton import link_ground
+from understudy.addons.export.body_interface import RobotInterface
+from understudy.addons.export.conformance import ReferenceRun
+from understudy.addons.export.export_automaton import link_ground
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.ros.transport import Publisher
+from understudy.addons.robots.safety.guard import ArmingRefused
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import Feature, FlagFeature, TimeInState
 from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.records.messages import decode_message, encode_message, make_message
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import load_robot
-from understudy.robots.ros.transport import Publisher
-from understudy.robots.safety.guard import ArmingRefused
 
 SCENARIO = """
 understudy = "scenario"

@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 
 from tests.peers.building import missing
 
-from understudy.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.dds import DdsTransport
 from understudy_lab.bench import robot_latency
 from understudy_lab.bench.robot_latency import build_program
 

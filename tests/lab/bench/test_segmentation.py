@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from understudy.segmentation.segment import segment
+from understudy.addons.recordings.segment import segment
 from understudy_lab.bench.segmentation import BEHAVIORS, GOAL_S, make_candidates, make_drive, run
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.make.transcripts import FOLDER
 from tests.ui.cli.commands import run, run_json
 
-from understudy.data import read_episodes
+from understudy.judging.episodes.sources import read_episodes
 from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_document

@@ -14,11 +14,11 @@ from msgspec.structs import replace
 from tests.falsification.planted import FORAGE, TOO_FAR, make_library, make_measure, plant_idleness
 from tests.ui.cli.commands import run, run_json
 
-from understudy.falsification import falsify
-from understudy.falsification.failing_world import read_failing_world
-from understudy.falsification.failure_replay import compute_end_hash
-from understudy.falsification.random_search import RandomSearch
-from understudy.falsification.shrink import shrink_failure
+from understudy.addons.checks.falsification import falsify
+from understudy.addons.checks.falsification.failing_world import read_failing_world
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash
+from understudy.addons.checks.falsification.random_search import RandomSearch
+from understudy.addons.checks.falsification.shrink import shrink_failure
 from understudy.model.kinds import Column
 from understudy.model.library import TrainedAutomaton
 from understudy.runtime.engine.engine import Engine

@@ -20,6 +20,9 @@ from tests.sim.patrollers import ROBOTS
 from tests.simulated_clock import ReadOnlyClock
 from tests.ui.cli.commands import run, run_json
 
+from understudy.addons.robots.recording_transport import RecordingTransport
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.robot_file import parse_robot
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, TimeInState
@@ -28,9 +31,6 @@ from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.records.header import RunInfo
 from understudy.records.reader import read_recording
 from understudy.records.recorder import RunRecorder
-from understudy.robots.recording_transport import RecordingTransport
-from understudy.robots.robot import Robot
-from understudy.robots.robot_file import parse_robot
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run

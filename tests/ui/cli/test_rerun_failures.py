@@ -11,8 +11,8 @@ from tests.falsification.planted import FORAGE, TOO_FAR, plant_idleness
 from tests.falsification.test_failing_world import list_failing_seeds
 from tests.ui.cli.commands import run, run_json
 
-from understudy.falsification.failing_world import FACTS_FILE, read_failing_world
-from understudy.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.failing_world import FACTS_FILE, read_failing_world
+from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.model.library import TrainedAutomaton
 from understudy.storage.library_folder import save_automaton
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from tests.ui.cli.commands import run
 
-from understudy.robots.robot_file import RobotFile
-from understudy.robots.ros.transport import Transport
+from understudy.addons.robots.robot_file import RobotFile
+from understudy.addons.robots.ros.transport import Transport
 from understudy.ui.cli.robot_connection import connect_twin
 
 for module in ("cyclonedds", "rosbags", "mcap"):
@@ -121,7 +121,7 @@ def test_a_team_is_stopped_though_one_of_its_files_is_wrong(
         halted.append(robot.domain)
         return True
 
-    monkeypatch.setattr("understudy.robots.safety.emergency_stop.send_emergency_stop", heard)
+    monkeypatch.setattr("understudy.addons.robots.safety.emergency_stop.send_emergency_stop", heard)
     assert run("robots", "stop", files / "team.toml").exit_code == 0
     assert sorted(halted) == [100, 101]
     told = json.loads(run("robots", "stop", files / "team.toml", "--json").stdout)

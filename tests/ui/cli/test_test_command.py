@@ -13,12 +13,12 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from tests.ui.cli.commands import run, run_json
 from tests.ui.cli.forage_parts import goto
 
+from understudy.judging.properties.stored_moments import add_moment_property, make_moment_property
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import StoredMoment
 from understudy.model.tree import Tree, make_leaf
-from understudy.properties.stored_moments import add_moment_property, make_moment_property
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.kit import make_scenario_kit

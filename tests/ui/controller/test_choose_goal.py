@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.tui.desks import Wall
+from tests.ui.terminal.desks import Wall
 
 from understudy.errors import SessionError
+from understudy.judging.properties.run_property import Verdict
 from understudy.learning.fit import learn
 from understudy.model.library import Library
-from understudy.properties.run_property import Verdict
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.tui.desks import Wall, fail_by_presses, make_plan, right
+from tests.ui.terminal.desks import Wall, fail_by_presses, make_plan, right
 
+from understudy.addons.checks.falsification.holding_test import HoldingResult
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.errors import SessionError
-from understudy.falsification.holding_test import HoldingResult
-from understudy.falsification.new_worlds import Mistake, NewWorlds, NewWorldsResult
-from understudy.falsification.session_setup import SessionSetup
+from understudy.judging.properties.run_property import Verdict
 from understudy.model.library import Library
-from understudy.properties.run_property import Verdict
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body

@@ -13,12 +13,12 @@ from tests.inline_executor import InlineExecutor
 from tests.own_worlds import NAME
 from tests.ui.cli.commands import run_json
 
+from understudy.addons.recordings.segment import UNEXPLAINED
+from understudy.addons.recordings.trace_drive import read_trace_drive
 from understudy.errors import SessionError
 from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
-from understudy.segmentation.segment import UNEXPLAINED
-from understudy.segmentation.trace_drive import read_trace_drive
 from understudy.ui.cli.commands.studio_drive import make_drive_server
 from understudy.ui.cli.studio_options import DrivingOptions
 from understudy.ui.controller import live_drive

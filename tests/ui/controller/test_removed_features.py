@@ -10,7 +10,7 @@ import pytest
 from tests.learning.test_shown_ranges import read
 from tests.ui.cli.commands import run
 from tests.ui.controller.test_keep_going import show
-from tests.ui.tui.desks import GOTO, Wall, make_plan
+from tests.ui.terminal.desks import GOTO, Wall, make_plan
 
 from understudy.errors import UnknownName
 from understudy.model.lesson import Lesson

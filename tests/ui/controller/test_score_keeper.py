@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.sim.patrollers import ROBOTS, SCENARIO
-from tests.ui.tui.desks import right
+from tests.ui.terminal.desks import right
 
-from understudy.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.addons.checks.falsification.lesson_score import LessonScore, ScoreChange, score_behavior
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage

@@ -15,8 +15,8 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.make.studios import GOTO, Page, Wall, open_page, serve_studio
 from tests.robots.slow_agents import SlowAgents, make_fleet, wait_for
 
-from understudy.robots.team_network.remote_robot import drive_robots
-from understudy.robots.twin import DigitalTwin
+from understudy.addons.robots.team_network.remote_robot import drive_robots
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost

@@ -12,6 +12,7 @@ from tests.make.goto_sessions import make_goto_session as goto_lesson
 from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio, to_json
 from tests.ui.web.test_lesson import step
 
+from understudy.addons.checks.verification.finding import FindingKind
 from understudy.coaching.give_advice import give_advice
 from understudy.learning.fit import learn
 from understudy.model.learner_options import LearnerOptions
@@ -27,7 +28,6 @@ from understudy.ui.controller.lesson_check import check_lesson
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.actions import coach as coach_actions
 from understudy.ui.web.server import StudioServer
-from understudy.verification.finding import FindingKind
 
 PRESSES = ("rotate_left", "forward", "rotate_left", "forward")
 

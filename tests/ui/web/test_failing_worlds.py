@@ -12,8 +12,8 @@ from tests.falsification.kept import keep
 from tests.falsification.planted import FORAGE
 from tests.make.studios import Page, Wall, open_page, serve_studio
 
-from understudy.falsification.failing_world import FACTS_FILE
-from understudy.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.failing_world import FACTS_FILE
+from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.sim.kit import make_scenario_kit
 from understudy.storage.library_folder import save_automaton
 from understudy.ui.web.server import StudioServer

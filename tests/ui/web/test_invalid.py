@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.make.studios import GOTO, make_studio
 
-from understudy.robots.twin import find_drawn_world
+from understudy.addons.robots.twin import find_drawn_world
 from understudy.ui.web.actions.handler_table import HANDLERS
 from understudy.ui.web.clients import Client
 from understudy.ui.web.messages import session as m

@@ -10,7 +10,7 @@ import pytest
 from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
 from tests.ui.cli.commands import run, run_json
 
-from understudy.robots.twin import find_drawn_world
+from understudy.addons.robots.twin import find_drawn_world
 from understudy.sim.scenario.files import TARGET, list_builtin_scenarios
 from understudy.sim.target_lookup import find_target_place
 from understudy.storage.library_folder import open_document

@@ -11,7 +11,7 @@ from PIL import Image
 from tests.make.studios import Page, Wall, open_page, serve_studio
 from tests.own_worlds import NAME
 
-from understudy.adapters.body_maker import BodyMaker
+from understudy.addons.bridges.environments.body_maker import BodyMaker
 from understudy.sim.body_world import BodyWorld
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost

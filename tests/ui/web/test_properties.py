@@ -12,12 +12,12 @@ from tests.falsification.planted import FORAGE
 from tests.make.studios import Page, Wall, open_page, serve_studio
 
 from understudy import Library
+from understudy.judging.properties.condition import parse_condition
+from understudy.judging.properties.condition_examples import list_condition_examples
+from understudy.judging.properties.margins import bind_condition
+from understudy.judging.properties.property_file import load_properties
+from understudy.judging.properties.run_property import make_property_task
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.properties.condition import parse_condition
-from understudy.properties.condition_examples import list_condition_examples
-from understudy.properties.margins import bind_condition
-from understudy.properties.property_file import load_properties
-from understudy.properties.run_property import make_property_task
 from understudy.sim.catalog import find_scenario, list_scenarios
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World

@@ -16,9 +16,9 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.make.studios import GOTO, Wall, to_json
 from tests.robots.twins import Rig
 
+from understudy.addons.recordings.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.records.reader import read_recording
 from understudy.records.recorder import RunRecorder
-from understudy.segmentation.teach_from_recording import list_recorded_presses, teach_from_recording
 from understudy.sim.kit import make_scenario_kit
 from understudy.training.lesson_design import new_lesson
 from understudy.training.trainee import Mode

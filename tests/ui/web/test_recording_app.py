@@ -19,9 +19,9 @@ from tests.segmentation.drives import make_drive as make_stick_drive
 from tests.segmentation.test_drive import make_drive
 from tests.segmentation.test_split_states import drive_along_walls
 
+from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
+from understudy.addons.recordings.segment import segment
 from understudy.model.library import Library
-from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
-from understudy.segmentation.segment import segment
 from understudy.storage.library_folder import open_each_automaton
 from understudy.ui.cli.commands.learn_from_drive import SegmentedDrive
 from understudy.ui.cli.commands.learn_from_drivers import segment_drivers

@@ -6,7 +6,7 @@ from typing import Any
 
 from tests.make.studios import GOTO, Page, open_page, serve_studio, teach, to_json
 
-from understudy.robots.twin import find_drawn_world
+from understudy.addons.robots.twin import find_drawn_world
 from understudy.ui.web.server import StudioServer
 
 FETCH: dict[str, Any] = {

@@ -10,7 +10,7 @@ from tests.falsification.test_team_failure import WRONG_S, teach_lead
 from tests.make.studios import Wall, open_page, serve_studio
 from tests.sim.patrollers import ROBOTS, SCENARIO
 
-from understudy.falsification.open_failure import BEFORE_S
+from understudy.addons.checks.falsification.open_failure import BEFORE_S
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.session_host import SessionHost
 

@@ -12,10 +12,10 @@ import pytest
 from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio
 from tests.ui.cli.commands import run_json
 
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.rollout import Progress
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.intervals import interval_of_share
+from understudy.judging.rollout import Progress
 from understudy.ui.web.server import StudioServer
 from understudy.ui.web.unseen_worlds import UnseenWorldsEvaluation
 from understudy.ui.web.views import lesson_test

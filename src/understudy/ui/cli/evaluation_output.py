@@ -11,14 +11,14 @@ import typer
 from msgspec import UNSET, UnsetType
 from rich.markup import escape
 
-from understudy.analysis.raised_range import RaisedRange, describe_raised
-from understudy.analysis.result_table import Limits, format_cell, format_table
+from understudy.judging.raised_range import RaisedRange, describe_raised
+from understudy.judging.result_table import Limits, format_cell, format_table
 from understudy.ui.cli.output import make_console, make_table
 
 if TYPE_CHECKING:
-    from understudy.analysis.comparison import Comparison, MetricComparison, SuccessComparison
-    from understudy.analysis.evaluation import Evaluation
-    from understudy.analysis.intervals import MedianEstimate
+    from understudy.judging.comparison import Comparison, MetricComparison, SuccessComparison
+    from understudy.judging.evaluation import Evaluation
+    from understudy.judging.intervals import MedianEstimate
 
 
 @dataclass(frozen=True, slots=True)

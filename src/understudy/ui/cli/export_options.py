@@ -7,8 +7,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from understudy.addons.export.targets import list_targets
 from understudy.errors import join_names
-from understudy.export.targets import list_targets
 from understudy.ui.cli.options import LIBRARY, Bind, CommandOptions, FoundWorld, KitName, LibraryOption
 
 TableName: TypeAlias = Annotated[

@@ -12,23 +12,23 @@ from typing import Any, NamedTuple
 
 import typer
 
-from understudy.analysis.lesson_replay import DecisionChange, ReplayedPress
-from understudy.analysis.process_pool import run_calls
+from understudy.addons.checks.falsification.failing_world import FailingWorld
+from understudy.addons.checks.falsification.rerun_failures import rerun_failing_world
 from understudy.errors import UnderstudyError
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.rerun_failures import rerun_failing_world
-from understudy.learning.fit import learn
-from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.model.property import Property
-from understudy.properties.lesson_tests import (
+from understudy.judging.lesson_replay import DecisionChange, ReplayedPress
+from understudy.judging.process_pool import run_calls
+from understudy.judging.properties.lesson_tests import (
     LessonTestResult,
     describe_lost_decisions,
     describe_test_result,
     run_lesson_test,
 )
-from understudy.properties.library_properties import FittingLibraries, open_properties, try_property
-from understudy.properties.property_file import FILE, load_properties
-from understudy.properties.run_property import PropertyResult, describe_result
+from understudy.judging.properties.library_properties import FittingLibraries, open_properties, try_property
+from understudy.judging.properties.property_file import FILE, load_properties
+from understudy.judging.properties.run_property import PropertyResult, describe_result
+from understudy.learning.fit import learn
+from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.property import Property
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from understudy.adapters.body_maker import BodyMaker, find_world
+from understudy.addons.bridges.environments.body_maker import BodyMaker, find_world
 from understudy.entry_points import KITS, load_instance
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.learning.fit import learn

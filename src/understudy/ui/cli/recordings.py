@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from understudy.adapters.body_maker import find_world
-from understudy.analysis.explain_run import RunNotReproducible
-from understudy.analysis.run_header import fingerprint_libraries, fingerprint_programs
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import FileError, UnderstudyError
+from understudy.judging.explain_run import RunNotReproducible
+from understudy.judging.run_header import fingerprint_libraries, fingerprint_programs
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.records.header import SCENARIO, RunInfo

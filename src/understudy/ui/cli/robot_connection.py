@@ -13,11 +13,11 @@ from threading import current_thread, main_thread
 
 import typer
 
+from understudy.addons.robots.fleet import connect_robot, connect_team
+from understudy.addons.robots.robot_file import is_team_file
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import SettingError
 from understudy.records.recorder import RunRecorder
-from understudy.robots.fleet import connect_robot, connect_team
-from understudy.robots.robot_file import is_team_file
-from understudy.robots.twin import DigitalTwin
 from understudy.storage.atomic_write import convert_os_errors
 
 SIGNALED = 128

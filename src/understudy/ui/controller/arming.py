@@ -11,10 +11,10 @@ from collections.abc import Callable
 
 from msgspec import Struct
 
+from understudy.addons.robots.arming_order import ArmingOrder
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.twin import DigitalTwin, Ground
 from understudy.errors import SessionError, UnknownName
-from understudy.robots.arming_order import ArmingOrder
-from understudy.robots.robot import Robot
-from understudy.robots.twin import DigitalTwin, Ground
 
 SILENT_S = 0.6
 """How long the page in control may be silent, s, before robots are disarmed; it reports every 0.15 s."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import ceil, inf, isinf
 
+from understudy.addons.robots.twin import DigitalTwin, Ground
 from understudy.errors import SettingError
-from understudy.robots.twin import DigitalTwin, Ground
 
 FASTEST = inf
 """As fast as possible."""

@@ -7,6 +7,9 @@ from concurrent.futures import Executor, Future
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from understudy.addons.checks.falsification.lesson_score import LessonScore, ScoreChange, find_wrong_decisions
+from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.addons.checks.verification.finding import Finding
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
@@ -17,8 +20,6 @@ from understudy.coaching.raised_elsewhere import find_raised_elsewhere
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
 from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
-from understudy.falsification.lesson_score import LessonScore, ScoreChange, find_wrong_decisions
-from understudy.falsification.session_setup import SessionSetup
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
@@ -31,7 +32,6 @@ from understudy.ui.controller.explainer import DecisionExplainer
 from understudy.ui.controller.lesson_check import check_lesson
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage, keep_status
-from understudy.verification.finding import Finding
 
 if TYPE_CHECKING:
     from understudy.ui.controller.trainer import Trainer

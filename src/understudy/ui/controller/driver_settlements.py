@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from understudy.model.lesson import Lesson
-from understudy.segmentation.driver_contradictions import (
+from understudy.addons.recordings.driver_contradictions import (
     DriverContradiction,
     find_driver_contradictions,
     settle_driver_contradictions,
 )
+from understudy.model.lesson import Lesson
 
 
 class DriverSettlement(NamedTuple):

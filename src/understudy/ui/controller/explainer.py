@@ -6,14 +6,14 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from understudy.analysis.explain_run import DecisionReason, LevelExplanation, explain_query
-from understudy.analysis.explanation_text import (
+from understudy.judging.explain_run import DecisionReason, LevelExplanation, explain_query
+from understudy.judging.explanation_text import (
     describe_intention,
     describe_present,
     describe_switch,
     list_examples,
 )
-from understudy.analysis.tracing import TransitionQuery
+from understudy.judging.tracing import TransitionQuery
 from understudy.learning.explain import Explanation, explain
 from understudy.learning.fit import learn
 from understudy.model.automaton import Transition

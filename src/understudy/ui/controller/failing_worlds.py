@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 
-from understudy.analysis.rollout import Progress, skip_progress
+from understudy.addons.checks.falsification.failing_world import FailingWorld
+from understudy.addons.checks.falsification.open_failure import TeachingMoment, find_failure_moment
+from understudy.addons.checks.falsification.rerun_failures import find_wrong_time, rerun_failing_world
 from understudy.errors import SessionError, UnderstudyError, UnknownName
-from understudy.falsification.failing_world import FailingWorld
-from understudy.falsification.open_failure import TeachingMoment, find_failure_moment
-from understudy.falsification.rerun_failures import find_wrong_time, rerun_failing_world
+from understudy.judging.properties.library_properties import FittingLibraries, run_library_properties
+from understudy.judging.properties.property_file import FILE, load_properties
+from understudy.judging.properties.run_property import PropertyResult
+from understudy.judging.rollout import Progress, skip_progress
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.property import Property
-from understudy.properties.library_properties import FittingLibraries, run_library_properties
-from understudy.properties.property_file import FILE, load_properties
-from understudy.properties.run_property import PropertyResult
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.files import add_markers
 from understudy.sim.scenario.schema import Scenario

@@ -10,18 +10,23 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from understudy.analysis.raised_range import describe_raised
+from understudy.addons.checks.falsification.holding_test import (
+    MOST_WORLDS,
+    WANTED,
+    HoldingResult,
+    HoldingTest,
+)
+from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
+from understudy.addons.checks.falsification.open_failure import BEFORE_S
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.errors import SessionError
-from understudy.falsification.holding_test import MOST_WORLDS, WANTED, HoldingResult, HoldingTest
-from understudy.falsification.new_worlds import Mistake, NewWorlds
-from understudy.falsification.open_failure import BEFORE_S
-from understudy.falsification.session_setup import SessionSetup
+from understudy.judging.properties.offered_goals import find_success
+from understudy.judging.properties.run_property import Verdict
+from understudy.judging.raised_range import describe_raised
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import find_shown_range
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.properties.offered_goals import find_success
-from understudy.properties.run_property import Verdict
 from understudy.training.trainee import Mode
 from understudy.ui.controller.status import StatusMessage
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from understudy.analysis.simplify_preview import (
+from understudy.errors import SessionError, join_names
+from understudy.judging.properties import stored_moments
+from understudy.judging.simplify_preview import (
     SimplifyPreview,
     get_simplifiable_lesson,
     preview_simplification,
 )
-from understudy.errors import SessionError, join_names
 from understudy.learning.pruning_suggestions import replace_pruning
 from understudy.model.property import Property
-from understudy.properties import stored_moments
 from understudy.ui.controller.status import StatusMessage, keep_status
 from understudy.ui.controller.trainer import Trainer
 

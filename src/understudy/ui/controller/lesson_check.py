@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
 
+from understudy.addons.checks.verification.check_library import check_library
+from understudy.addons.checks.verification.finding import Finding, FindingKind, Severity
+from understudy.addons.checks.verification.scenario_facts import ScenarioFacts, collect_scenario_facts
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson
@@ -14,9 +17,6 @@ from understudy.model.tree_regions import Box, make_full_value_set
 from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.world import World
-from understudy.verification.check_library import check_library
-from understudy.verification.finding import Finding, FindingKind, Severity
-from understudy.verification.scenario_facts import ScenarioFacts, collect_scenario_facts
 
 SAME_SUBJECT: Mapping[FindingKind, AdviceKind] = {
     FindingKind.NEVER_ENTERED: AdviceKind.NEVER_ENTERED,

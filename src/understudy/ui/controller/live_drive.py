@@ -11,6 +11,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.candidates import BehaviorCandidate, Candidate
+from understudy.addons.recordings.drive_recorder import POSE, DriveRecorder
+from understudy.addons.recordings.recorded_drive import RecordedDrive
+from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
@@ -18,10 +22,6 @@ from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
-from understudy.segmentation.candidates import BehaviorCandidate, Candidate
-from understudy.segmentation.drive_recorder import POSE, DriveRecorder
-from understudy.segmentation.recorded_drive import RecordedDrive
-from understudy.segmentation.segment import Segmentation, segment
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World
 from understudy.ui.controller.clock import RealTimeClock

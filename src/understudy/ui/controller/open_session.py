@@ -6,10 +6,10 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+from understudy.addons.robots.twin import DigitalTwin, Ground
 from understudy.errors import SessionError
 from understudy.model.lesson import Lesson
 from understudy.records.header import RunInfo
-from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.body import Body
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.body_world import BodyWorld

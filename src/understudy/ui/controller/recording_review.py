@@ -12,24 +12,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.errors import DefinitionError, SessionError, UnknownName
-from understudy.learning.fit import learn_automaton
-from understudy.model.features import BoundFeature
-from understudy.model.library import Library, TrainedAutomaton
-from understudy.segmentation.candidates import Candidate, SplitState
-from understudy.segmentation.driver_contradictions import DriverContradiction
-from understudy.segmentation.driver_lessons import merge_driver_lessons
-from understudy.segmentation.joined_segmentation import join_segmentations
-from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
-from understudy.segmentation.propose_behaviors import (
+from understudy.addons.recordings.candidates import Candidate, SplitState
+from understudy.addons.recordings.driver_contradictions import DriverContradiction
+from understudy.addons.recordings.driver_lessons import merge_driver_lessons
+from understudy.addons.recordings.joined_segmentation import join_segmentations
+from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
+from understudy.addons.recordings.propose_behaviors import (
     BehaviorProposal,
     make_constant_candidate,
     propose_behaviors,
 )
-from understudy.segmentation.relabel import relabel
-from understudy.segmentation.rerun_drive import measure_agreement, run_over_drive
-from understudy.segmentation.segment import Segmentation, segment
-from understudy.segmentation.split_states import SplitProposal, propose_splits, split_state
+from understudy.addons.recordings.relabel import relabel
+from understudy.addons.recordings.rerun_drive import measure_agreement, run_over_drive
+from understudy.addons.recordings.segment import Segmentation, segment
+from understudy.addons.recordings.split_states import SplitProposal, propose_splits, split_state
+from understudy.errors import DefinitionError, SessionError, UnknownName
+from understudy.learning.fit import learn_automaton
+from understudy.model.features import BoundFeature
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.storage.library_folder import open_each_automaton, save_automaton
 from understudy.training.reaction_time import ReactionEstimate
 from understudy.ui.controller.driver_settlements import DriverSettlement, SettledContradiction, settle_lesson

@@ -10,16 +10,21 @@ from functools import partial
 from threading import RLock, Thread
 from time import sleep
 
+from understudy.addons.checks.falsification.lesson_score import (
+    LessonScore,
+    ScoreChange,
+    Trend,
+    score_behavior,
+)
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup, offer_session_goals
 from understudy.errors import SessionError
-from understudy.falsification.lesson_score import LessonScore, ScoreChange, Trend, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup, offer_session_goals
+from understudy.judging.properties.offered_goals import describe_goal, find_success
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property
-from understudy.properties.offered_goals import describe_goal, find_success
 from understudy.training.session import Session
 from understudy.ui.controller.status import describe_error
 

@@ -10,13 +10,13 @@ from itertools import product
 from pathlib import Path
 from typing import Unpack
 
+from understudy.addons.robots.twin import DigitalTwin, Ground, find_drawn_world, skip_note
 from understudy.errors import SessionError
+from understudy.judging.properties.lesson_tests import find_regressions_since_saved
 from understudy.model.change_summary import ChangeSummary
 from understudy.model.features import BoundFeature
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.properties.lesson_tests import find_regressions_since_saved
-from understudy.robots.twin import DigitalTwin, Ground, find_drawn_world, skip_note
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.target_lookup import find_target_place
 from understudy.sim.view import WorldView

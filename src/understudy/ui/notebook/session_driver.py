@@ -13,10 +13,10 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta, Struct
 
+from understudy.addons.checks.falsification.lesson_score import ScoreChange
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.coaching.queries import QueryPolicy
 from understudy.errors import SessionError, SettingError
-from understudy.falsification.lesson_score import ScoreChange
-from understudy.robots.twin import DigitalTwin
 from understudy.training.session import Session
 from understudy.ui.controller import coach
 from understudy.ui.controller.clock import RealTimeClock, check_speed

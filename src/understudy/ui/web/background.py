@@ -12,8 +12,8 @@ from threading import Thread
 from time import sleep
 from typing import Generic, TypeVar
 
-from understudy.analysis.rollout import Progress
 from understudy.clock import REAL_TIME
+from understudy.judging.rollout import Progress
 from understudy.model.lesson import Example, Lesson
 from understudy.ui.controller.status import StatusMessage, describe_error
 from understudy.ui.controller.trainer import Trainer

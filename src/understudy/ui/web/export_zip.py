@@ -15,19 +15,19 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from understudy.errors import SessionError, SettingError
-from understudy.export.body_interface import (
+from understudy.addons.export.body_interface import (
     BodyInterface,
     RobotInterface,
     describe_body,
     describe_kit,
     describe_robot,
 )
-from understudy.export.export_automaton import ExportResult, export_automaton
-from understudy.export.identifiers import make_identifier
+from understudy.addons.export.export_automaton import ExportResult, export_automaton
+from understudy.addons.export.identifiers import make_identifier
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.twin import DigitalTwin
+from understudy.errors import SessionError, SettingError
 from understudy.model.library import Library
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.twin import DigitalTwin
 from understudy.ui.web.access import make_guarded_route, read_body
 from understudy.ui.web.session_host import SessionHost
 

@@ -6,8 +6,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from understudy.addons.checks.falsification.failing_world import (
+    FailingWorld,
+    RerunVerdict,
+    list_failing_worlds,
+)
 from understudy.errors import UnderstudyError, UnknownName
-from understudy.falsification.failing_world import FailingWorld, RerunVerdict, list_failing_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.controller.failing_worlds import (
     LibrarySource,

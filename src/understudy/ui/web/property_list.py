@@ -8,12 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from understudy.analysis.rollout import Progress
 from understudy.errors import FileError, UnderstudyError, UnknownName
+from understudy.judging.properties.library_properties import try_property
+from understudy.judging.properties.property_file import (
+    CLAIMS,
+    FILE,
+    PropertyTable,
+    load_tables,
+    parse_property,
+)
+from understudy.judging.properties.run_property import PropertyResult, describe_result
+from understudy.judging.rollout import Progress
 from understudy.model.property import PROGRESS, Property
-from understudy.properties.library_properties import try_property
-from understudy.properties.property_file import CLAIMS, FILE, PropertyTable, load_tables, parse_property
-from understudy.properties.run_property import PropertyResult, describe_result
 from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
 from understudy.sim.scenario.toml_writer import format_toml_value
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft

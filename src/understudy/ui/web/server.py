@@ -10,10 +10,10 @@ from msgspec import UNSET, UnsetType
 from starlette.websockets import WebSocket
 
 from understudy import __version__
+from understudy.addons.export.targets import list_targets
+from understudy.addons.robots.team_network.team_watch import TeamWatch
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError
-from understudy.export.targets import list_targets
-from understudy.robots.team_network.team_watch import TeamWatch
 from understudy.sim.world import World
 from understudy.storage.json_text import encode_json
 from understudy.ui.controller.arming import RobotStatus

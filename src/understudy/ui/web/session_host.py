@@ -10,10 +10,10 @@ from pathlib import Path
 
 from msgspec import UNSET
 
+from understudy.addons.robots.twin import DigitalTwin, Ground
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError, SettingError, UnderstudyError
 from understudy.model.library import Kit
-from understudy.robots.twin import DigitalTwin, Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 from msgspec import field
 
-from understudy.analysis.baseline import LENIENCE
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.intervals import interval_of_share
-from understudy.analysis.raised_range import describe_raised
-from understudy.analysis.rollout import Progress
-from understudy.falsification.lesson_score import Trend
+from understudy.addons.checks.falsification.lesson_score import Trend
+from understudy.judging.baseline import LENIENCE
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.intervals import interval_of_share
+from understudy.judging.raised_range import describe_raised
+from understudy.judging.rollout import Progress
 from understudy.ui.controller.keep_going import BetterVersion
 from understudy.ui.controller.score_keeper import LessonScoreKeeper
 from understudy.ui.controller.status import StatusMessage

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.padding import Padding
 
+from understudy.addons.checks.falsification.lesson_score import find_wrong_decisions, score_behavior
+from understudy.addons.checks.falsification.new_worlds import NewWorlds
+from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.pose_sampling import sample_posed_situations
 from understudy.errors import SettingError
-from understudy.falsification.lesson_score import find_wrong_decisions, score_behavior
-from understudy.falsification.new_worlds import NewWorlds
-from understudy.falsification.session_setup import SessionSetup
+from understudy.judging.properties.offered_goals import find_success
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree_regions import make_full_value_set
-from understudy.properties.offered_goals import find_success
 from understudy.sim.catalog import find_scenario
 from understudy.sim.world import World
 from understudy.storage.library_folder import open_each_automaton

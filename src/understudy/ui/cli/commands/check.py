@@ -12,8 +12,19 @@ import typer
 from rich.markup import escape
 from rich.padding import Padding
 
+from understudy.addons.checks.falsification.finding_trials import try_findings
+from understudy.addons.checks.verification.chatter import HELD
+from understudy.addons.checks.verification.check_library import CheckReport, check_library, join_reports
+from understudy.addons.checks.verification.coordinators import SquadMembers
+from understudy.addons.checks.verification.finding import (
+    Finding,
+    FindingCell,
+    FindingKind,
+    FindingTrial,
+    Severity,
+)
+from understudy.addons.checks.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
 from understudy.errors import join_names
-from understudy.falsification.finding_trials import try_findings
 from understudy.learning.fit import learn
 from understudy.model.describe import convert_to_plain
 from understudy.model.library import Kit, Library
@@ -27,11 +38,6 @@ from understudy.ui.cli.named_inputs import find_optional_scenario
 from understudy.ui.cli.options import WORLD
 from understudy.ui.cli.output import format_count, make_console
 from understudy.ui.cli.world_libraries import open_all_libraries
-from understudy.verification.chatter import HELD
-from understudy.verification.check_library import CheckReport, check_library, join_reports
-from understudy.verification.coordinators import SquadMembers
-from understudy.verification.finding import Finding, FindingCell, FindingKind, FindingTrial, Severity
-from understudy.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
 
 if TYPE_CHECKING:
     from rich.console import Console

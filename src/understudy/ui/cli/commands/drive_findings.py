@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 from rich.markup import escape
 
+from understudy.addons.recordings.propose_behaviors import make_constant_candidate
+from understudy.addons.recordings.split_states import split_state
 from understudy.errors import SettingError, UnknownName
-from understudy.segmentation.propose_behaviors import make_constant_candidate
-from understudy.segmentation.split_states import split_state
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
+    from understudy.addons.recordings.recorded_drive import RecordedDrive
+    from understudy.addons.recordings.segment import Segmentation
     from understudy.model.library import Library
-    from understudy.segmentation.drive_findings import DriveFindings, DrivePlace
-    from understudy.segmentation.recorded_drive import RecordedDrive
-    from understudy.segmentation.segment import Segmentation
 
 MOST_QUESTIONS = 5
 """The number of questions that are printed."""

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 import typer
 from msgspec import UNSET
 
-from understudy.adapters.body_maker import find_world
-from understudy.analysis.comparison import compare
-from understudy.analysis.evaluate import evaluate
-from understudy.analysis.evaluation import Evaluation
-from understudy.analysis.result_table import LAYOUTS
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import SettingError
+from understudy.judging.comparison import compare
+from understudy.judging.evaluate import evaluate
+from understudy.judging.evaluation import Evaluation
+from understudy.judging.properties.monitor import PropertyRule
+from understudy.judging.properties.offered_goals import find_behavior_success
+from understudy.judging.result_table import LAYOUTS
 from understudy.model.property import Property
-from understudy.properties.monitor import PropertyRule
-from understudy.properties.offered_goals import find_behavior_success
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.cli import evaluation_output as output
 from understudy.ui.cli.json_output import print_json
@@ -31,7 +31,7 @@ from understudy.ui.cli.progress_bar import show_progress
 from understudy.ui.cli.run_options import JSON, EvaluateOptions
 
 if TYPE_CHECKING:
-    from understudy.adapters.body_maker import BodyMaker
+    from understudy.addons.bridges.environments.body_maker import BodyMaker
     from understudy.model.library import Library
     from understudy.sim.team.libraries import Libraries
 

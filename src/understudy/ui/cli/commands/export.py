@@ -9,29 +9,34 @@ from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
-from understudy.analysis.explanation_text import MOST_EXAMPLES, describe_decision
-from understudy.errors import SettingError, join_names
-from understudy.export.body_interface import BodyInterface, RobotInterface, describe_kit, describe_robot
-from understudy.export.export_automaton import (
+from understudy.addons.export.body_interface import (
+    BodyInterface,
+    RobotInterface,
+    describe_kit,
+    describe_robot,
+)
+from understudy.addons.export.export_automaton import (
     ExportResult,
     combine_fingerprints,
     export_automaton,
     fingerprint_automata,
     link_ground,
 )
-from understudy.export.exported_trace import (
+from understudy.addons.export.exported_trace import (
     ExportedDecision,
     ExportedTick,
     check_trace,
     find_tick,
     read_exported_trace,
 )
+from understudy.addons.robots.robot import find_robot_scenario
+from understudy.addons.robots.robot_file import load_robot
+from understudy.errors import SettingError, join_names
+from understudy.judging.explanation_text import MOST_EXAMPLES, describe_decision
 from understudy.learning.explain import Explanation, explain_leaf
 from understudy.learning.fit import learn
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
-from understudy.robots.robot import find_robot_scenario
-from understudy.robots.robot_file import load_robot
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import list_readings, make_channels
 from understudy.ui.cli.export_options import ExportOptions, ExportWhyOptions
@@ -44,8 +49,8 @@ from understudy.ui.cli.robot_connection import find_robots_file
 from understudy.ui.cli.world_libraries import find_fitting_world, open_all_libraries
 
 if TYPE_CHECKING:
-    from understudy.export.body_interface import BodyInterface, RobotInterface
-    from understudy.export.hierarchy import Hierarchy
+    from understudy.addons.export.body_interface import BodyInterface, RobotInterface
+    from understudy.addons.export.hierarchy import Hierarchy
     from understudy.model.library import Library
     from understudy.sim.scenario.schema import Scenario
 

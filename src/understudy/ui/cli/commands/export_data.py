@@ -10,13 +10,13 @@ from typing import Annotated, TypeAlias
 import typer
 from rich.markup import escape
 
-from understudy.data.episode import Episode
-from understudy.data.episode_tables import TABLES, DataTable
-from understudy.data.lerobot import write_lerobot
-from understudy.data.minari import write_minari
-from understudy.data.sources import DOCUMENT, TABLE, read_episodes, read_lesson
-from understudy.data.table_files import check_table_path, write_table
+from understudy.addons.bridges.datasets.lerobot import write_lerobot
+from understudy.addons.bridges.datasets.minari import write_minari
 from understudy.errors import SettingError
+from understudy.judging.episodes.episode import Episode
+from understudy.judging.episodes.episode_tables import TABLES, DataTable
+from understudy.judging.episodes.sources import DOCUMENT, TABLE, read_episodes, read_lesson
+from understudy.judging.episodes.table_files import check_table_path, write_table
 from understudy.model.example_frame import list_example_columns
 from understudy.ui.cli.export_options import ExportDatasetOptions, ExportTableOptions
 from understudy.ui.cli.json_output import print_json

@@ -8,23 +8,27 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
-from understudy.errors import SettingError
-from understudy.falsification.failing_world import (
+from understudy.addons.checks.falsification.failing_world import (
     SCENARIO_FILE,
     FailingWorld,
     FailureFacts,
     choose_folder,
     write_failing_world,
 )
-from understudy.falsification.failure_replay import compute_end_hash, replay_failure
-from understudy.falsification.falsify import Falsification, falsify
-from understudy.falsification.joint_worlds import Trial
-from understudy.falsification.property_measure import PropertyMeasure, choose_property, make_success_measure
-from understudy.falsification.search_space import ASPECTS
-from understudy.falsification.simpler_worlds import strip_for_file
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash, replay_failure
+from understudy.addons.checks.falsification.falsify import Falsification, falsify
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.property_measure import (
+    PropertyMeasure,
+    choose_property,
+    make_success_measure,
+)
+from understudy.addons.checks.falsification.search_space import ASPECTS
+from understudy.addons.checks.falsification.simpler_worlds import strip_for_file
+from understudy.errors import SettingError
 from understudy.jit.settings import compile_on_first_call
-from understudy.properties.property_file import FILE, load_properties
-from understudy.properties.run_property import check_property, make_property_task
+from understudy.judging.properties.property_file import FILE, load_properties
+from understudy.judging.properties.run_property import check_property, make_property_task
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.cli import INTERRUPTED
@@ -42,7 +46,7 @@ from understudy.ui.cli.named_inputs import RunAssignment, assign_run, find_kit
 from understudy.ui.cli.options import WORLD
 
 if TYPE_CHECKING:
-    from understudy.falsification.trial import TrialMeasure
+    from understudy.addons.checks.falsification.trial import TrialMeasure
     from understudy.model.property import Property
 
 

@@ -6,14 +6,14 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from understudy.adapters.body_maker import find_world
-from understudy.analysis.evaluate import make_evaluation_task
-from understudy.analysis.evaluation_task import EvaluationFailed, EvaluationTask
+from understudy.addons.bridges.environments.body_maker import find_world
+from understudy.addons.checks.falsification.body_search import BodyMeasure, BodyReplay, falsify_on_body
+from understudy.addons.checks.falsification.failing_world import WHY_FILE, choose_folder
+from understudy.addons.checks.falsification.falsify import AT_RANDOM
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
-from understudy.falsification.body_search import BodyMeasure, BodyReplay, falsify_on_body
-from understudy.falsification.failing_world import WHY_FILE, choose_folder
-from understudy.falsification.falsify import AT_RANDOM
+from understudy.judging.evaluate import make_evaluation_task
+from understudy.judging.evaluation_task import EvaluationFailed, EvaluationTask
 from understudy.runtime.body import close_body
 from understudy.sim.scenario.schema import Scenario
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
@@ -29,7 +29,7 @@ from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.recordings import describe_body_run, record_ticks
 
 if TYPE_CHECKING:
-    from understudy.adapters.body_maker import BodyMaker
+    from understudy.addons.bridges.environments.body_maker import BodyMaker
     from understudy.records.header import RunInfo
 
 RECORDING_FILE = "run.mcap"

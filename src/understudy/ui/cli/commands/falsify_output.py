@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from understudy.falsification.failing_world import SCENARIO_FILE, FailingWorld
+from understudy.addons.checks.falsification.failing_world import SCENARIO_FILE, FailingWorld
 from understudy.ui.cli.output import format_count, make_console
 
 if TYPE_CHECKING:
-    from understudy.falsification.falsify import Falsification
+    from understudy.addons.checks.falsification.falsify import Falsification
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from rich.markup import escape
 
-from understudy.analysis.run_header import is_trace
+from understudy.addons.recordings.drive_kit import make_candidates, make_drive_kit
+from understudy.addons.recordings.drive_table import read_recorded_drive
+from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
+from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
+from understudy.addons.recordings.propose_behaviors import discover_behaviors
+from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
+from understudy.addons.recordings.recorded_run import make_recorded_drive
+from understudy.addons.recordings.segment import Segmentation, segment
+from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
+from understudy.addons.recordings.trace_drive import read_trace_drive
 from understudy.errors import SettingError
+from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library
 from understudy.records.reader import has_own_header, read_recording
-from understudy.segmentation.drive_kit import make_candidates, make_drive_kit
-from understudy.segmentation.drive_table import read_recorded_drive
-from understudy.segmentation.lesson_from_drive import DriveLesson, to_lesson
-from understudy.segmentation.mapping_file import RecordingMap, load_recording_map
-from understudy.segmentation.propose_behaviors import discover_behaviors
-from understudy.segmentation.recorded_drive import RecordedDrive, find_places, join_drives
-from understudy.segmentation.recorded_run import make_recorded_drive
-from understudy.segmentation.segment import Segmentation, segment
-from understudy.segmentation.segmentation_report import DriveReport, make_drive_report
-from understudy.segmentation.trace_drive import read_trace_drive
 from understudy.training.lesson_design import parse_feature
 from understudy.ui.cli.commands.drive_findings import (
     apply_splits,

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 from rich.markup import escape
 
-from understudy.errors import SettingError, UnknownName
-from understudy.segmentation.driver_contradictions import (
+from understudy.addons.recordings.driver_contradictions import (
     DriverContradiction,
     find_driver_contradictions,
     settle_driver_contradictions,
 )
-from understudy.segmentation.driver_lessons import merge_driver_lessons
-from understudy.segmentation.recorded_drive import refuse_other_robot
-from understudy.segmentation.segmentation_report import DriveReport, make_drive_report
+from understudy.addons.recordings.driver_lessons import merge_driver_lessons
+from understudy.addons.recordings.recorded_drive import refuse_other_robot
+from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
+from understudy.errors import SettingError, UnknownName
 from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
 from understudy.ui.cli.commands.learn_from_drive import (
     SegmentedDrive,

@@ -7,18 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from understudy.errors import FileError, SettingError
-from understudy.model.automaton import USUAL_FLAGS
-from understudy.model.learner_options import LearnerOptions
-from understudy.model.library import Library
-from understudy.records.reader import RecordedPress, has_own_header, read_recording
-from understudy.segmentation.teach_from_recording import (
+from understudy.addons.recordings.teach_from_recording import (
     is_taught_live,
     list_pressed_states,
     list_recorded_presses,
     read_presses,
     teach_from_recording,
 )
+from understudy.errors import FileError, SettingError
+from understudy.model.automaton import USUAL_FLAGS
+from understudy.model.learner_options import LearnerOptions
+from understudy.model.library import Library
+from understudy.records.reader import RecordedPress, has_own_header, read_recording
 from understudy.training.lesson_design import new_lesson
 from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
 from understudy.ui.cli.lesson_options import LearnRecordingOptions

@@ -6,7 +6,7 @@ from time import perf_counter
 
 import typer
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.jit.cache import find_cache_folder
 from understudy.jit.settings import compile_on_first_call
 from understudy.learning.tree_growth import compile_tree_kernels

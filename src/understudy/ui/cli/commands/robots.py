@@ -11,13 +11,13 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from understudy.addons.robots.camera.calibration import calibrate_from_images
+from understudy.addons.robots.camera.config import HEADING, check_color_name, format_color_line, write_color
+from understudy.addons.robots.camera.image_folder import DetectionResult, detect_in_images, read_image_folder
+from understudy.addons.robots.diagnostics import ConnectionReport, diagnose_connection
+from understudy.addons.robots.fleet import connect_robot, connect_team
+from understudy.addons.robots.robot_file import is_team_file
 from understudy.errors import join_names
-from understudy.robots.camera.calibration import calibrate_from_images
-from understudy.robots.camera.config import HEADING, check_color_name, format_color_line, write_color
-from understudy.robots.camera.image_folder import DetectionResult, detect_in_images, read_image_folder
-from understudy.robots.diagnostics import ConnectionReport, diagnose_connection
-from understudy.robots.fleet import connect_robot, connect_team
-from understudy.robots.robot_file import is_team_file
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.ui.cli.robots_options import RobotColorOptions, RobotsCheckOptions

@@ -5,10 +5,10 @@ from __future__ import annotations
 import msgspec
 import typer
 
+from understudy.addons.robots.foxglove_layout import make_layout
+from understudy.addons.robots.robot_file import list_robot_files, load_robot
 from understudy.errors import join_names
 from understudy.records.merge import MemberClock, merge_recordings
-from understudy.robots.foxglove_layout import make_layout
-from understudy.robots.robot_file import list_robot_files, load_robot
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.robots_options import RobotLayoutOptions, TeamMergeOptions
 

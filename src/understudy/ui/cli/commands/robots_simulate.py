@@ -17,16 +17,21 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 from msgspec.structs import replace
 
+from understudy.addons.bridges.mujoco.body import MujocoBody
+from understudy.addons.bridges.mujoco.model import check_physics
+from understudy.addons.bridges.mujoco.processes import REFEREE, ObjectServer, RobotProcess
+from understudy.addons.bridges.mujoco.robot_files import (
+    check_ros,
+    format_robot_file,
+    format_team_file,
+    list_robot_names,
+)
+from understudy.addons.bridges.mujoco.ros_robots import Simulation, drop_derived_readings
+from understudy.addons.robots.robot_file import parse_robot
+from understudy.addons.robots.ros.dds import DdsTransport
+from understudy.addons.robots.ros.zenoh import ZenohTransport
 from understudy.errors import UnknownName
-from understudy.robots.robot_file import parse_robot
-from understudy.robots.ros.dds import DdsTransport
-from understudy.robots.ros.zenoh import ZenohTransport
 from understudy.sim.catalog import find_scenario
-from understudy.sim_mujoco.body import MujocoBody
-from understudy.sim_mujoco.model import check_physics
-from understudy.sim_mujoco.processes import REFEREE, ObjectServer, RobotProcess
-from understudy.sim_mujoco.robot_files import check_ros, format_robot_file, format_team_file, list_robot_names
-from understudy.sim_mujoco.ros_robots import Simulation, drop_derived_readings
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console
@@ -35,7 +40,7 @@ from understudy.ui.cli.robots_options import SimulateOptions
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.robots.ros.transport import Transport
+    from understudy.addons.robots.ros.transport import Transport
     from understudy.sim.scenario.schema import Scenario
 
 RATE_HZ = 20.0

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import typer
 
-from understudy.robots.robot_file import list_robot_files, load_robot
-from understudy.robots.safety import emergency_stop
+from understudy.addons.robots.robot_file import list_robot_files, load_robot
+from understudy.addons.robots.safety import emergency_stop
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console
 from understudy.ui.cli.robots_options import RobotsStopOptions

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from understudy.robots.robot_file import load_robot
-from understudy.robots.safety.stop_log import find_stop_log, read_stops
+from understudy.addons.robots.robot_file import load_robot
+from understudy.addons.robots.safety.stop_log import find_stop_log, read_stops
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.ui.cli.robots_options import RobotStopsOptions

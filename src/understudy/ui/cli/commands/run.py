@@ -16,11 +16,11 @@ from rich.markup import escape
 from rich.panel import Panel
 from rich.text import Text
 
-from understudy.adapters.body_maker import find_world
-from understudy.analysis.run_header import trace_entry
-from understudy.analysis.run_trace import TraceWriter, add_team_tick, describe_trace_columns, write_trace
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
+from understudy.judging.run_header import trace_entry
+from understudy.judging.run_trace import TraceWriter, add_team_tick, describe_trace_columns, write_trace
 from understudy.sim.catalog import locate_scenario
 from understudy.sim.scenario.schema import Goal, Scenario
 from understudy.sim.team.libraries import make_team
@@ -33,7 +33,7 @@ from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
 from understudy.ui.cli.recordings import PICTURES, is_recording, make_run_info, record_team_ticks
 from understudy.ui.cli.run_options import SimulatedRunOptions
-from understudy.ui.tui.world_view import describe_followed_robot, fit_arena, render_world
+from understudy.ui.terminal.world_view import describe_followed_robot, fit_arena, render_world
 from understudy.viz.path_png import draw_path_png
 from understudy.viz.run_gif import FrameBuffer, draw_run_gif
 

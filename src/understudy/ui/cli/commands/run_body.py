@@ -25,14 +25,14 @@ from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
 from understudy.ui.cli.recordings import PICTURES, describe_body_run, is_recording, record_ticks
-from understudy.ui.tui.body_readings import render_body_readings
+from understudy.ui.terminal.body_readings import render_body_readings
 from understudy.viz.picture_files import write_picture_gif, write_picture_png
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from understudy.adapters.body_maker import BodyMaker
+    from understudy.addons.bridges.environments.body_maker import BodyMaker
     from understudy.ui.cli.run_options import SimulatedRunOptions
 
 LIMIT_S = 60.0

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import typer
 from rich.markup import escape
 
-from understudy.analysis.explain_run import (
+from understudy.errors import SettingError, join_names
+from understudy.judging.explain_run import (
     DecisionDiff,
     ReplayDiff,
     RunNotReproducible,
     diff_replayed_decisions,
 )
-from understudy.analysis.explanation_text import DIGITS, DecisionData
-from understudy.analysis.rerun import Rerun
-from understudy.errors import SettingError, join_names
+from understudy.judging.explanation_text import DIGITS, DecisionData
+from understudy.judging.rerun import Rerun
 from understudy.records.reader import Recording, read_recording
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 from understudy.storage.document import fingerprint_automaton

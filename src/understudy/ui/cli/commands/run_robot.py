@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.live import Live as Screen
 
+from understudy.addons.robots.diagnostics import diagnose_connection
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError, join_names
-from understudy.robots.diagnostics import diagnose_connection
-from understudy.robots.twin import DigitalTwin
 from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import LocalNetwork, make_fate
 from understudy.runtime.agents.team_plan import TeamPlan
@@ -30,7 +30,7 @@ from understudy.ui.cli.robot_connection import connect_twin, split_robots_file
 from understudy.ui.cli.run_options import RobotRunOptions
 
 if TYPE_CHECKING:
-    from understudy.robots.fleet import Fleet
+    from understudy.addons.robots.fleet import Fleet
 
 
 LISTEN_S = 2.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from rich.markup import escape
 from rich.padding import Padding
 
-from understudy.analysis.simplify_preview import (
+from understudy.judging.simplify_preview import (
     BeforeAfter,
     ChangedDecision,
     ChangedMoments,

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
+from understudy.addons.robots.robot_file import load_team
+from understudy.addons.robots.team_network.load_plan import load_team_plan
+from understudy.addons.robots.team_network.remote_robot import make_remote_fleet
+from understudy.addons.robots.team_network.team_watch import TeamWatch
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork
+from understudy.addons.robots.team_settings import TeamSettings
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import SettingError
-from understudy.robots.robot_file import load_team
-from understudy.robots.team_network.load_plan import load_team_plan
-from understudy.robots.team_network.remote_robot import make_remote_fleet
-from understudy.robots.team_network.team_watch import TeamWatch
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
-from understudy.robots.team_settings import TeamSettings
-from understudy.robots.twin import DigitalTwin
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.cli.json_output import print_json
@@ -33,9 +33,9 @@ from understudy.ui.web.session_host import SessionHost
 from understudy.ui.web.views.library import check_folder
 
 if TYPE_CHECKING:
+    from understudy.addons.robots.team_network.team_watch import TeamWatch
+    from understudy.addons.robots.twin import Ground
     from understudy.model.library import Kit
-    from understudy.robots.team_network.team_watch import TeamWatch
-    from understudy.robots.twin import Ground
     from understudy.ui.cli.studio_options import PageOptions, RobotsStudioOptions, StudioOptions
 
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
+from understudy.addons.recordings.drive_kit import list_drive_features, make_candidates
+from understudy.addons.recordings.drive_recorder import DriveRecorder
+from understudy.addons.recordings.trace_drive import write_trace_drive
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.records.header import RunInfo
 from understudy.runtime.body import close_body
-from understudy.segmentation.drive_kit import list_drive_features, make_candidates
-from understudy.segmentation.drive_recorder import DriveRecorder
-from understudy.segmentation.trace_drive import write_trace_drive
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.catalog import is_function, locate_scenario
 from understudy.sim.scenario.schema import Scenario
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from understudy.addons.recordings.recorded_drive import RecordedDrive
     from understudy.model.library import Kit
-    from understudy.segmentation.recorded_drive import RecordedDrive
     from understudy.ui.cli.studio_options import ReviewOptions
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import SettingError, UnderstudyError
 from understudy.model.library import Library
 from understudy.sim.body_world import BodyWorld
@@ -23,11 +23,11 @@ from understudy.ui.cli.output import format_count, make_console
 from understudy.ui.cli.robot_connection import connect_twin
 from understudy.ui.controller import interrupted_sessions
 from understudy.ui.controller.training_plan import LessonChoices, TrainingPlan, make_session_start
-from understudy.ui.tui.app import TrainerApp
+from understudy.ui.terminal.app import TrainerApp
 
 if TYPE_CHECKING:
-    from understudy.adapters.body_maker import BodyMaker
-    from understudy.robots.twin import DigitalTwin, Ground
+    from understudy.addons.bridges.environments.body_maker import BodyMaker
+    from understudy.addons.robots.twin import DigitalTwin, Ground
     from understudy.ui.cli.lesson_options import LessonOptions, RobotTeachOptions, TeachOptions
 
 

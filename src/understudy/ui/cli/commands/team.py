@@ -10,14 +10,14 @@ from pathlib import Path
 
 import typer
 
+from understudy.addons.robots.team_network.agent_process import AgentProcess
+from understudy.addons.robots.team_network.agent_questions import AgentQuestion, AgentStatus, ask
+from understudy.addons.robots.team_network.library_push import read_library_files
+from understudy.addons.robots.team_network.load_plan import LoadedTeam, load_team_plan
+from understudy.addons.robots.team_network.team_push import describe_push, push_library
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.clock import REAL_TIME
 from understudy.records.recorder import RunRecorder
-from understudy.robots.team_network.agent_process import AgentProcess
-from understudy.robots.team_network.agent_questions import AgentQuestion, AgentStatus, ask
-from understudy.robots.team_network.library_push import read_library_files
-from understudy.robots.team_network.load_plan import LoadedTeam, load_team_plan
-from understudy.robots.team_network.team_push import describe_push, push_library
-from understudy.robots.team_network.zenoh_network import ZenohNetwork
 from understudy.ui.cli.commands.team_orders import check_agent_name, join_team
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console, make_table

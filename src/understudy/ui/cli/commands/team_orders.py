@@ -12,15 +12,15 @@ from time import sleep
 
 import typer
 
-from understudy.errors import SettingError, UnknownName
-from understudy.robots.team_network.agent_questions import (
+from understudy.addons.robots.team_network.agent_questions import (
     AgentAnswer,
     ask_to_arm,
     ask_to_prepare,
     ask_to_stop,
 )
-from understudy.robots.team_network.load_plan import load_team_names, make_network_options
-from understudy.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.addons.robots.team_network.load_plan import load_team_names, make_network_options
+from understudy.addons.robots.team_network.zenoh_network import ZenohNetwork, ZenohOptions
+from understudy.errors import SettingError, UnknownName
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.robots_options import TeamArmOptions, TeamStopOptions
 

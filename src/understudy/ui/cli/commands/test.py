@@ -10,8 +10,8 @@ import typer
 from rich.markup import escape
 from rich.padding import Padding
 
+from understudy.addons.checks.falsification.failing_world import list_failing_worlds
 from understudy.errors import FileError, SettingError
-from understudy.falsification.failing_world import list_failing_worlds
 from understudy.storage.library_folder import list_documents
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_options import LibraryTestOptions
@@ -23,7 +23,7 @@ from understudy.ui.cli.world_libraries import find_fitting_world
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.falsification.failing_world import FailingWorld
+    from understudy.addons.checks.falsification.failing_world import FailingWorld
 
 
 def run_library_tests(options: LibraryTestOptions) -> None:

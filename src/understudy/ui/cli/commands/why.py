@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 from rich.markup import escape
 
-from understudy.analysis.explain_run import (
+from understudy.errors import SettingError
+from understudy.judging.explain_run import (
     AgentExplanation,
     RunExplanation,
     RunNotReproducible,
     explain_recorded_tick,
 )
-from understudy.analysis.explain_run import explain_run as reasons
-from understudy.analysis.explanation_text import WhyData
-from understudy.analysis.rerun import Rerun
-from understudy.analysis.run_header import fingerprint_scenario, read_recorded_tick
-from understudy.analysis.run_trace import BETWEEN
-from understudy.errors import SettingError
+from understudy.judging.explain_run import explain_run as reasons
+from understudy.judging.explanation_text import WhyData
+from understudy.judging.rerun import Rerun
+from understudy.judging.run_header import fingerprint_scenario, read_recorded_tick
+from understudy.judging.run_trace import BETWEEN
 from understudy.records.reader import read_recording
 from understudy.records.team_reader import read_team_recording
 from understudy.sim.catalog import find_scenario

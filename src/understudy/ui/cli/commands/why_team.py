@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from rich.markup import escape
 from rich.padding import Padding
 
-from understudy.analysis.explain_team import AgentMoment, OrderSummary, ReportSummary, explain_team_moment
-from understudy.analysis.explanation_text import (
+from understudy.judging.explain_team import AgentMoment, OrderSummary, ReportSummary, explain_team_moment
+from understudy.judging.explanation_text import (
     DIGITS,
     DecisionLevelData,
     describe_decision,
@@ -26,7 +26,7 @@ from understudy.ui.cli.recordings import choose_recording_kit, load_recorded_lib
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from understudy.analysis.explain_run import AgentExplanation, DecisionReason
+    from understudy.judging.explain_run import AgentExplanation, DecisionReason
     from understudy.records.reader import Recording
     from understudy.records.team_reader import TeamRecording
     from understudy.sim.team.libraries import Libraries

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 from rich.markup import escape
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import UnderstudyError
 from understudy.model.library import Kit
 from understudy.runtime.body import close_body
@@ -22,7 +22,7 @@ from understudy.ui.cli.output import format_count, make_console, make_table
 from understudy.ui.cli.run_options import WorldsOptions
 
 if TYPE_CHECKING:
-    from understudy.adapters.body_maker import BodyMaker
+    from understudy.addons.bridges.environments.body_maker import BodyMaker
 
 
 def list_worlds(options: WorldsOptions) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from understudy.adapters.body_maker import find_world
+from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import SettingError
 from understudy.sim.scenario.schema import Scenario
 from understudy.ui.cli.commands.export_data import export_dataset, export_table

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from understudy.analysis.run_header import is_trace
 from understudy.errors import SettingError
+from understudy.judging.run_header import is_trace
 from understudy.ui.cli.commands.learn import check_output_name, learn_table
 from understudy.ui.cli.commands.learn_from_drive import learn_drive
 from understudy.ui.cli.commands.learn_from_drivers import group_recordings, learn_drivers

@@ -9,12 +9,12 @@ from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
+from understudy.addons.robots.camera.color import Color
+from understudy.addons.robots.camera.config import write_color
+from understudy.addons.robots.camera.live_camera import LiveCamera
+from understudy.addons.robots.robot import Robot
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import SessionError, SettingError
-from understudy.robots.camera.color import Color
-from understudy.robots.camera.config import write_color
-from understudy.robots.camera.live_camera import LiveCamera
-from understudy.robots.robot import Robot
-from understudy.robots.twin import DigitalTwin
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.messages.session import PickColor

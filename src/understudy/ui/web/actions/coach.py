@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from msgspec import UNSET, UnsetType
 
+from understudy.addons.checks.verification.finding import Finding, Severity
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.pose_sampling import Placeable
 from understudy.coaching.situation_setup import SituationSpec
@@ -17,7 +18,6 @@ from understudy.ui.web.messages import review as m
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.rewind import RewindPoint
 from understudy.ui.web.session_host import SessionHost
-from understudy.verification.finding import Finding, Severity
 
 PATIENCE_S = 0.05
 """How long to wait for the advice (s) before the page is told to ask again."""

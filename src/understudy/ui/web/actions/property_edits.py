@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 
-from understudy.analysis.evaluate import find_flags
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
+from understudy.judging.evaluate import find_flags
+from understudy.judging.properties.condition_examples import ConditionExample, list_condition_examples
+from understudy.judging.properties.edit_property_file import write_property
+from understudy.judging.properties.library_properties import FittingLibraries, check_in_world
+from understudy.judging.properties.property_file import FILE, locate_errors, locate_world, parse_property
 from understudy.model.library import Library
-from understudy.properties.condition_examples import ConditionExample, list_condition_examples
-from understudy.properties.edit_property_file import write_property
-from understudy.properties.library_properties import FittingLibraries, check_in_world
-from understudy.properties.property_file import FILE, locate_errors, locate_world, parse_property
 from understudy.sim.catalog import list_scenarios
 from understudy.sim.scenario.files import SUFFIX
 from understudy.sim.team.libraries import find_behavior_sort

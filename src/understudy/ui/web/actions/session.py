@@ -8,8 +8,8 @@ from pathlib import Path
 
 from msgspec import structs
 
+from understudy.addons.checks.falsification.holding_test import HoldingResult
 from understudy.errors import SessionError, SettingError, UnderstudyError, UnknownName
-from understudy.falsification.holding_test import HoldingResult
 from understudy.model.binding import Binding, format_bound_name
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from understudy.addons.robots.arming_order import ArmingOrder
 from understudy.errors import SettingError
-from understudy.robots.arming_order import ArmingOrder
 from understudy.ui.controller.status import StatusMessage
 from understudy.ui.web.background import SlowAction
 from understudy.ui.web.messages import session as m

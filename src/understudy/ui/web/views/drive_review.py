@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from understudy.addons.recordings.drive_examples import DOUBT
+from understudy.addons.recordings.driver_contradictions import DriverContradiction
+from understudy.addons.recordings.propose_behaviors import describe_command
+from understudy.addons.recordings.relabel import list_label_questions
 from understudy.model.example_source import ExampleSource
 from understudy.model.kinds import Continuous, Kind
-from understudy.segmentation.drive_examples import DOUBT
-from understudy.segmentation.driver_contradictions import DriverContradiction
-from understudy.segmentation.propose_behaviors import describe_command
-from understudy.segmentation.relabel import list_label_questions
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.views.scene import FeatureData

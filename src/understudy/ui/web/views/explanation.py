@@ -6,8 +6,8 @@ from typing import Any
 
 from msgspec import field
 
-from understudy.analysis.explain_run import DecisionReason, LevelExplanation
-from understudy.analysis.explanation_text import (
+from understudy.judging.explain_run import DecisionReason, LevelExplanation
+from understudy.judging.explanation_text import (
     MOST_EXAMPLES,
     DecisionData,
     describe_decision,

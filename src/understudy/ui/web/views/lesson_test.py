@@ -6,23 +6,23 @@ from itertools import count, islice
 
 from msgspec import field
 
-from understudy.analysis.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
-from understudy.analysis.simplify_preview import BeforeAfter
 from understudy.errors import SessionError, SettingError, UnderstudyError
-from understudy.learning.fit import learn
-from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
-from understudy.model.binding import format_bound_name
-from understudy.model.library import Library, TrainedAutomaton
-from understudy.model.property import Property, StoredMoment
-from understudy.properties import lesson_tests
-from understudy.properties.lesson_tests import (
+from understudy.judging.evaluate import SUCCESS_FLAG, evaluate, make_evaluation_task
+from understudy.judging.properties import lesson_tests
+from understudy.judging.properties.lesson_tests import (
     LessonTestResult,
     find_regressions_since_saved,
     list_dependencies,
     run_lesson_test,
 )
-from understudy.properties.monitor import PropertyRule
-from understudy.properties.offered_goals import find_behavior_success
+from understudy.judging.properties.monitor import PropertyRule
+from understudy.judging.properties.offered_goals import find_behavior_success
+from understudy.judging.simplify_preview import BeforeAfter
+from understudy.learning.fit import learn
+from understudy.learning.pruning_suggestions import ENOUGH, PruningSuggestion
+from understudy.model.binding import format_bound_name
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.property import Property, StoredMoment
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.world import World

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from understudy.addons.robots.twin import Ground
 from understudy.errors import UnknownName
 from understudy.model.library import Kit, Library
-from understudy.robots.twin import Ground
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team, TeamTree
 from understudy.sim.scenario.schema import Scenario

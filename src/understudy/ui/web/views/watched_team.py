@@ -6,9 +6,9 @@ from typing import Literal, TypeAlias
 
 from msgspec import field
 
-from understudy.robots.team_network.remote_robot import drive_robots
-from understudy.robots.team_network.team_watch import TeamWatch, WatchedAgent
-from understudy.robots.twin import DigitalTwin
+from understudy.addons.robots.team_network.remote_robot import drive_robots
+from understudy.addons.robots.team_network.team_watch import TeamWatch, WatchedAgent
+from understudy.addons.robots.twin import DigitalTwin
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.session_host import SessionHost
 

@@ -1,0 +1,1 @@
+"""What stands around the core: each package imports the core, and of the others at most `robots`."""

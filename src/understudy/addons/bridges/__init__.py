@@ -1,0 +1,1 @@
+"""Bridges to worlds, physics and data sets of other programs."""

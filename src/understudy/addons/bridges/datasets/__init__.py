@@ -1,0 +1,1 @@
+"""Episodes as data sets in the forms of other programs."""

@@ -1,0 +1,172 @@
+"""Falsification: a search at random, then a directed one, and the failing world made as simple as possible."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from understudy.addons.checks.falsification.directed_search import DirectedSearch, search_directed
+from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.random_search import RandomSearch, measure_seeds, search_at_random
+from understudy.addons.checks.falsification.search_space import ASPECTS, SearchSpace
+from understudy.addons.checks.falsification.shrink import Shrinking, shrink_failure
+from understudy.addons.checks.falsification.trial import TrialMeasure
+from understudy.clock import REAL_TIME
+from understudy.errors import SettingError
+from understudy.extras import ExtraMissing, import_cma
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.world import World
+
+AT_RANDOM, DIRECTED = "random", "directed"
+
+FIRST_SEED = 1_000_000_000
+"""The first seed of the worlds of search 0, and the number of seeds that each search has; lessons use lower seeds."""
+
+RANDOM_SHARE = 0.5
+"""The share of the time for the search at random."""
+
+STARTS = 8
+"""The number of worlds, the closest to failing, from which the directed search starts."""
+
+Report: TypeAlias = Callable[[str, int, int], None]
+"""A function that is called with what is done, and the numbers of runs and of failures so far."""
+
+
+def skip_report(doing: str, runs: int, failed: int) -> None:
+    """Ignore a report."""
+
+
+@dataclass
+class Falsification:
+    """The result of a falsification.
+
+    `directed` is None if the search at random found a failing world already, or nothing can be varied. `shrinking` is
+    None if no world failed.
+    """
+
+    random: RandomSearch
+    directed: DirectedSearch | None = None
+    found_by: str | None = None
+    shrinking: Shrinking | None = None
+    interrupted: bool = False
+    seconds: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+
+def falsify(
+    measure: TrialMeasure,
+    scenario: Scenario,
+    *,
+    seed: int = 0,
+    seconds: float = 60.0,
+    worlds: int | None = None,
+    jobs: int = 1,
+    vary: Collection[str] = ASPECTS,
+    report: Report = skip_report,
+    clock: Callable[[], float] = REAL_TIME,
+) -> Falsification:
+    """Search for a world of a scenario in which a behavior fails, and make it as simple as possible.
+
+    Half of the time goes to fresh worlds at random, all of which are run, so that the share that fails has an exact
+    interval. If none failed, the rest goes to a directed search.
+
+    Parameters
+    ----------
+    measure
+        Runs the behavior.
+    scenario
+        The scenario.
+    seed
+        The seed of the search.
+    seconds
+        The time for both searches, and as much again to make the world simpler, s.
+    worlds
+        The number of worlds to run at random, however long it takes, as for making one simpler. None: half of the time.
+    jobs
+        The number of processes for the search at random.
+    vary
+        What the directed search varies, of `ASPECTS`.
+    report
+        Called with the progress.
+    clock
+        What tells the time, s.
+
+    Returns
+    -------
+    Falsification
+        What was found, also if it was interrupted.
+    """
+    began_s = clock()
+    random = search_at_random(
+        partial(measure_seeds, measure, scenario),
+        first_seed=FIRST_SEED * (seed + 1),
+        most_runs=worlds,
+        seconds=None if worlds is not None else RANDOM_SHARE * seconds,
+        jobs=jobs,
+        progress=lambda found: report("Worlds at random", found.runs, found.failed),
+        clock=clock,
+    )
+    found = Falsification(random, interrupted=random.interrupted)
+    trial = Trial(scenario, random.failures[0][1]) if random.failures else None
+    if trial is not None:
+        found.found_by = AT_RANDOM
+    elif not found.interrupted:
+        trial = _search_directed(
+            measure, scenario, found, seed=seed, seconds=seconds, vary=vary, report=report, clock=clock
+        )
+    if trial is not None:
+        if found.interrupted:
+            found.shrinking = Shrinking(trial, measure([trial]), 1)
+        else:
+            found.shrinking = shrink_failure(
+                measure,
+                scenario,
+                trial,
+                seconds=None if worlds is not None else seconds,
+                progress=lambda now: report("Making it simpler", now.runs, 1),
+                clock=clock,
+            )
+            found.interrupted = found.shrinking.interrupted
+    found.seconds = clock() - began_s
+    return found
+
+
+def _search_directed(
+    measure: TrialMeasure,
+    scenario: Scenario,
+    found: Falsification,
+    *,
+    seed: int,
+    seconds: float,
+    vary: Collection[str],
+    report: Report,
+    clock: Callable[[], float],
+) -> Trial | None:
+    """Search from the worlds that came closest to failing; return the first failing one, None if there is none."""
+    try:
+        space = SearchSpace(scenario, vary)
+        import_cma()
+    except (SettingError, ExtraMissing) as error:
+        found.notes.append(str(error))
+        return None
+    rng = np.random.default_rng(seed)
+    nearest = [world for _, world in found.random.nearest[:STARTS]]
+    start = [space.encode(World(scenario, [world]).view(), rng) for world in nearest]
+    found.directed = search_directed(
+        measure,
+        space,
+        seed=seed,
+        start=start,
+        seconds=(1.0 - RANDOM_SHARE) * seconds,
+        progress=lambda now: report("Directed search", now.runs, len(now.failures)),
+        clock=clock,
+    )
+    found.interrupted = found.directed.interrupted
+    if not found.directed.failures:
+        return None
+    found.found_by = DIRECTED
+    return found.directed.failures[0][1]

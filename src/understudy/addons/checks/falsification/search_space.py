@@ -1,0 +1,271 @@
+"""The worlds that a scenario allows, as vectors of numbers from 0 to 1 that a search can vary.
+
+A vector gives the places of robots, objects and round obstacles, the headings of robots, the numbers and amounts of
+objects, how much noise and dropout there is, and how many robots fail when. What a scenario fixes stays fixed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from math import degrees, tau
+from typing import Literal, TypeAlias
+
+import numpy as np
+from msgspec import UNSET
+from msgspec.structs import replace
+
+from understudy.addons.checks.falsification.disturbances import (
+    BreakdownRange,
+    Disturbance,
+    apply_breakdowns,
+    apply_disturbances,
+    list_breakdown_ranges,
+    list_disturbances,
+)
+from understudy.addons.checks.falsification.free_places import FreePlaces
+from understudy.errors import SettingError
+from understudy.model.kinds import Column
+from understudy.sim.params import get_count_range, get_region_box
+from understudy.sim.scenario.schema import MOUSE, ObjectClass, Obstacle, Placement, RobotGroup, Scenario
+from understudy.sim.view import WorldView
+
+Section: TypeAlias = Literal["obstacles", "objects", "robots"]
+"""The list of a scenario that a group of things is in."""
+
+PLACES, SIZES, DISTURBANCES = "places", "sizes", "disturbances"
+ASPECTS = (PLACES, SIZES, DISTURBANCES)
+"""The aspects that a search can vary: places and headings, numbers and amounts, noise, dropout and failing robots."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedGroup:
+    """Things of one kind whose random places are varied: `most` of them, each with two or three coordinates.
+
+    `first` is the position of the first coordinate in the vector. `count` and `amount` are the positions of their
+    number and amount, -1 if these are fixed.
+    """
+
+    section: Section
+    index: int
+    least: int
+    most: int
+    radius: float
+    apart: float
+    box: tuple[float, float, float, float]
+    circle: float | None
+    turned: bool
+    first: int
+    count: int = -1
+    amount: int = -1
+
+    @property
+    def key(self) -> str:
+        """The key of the group in the scenario."""
+        return f"{self.section}[{self.index}]"
+
+    @property
+    def width(self) -> int:
+        """The number of coordinates of each thing."""
+        return 3 if self.turned else 2
+
+
+class SearchSpace:
+    """The worlds of a scenario as vectors [d] in [0, 1].
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    vary
+        What is varied, of `ASPECTS`. The rest is drawn by the seed, or as the scenario has it.
+
+    Raises
+    ------
+    SettingError
+        If nothing can be varied.
+    """
+
+    def __init__(self, scenario: Scenario, vary: Collection[str] = ASPECTS) -> None:
+        self.scenario = scenario
+        self._names: list[str] = []
+        self._groups = tuple(self._list_groups(vary)) if PLACES in vary or SIZES in vary else ()
+        self._disturbances: dict[int, Disturbance] = {}
+        for disturbance in list_disturbances(scenario) if DISTURBANCES in vary else ():
+            self._disturbances[self._add(disturbance.name)] = disturbance
+        self._breakdowns: dict[int, BreakdownRange] = {}
+        for breakdown in list_breakdown_ranges(scenario) if DISTURBANCES in vary else ():
+            self._breakdowns[self._add(breakdown.name)] = breakdown
+        if not self._names:
+            raise SettingError(
+                where=f"scenario {scenario.name!r}",
+                setting="falsify",
+                problem="has nothing that can be varied: all places, numbers and noises are given",
+                remedy="search at random, or give counts instead of places",
+            )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The meaning of each number of a vector."""
+        return tuple(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def decode(self, vector: Column) -> Scenario:
+        """Return the scenario of a vector, with given places; things that would overlap move to free places nearby."""
+        free = FreePlaces(self.scenario)
+        parts: dict[str, list[Placement]] = {
+            "obstacles": list(self.scenario.obstacles),
+            "objects": list(self.scenario.objects),
+            "robots": list(self.scenario.robots),
+        }
+        for group in self._groups:
+            parts[group.section][group.index] = self._place(group, vector, free)
+        placed = replace(self.scenario, **{name: tuple(each) for name, each in parts.items()})
+        strengths = {each: float(vector[at]) for at, each in self._disturbances.items()}
+        shares = {each: float(vector[at]) for at, each in self._breakdowns.items()}
+        return apply_breakdowns(apply_disturbances(placed, strengths), shares)
+
+    def encode(self, view: WorldView, rng: np.random.Generator) -> Column:
+        """Return the vector of a world as it stands; what the world does not have is drawn at random."""
+        vector = rng.random(len(self))
+        for at, disturbance in self._disturbances.items():
+            vector[at] = disturbance.default
+        for at, breakdown in self._breakdowns.items():
+            vector[at] = breakdown.find_share(self.scenario, view)
+        robot = 0
+        for group in self._groups:
+            places, amounts = _find_places(view, self.scenario, group, robot)
+            robot += len(places) if group.section == "robots" else 0
+            x0, y0, x1, y1 = group.box
+            for number, (x, y, heading) in enumerate(places[: group.most]):
+                at = group.first + number * group.width
+                vector[at] = np.clip((x - x0) / max(x1 - x0, 1e-9), 0.0, 1.0)
+                vector[at + 1] = np.clip((y - y0) / max(y1 - y0, 1e-9), 0.0, 1.0)
+                if group.turned:
+                    vector[at + 2] = heading % tau / tau
+            if group.count >= 0:
+                vector[group.count] = (len(places) - group.least + 0.5) / (group.most - group.least + 1)
+            if group.amount >= 0 and amounts:
+                low, high = get_count_range(self.scenario.objects[group.index].amount)
+                vector[group.amount] = (np.mean(amounts) - low + 0.5) / (high - low + 1)
+        return np.clip(vector, 0.0, np.nextafter(1.0, 0.0))
+
+    def _add(self, name: str) -> int:
+        self._names.append(name)
+        return len(self._names) - 1
+
+    def _list_groups(self, vary: Collection[str]) -> Iterator[PlacedGroup]:
+        scenario = self.scenario
+        sections: dict[Section, tuple[Placement, ...]] = {
+            "obstacles": scenario.obstacles,
+            "objects": scenario.objects,
+            "robots": scenario.robots,
+        }
+        for section, things in sections.items():
+            for index, thing in enumerate(things):
+                if _is_placed_at_random(thing):
+                    yield self._make_group(section, index, thing, vary)
+
+    def _make_group(
+        self, section: Section, index: int, thing: Placement, vary: Collection[str]
+    ) -> PlacedGroup:
+        scenario, key = self.scenario, f"{section}[{index}]"
+        if isinstance(thing, RobotGroup):
+            radius, key = scenario.types[thing.type].radius, f"{key} ({thing.type})"
+        else:
+            radius = (thing.radius if isinstance(thing, ObjectClass | Obstacle) else None) or 0.0
+            key = f"{key} ({thing.name})" if isinstance(thing, ObjectClass) else key
+        least, most = get_count_range(thing.count) if isinstance(thing.count, int | tuple) else (1, 1)
+        turned = isinstance(thing, RobotGroup)
+        reach = radius + thing.apart
+        x0, y0, x1, y1 = get_region_box(scenario, thing.within)
+        region = scenario.regions.get(thing.within or "")
+        first = len(self._names)
+        for number in range(most):
+            self._names += [f"{key}.at[{number}].{axis}" for axis in ("x", "y", "heading")[: 2 + turned]]
+        amount = thing.amount if isinstance(thing, ObjectClass) else 0
+        return PlacedGroup(
+            section,
+            index,
+            least,
+            most,
+            radius,
+            thing.apart,
+            (
+                max(x0, reach),
+                max(y0, reach),
+                min(x1, scenario.size[0] - reach),
+                min(y1, scenario.size[1] - reach),
+            ),
+            None if region is None else region.radius,
+            turned,
+            first,
+            self._add(f"{key}.count") if most > least and SIZES in vary else -1,
+            self._add(f"{key}.amount") if isinstance(amount, tuple) and SIZES in vary else -1,
+        )
+
+    def _place(self, group: PlacedGroup, vector: Column, free: FreePlaces) -> Placement:
+        """Return the group of things at the places that a vector says."""
+        sections: dict[Section, tuple[Placement, ...]] = {
+            "obstacles": self.scenario.obstacles,
+            "objects": self.scenario.objects,
+            "robots": self.scenario.robots,
+        }
+        thing = sections[group.section][group.index]
+        count = group.most if group.count < 0 else _choose(vector[group.count], group.least, group.most)
+        changed: dict[str, object] = {}
+        if group.amount >= 0:
+            changed["amount"] = _choose(
+                vector[group.amount], *get_count_range(self.scenario.objects[group.index].amount)
+            )
+        x0, y0, x1, y1 = group.box
+        places = []
+        for number in range(count):
+            at = group.first + number * group.width
+            wanted = x0 + float(vector[at]) * (x1 - x0), y0 + float(vector[at + 1]) * (y1 - y0)
+            x, y = free.take(wanted, group.radius, group.apart, group.box, group.circle, key=group.key)
+            turned = (degrees(float(vector[at + 2]) * tau) % 360.0,) if group.turned else ()
+            places.append((x, y, *turned))
+        if not places:
+            return replace(thing, count=0, **changed)
+        return replace(thing, count=UNSET, at=tuple(places), within=None, **changed)
+
+
+def _choose(share: float, least: int, most: int) -> int:
+    """Return the whole number from `least` to `most` at a share of the way, from 0 to 1."""
+    return min(most, least + int(share * (most - least + 1)))
+
+
+def _is_placed_at_random(thing: Placement) -> bool:
+    """Return whether the places of things are drawn, once, independently of others, and can be given instead."""
+    if isinstance(thing.at, tuple) or thing.near is not None or thing.count == 0:
+        return False
+    if isinstance(thing, Obstacle):
+        return thing.radius is not None
+    if isinstance(thing, ObjectClass):
+        respawns = thing.pull is not None and thing.pull.respawn
+        return thing.presence is None and not respawns and thing.walk is None and thing.name != MOUSE
+    return True
+
+
+def _find_places(
+    view: WorldView, scenario: Scenario, group: PlacedGroup, robot: int
+) -> tuple[list[tuple[float, float, float]], list[int]]:
+    """Return the places (x, y, heading) and the amounts of a group's things in a world."""
+    if group.section == "robots":
+        rows = range(robot, robot + group.most)
+        robots = view.robots
+        return [
+            (float(robots.x[each]), float(robots.y[each]), float(robots.heading[each])) for each in rows
+        ], []
+    if group.section == "objects":
+        objects = view.objects
+        kind = view.names.classes.index(scenario.objects[group.index].name)
+        rows_of = np.flatnonzero(objects.kind == kind).tolist()
+        places = [(float(objects.x[each]), float(objects.y[each]), 0.0) for each in rows_of]
+        return places, [int(objects.at_first[each]) for each in rows_of]
+    discs = view.discs
+    alike = np.flatnonzero(np.isclose(discs.radius, group.radius)).tolist()
+    return [(float(discs.x[each]), float(discs.y[each]), 0.0) for each in alike], []

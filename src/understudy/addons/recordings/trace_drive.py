@@ -1,0 +1,158 @@
+"""Drives as traces: what a simulated robot sensed and did, to be explained like a recording of a person's drive."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.errors import FileError, SettingError
+from understudy.judging.episodes.trace_episodes import read_trace_episodes
+from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
+from understudy.judging.run_trace import ReadingInfo, TraceColumns, write_trace
+from understudy.model.features import ReadingKey
+from understudy.records.header import RunInfo
+from understudy.records.message_types import format_reading_label
+from understudy.runtime.body import Channel, Reading
+from understudy.sim.scenario.schema import Scenario
+
+
+class TraceDrive(NamedTuple):
+    """The drive of one robot of a trace, the header of the trace, and where the robot was at each tick [T, 2], m."""
+
+    drive: RecordedDrive
+    header: TraceHeader
+    places: NDArray[np.float64]
+
+
+def read_trace_drive(path: Path | str, *, robot: int = 0) -> TraceDrive:
+    """Read what one robot sensed and did in a traced run.
+
+    Parameters
+    ----------
+    path
+        The trace, as JSON lines or Parquet.
+    robot
+        Index of the robot, from 0.
+
+    Returns
+    -------
+    TraceDrive
+        The drive, with one episode for each piece in which the robot had commands, the header of the trace, and
+        the robot's places.
+
+    Raises
+    ------
+    FileError
+        If the file is no trace, or one of an earlier version, which has no commands.
+    SettingError
+        If it has no such robot.
+    """
+    path = Path(path)
+    header, _ = read_trace(path)
+    episode = next((each for each in read_trace_episodes(path) if each.agent == f"robot {robot}"), None)
+    if episode is None:
+        remedy = f"count from 0 to {header.robots - 1}"
+        raise SettingError(where=str(path), setting="--agent", problem=f"is {robot}", remedy=remedy)
+    if not episode.commands or not episode.readings:
+        missing = "readings" if episode.commands else "commands"
+        remedy = "run it again with `understudy run --trace`, of this version"
+        raise FileError(path=path, place="", problem=f"the trace has no {missing}", remedy=remedy)
+    commands = np.column_stack(list(episode.commands.values()))
+    usable = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if not len(usable) or not np.ptp(commands[usable], axis=0).any():
+        problem, remedy = (
+            "its commands never change, so there is no motion to learn from",
+            "trace another run",
+        )
+        raise FileError(path=path, place="", problem=problem, remedy=remedy)
+    labels = {label: _parse_label(label) for label in episode.readings}
+    starts = [0, *(np.flatnonzero(np.diff(usable) > 1) + 1).tolist(), len(usable)]
+    lost = len(commands) - len(usable)
+    drive = RecordedDrive(
+        times=episode.times[usable],
+        values={key: episode.readings[label][usable] for label, key in labels.items()},
+        commands=commands[usable],
+        channels=tuple(Channel(name, unit=unit) for name, unit in header.commands.items()),
+        readings=tuple(
+            {
+                name: Reading(name, episode.kinds[label], header.readings[label].unit, target is not None)
+                for label, (name, target) in labels.items()
+            }.values()
+        ),
+        targets=tuple(dict.fromkeys(target for _, target in labels.values() if target is not None)),
+        tick_s=episode.tick_s,
+        episodes=tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts)),
+        omissions=(f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else (),
+    )
+    return TraceDrive(drive, header, np.column_stack([episode.pose["x"], episode.pose["y"]])[usable])
+
+
+def write_trace_drive(
+    path: Path | str,
+    drive: RecordedDrive,
+    episode: DriveEpisode,
+    poses: NDArray[np.float64],
+    *,
+    robot: int,
+    robots: int,
+    ran: RunInfo,
+    scenario: Scenario,
+) -> None:
+    """Write an episode of a person's drive as a trace, which `read_trace_drive` reads.
+
+    Parameters
+    ----------
+    path
+        The file, which is replaced; its name ends in .jsonl or .parquet.
+    drive
+        The drive.
+    episode
+        The episode.
+    poses
+        The x and y (m) and the heading (rad) of the robot after each tick of the drive, shape [T, 3].
+    robot
+        Index of the robot, from 0.
+    robots
+        The number of robots in its world.
+    ran
+        The world and the kit of the drive.
+    scenario
+        The scenario of the world.
+    """
+    kinds = {each.name: each for each in drive.readings}
+    labels = {key: format_reading_label(key) for key in drive.values}
+    columns = TraceColumns(
+        readings={
+            label: ReadingInfo(str(kinds[name].kind), kinds[name].unit) for (name, _), label in labels.items()
+        },
+        commands={channel.name: channel.unit for channel in drive.channels},
+    )
+    with write_trace(
+        path,
+        scenario=scenario.name,
+        seed=ran.seed,
+        tick_s=drive.tick_s,
+        robots=robots,
+        run=trace_entry(ran, scenario),
+        columns=columns,
+    ) as trace:
+        channels = [channel.name for channel in drive.channels]
+        for tick in range(episode.first, episode.end):
+            trace.add_robot(
+                float(drive.times[tick]),
+                robot,
+                poses[tick].tolist(),
+                readings={label: float(drive.values[key][tick]) for key, label in labels.items()},
+                commands=dict(zip(channels, drive.commands[tick].tolist(), strict=True)),
+            )
+
+
+def _parse_label(label: str) -> ReadingKey:
+    """Return the name and the target of a reading from its label, such as "range(ball)"."""
+    name, opened, target = label.partition("(")
+    return (name, target.removesuffix(")")) if opened else (label, None)

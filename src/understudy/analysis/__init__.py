@@ -1,1 +1,0 @@
-"""Analysis: explanations of recorded runs, and tests that lessons still give the automata they should."""

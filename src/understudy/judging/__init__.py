@@ -1,0 +1,1 @@
+"""Rollouts of behaviors, measurements and comparisons of their runs, explanations, and properties."""

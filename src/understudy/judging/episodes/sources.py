@@ -1,0 +1,111 @@
+"""The files that data are read from: journals, recordings and traces have episodes, lessons and journals examples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from understudy.errors import FileError
+from understudy.judging.episodes.episode import Episode
+from understudy.model.lesson import Lesson
+from understudy.storage.atomic_write import convert_os_errors
+from understudy.storage.parquet import LINES, PARQUET
+
+RECORDING = ".mcap"
+TRACES = (LINES, PARQUET)
+DOCUMENT, TABLE = ".json", ".csv"
+LESSON_REMEDY = "name a library's document (.json), a table of examples (.csv), or a session's journal"
+REMEDY = "name a session's journal, a recording (.mcap), or a trace (.jsonl or .parquet) that `understudy run` wrote"
+
+
+def read_episodes(path: Path | str) -> list[Episode]:
+    """Read the episodes of a journal, a recording or a trace, whichever the file is.
+
+    Parameters
+    ----------
+    path
+        Journal of a session, recording of a run, of sessions or of a team (.mcap), or trace (.jsonl or .parquet).
+
+    Returns
+    -------
+    list of Episode
+        One of each agent and run, in the order of the file. A journal gives one from each restart or move of the robot
+        to the next.
+
+    Raises
+    ------
+    FileError
+        If the file is none of them, is damaged, or has no tick.
+    ExtraMissing
+        If it is a recording and the extra `ros2` is not installed.
+    """
+    path = Path(path)
+    if path.suffix.lower() == RECORDING:
+        from understudy.judging.episodes.recording_episodes import read_recording_episodes
+
+        return read_recording_episodes(path)
+    if path.suffix.lower() in TRACES:
+        from understudy.judging.episodes.trace_episodes import read_trace_episodes
+
+        return read_trace_episodes(path)
+    if is_journal(path):
+        from understudy.judging.episodes.journal_episodes import read_journal_episodes
+
+        return read_journal_episodes(path)
+    problem = "it is neither a journal nor a recording nor a trace"
+    raise FileError(path=path, place="", problem=problem, remedy=REMEDY)
+
+
+def read_lesson(path: Path | str) -> Lesson:
+    """Read the lesson of an automaton's document (.json), of a table of examples (.csv), or of a journal.
+
+    Of a journal, it is the lesson at the end of the session. Its features are as the file has them.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Lesson
+        The lesson.
+
+    Raises
+    ------
+    FileError
+        If the file is none of them, is damaged, or has no lesson.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == TABLE:
+        from understudy.learning.csv_table import read_lesson_table
+
+        return read_lesson_table(path)
+    if suffix == DOCUMENT:
+        from understudy.storage.library_folder import open_document
+
+        lesson = open_document(path, None, lambda _: {}).taught.lesson
+        if lesson is None:
+            problem, remedy = (
+                "it has trees and no lesson",
+                "name the document of an automaton with its lesson",
+            )
+            raise FileError(path=path, place="", problem=problem, remedy=remedy)
+        return lesson
+    if suffix not in (RECORDING, *TRACES) and is_journal(path):
+        from understudy.training.journal_replay import ReplayedSession
+
+        return ReplayedSession.from_journal(path, None).history.lesson
+    raise FileError(path=path, place="", problem="it has no lesson", remedy=LESSON_REMEDY)
+
+
+def is_journal(path: Path | str) -> bool:
+    """Return whether a file begins as journals do; FileError if it cannot be read or is empty."""
+    from understudy.training.journal import MAGIC
+
+    path = Path(path)
+    with convert_os_errors(path, "reading it", remedy=REMEDY), path.open("rb") as file:
+        first = file.read(len(MAGIC))
+    if not first:
+        raise FileError(path=path, place="", problem="it is empty", remedy=REMEDY)
+    return first == MAGIC

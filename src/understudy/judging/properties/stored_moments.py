@@ -1,0 +1,139 @@
+"""Properties from stored moments: the world is restored to a moment of a session, and the automaton runs from there."""
+
+from __future__ import annotations
+
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from understudy.errors import SessionError, UnderstudyError
+from understudy.judging.behavior_run import BehaviorRun, RunReading
+from understudy.judging.named_reading import find_reading
+from understudy.judging.properties.monitor import monitor_property
+from understudy.judging.properties.run_property import PropertyResult
+from understudy.model.binding import Binding
+from understudy.model.library import Library
+from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
+from understudy.runtime.body import is_rewindable
+from understudy.runtime.interpreter import Interpreter
+from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.run_loop import Run
+from understudy.runtime.team.coordinator_body import CoordinatorBody
+from understudy.sim.scenario.files import format_scenario, parse_scenario
+from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries, make_coordinator_body
+from understudy.sim.world import World
+from understudy.training.session import Session
+
+
+def make_moment_property(session: Session, *, flag: str, within_s: float) -> Property:
+    """Make the property that a session's automaton, started from this moment, raises a flag within a time (s).
+
+    SessionError is raised if no state raises the flag, or the body is not a single simulated world.
+    """
+    automaton, body = session.automaton, session.body
+    if flag not in {state.flag for state in automaton.states}:
+        flags = [state.flag for state in automaton.states if state.flag is not None]
+        raise SessionError(
+            f"{automaton.name!r} never raises {flag!r}; its flags are {', '.join(flags) or 'none'}"
+        )
+    ground = body.ground if isinstance(body, CoordinatorBody) else body
+    if not isinstance(ground, World) or not is_rewindable(body) or ground.worlds != 1:
+        raise SessionError("a property needs a single simulated world, which can be restored to this moment")
+    scenario = ground.scenario
+    start = StoredMoment(
+        scenario.name,
+        format_scenario(scenario),
+        body.snapshot(),
+        session.agent,
+        body.squads.squad.name if isinstance(body, CoordinatorBody) else "",
+    )
+    targets = Binding(dict(session.view().targets))
+    what = f"{flag}{RAISED}"
+    return Property(kind=PropertyKind.ALWAYS, what=what, seconds=within_s, start=start, targets=targets)
+
+
+def add_moment_property(session: Session, *, flag: str, within_s: float) -> Property:
+    """Add a property that starts at the present moment to a session's lesson; see `make_moment_property`.
+
+    It is a step of the session that can be undone.
+    """
+    made = make_moment_property(session, flag=flag, within_s=within_s)
+    session.change_design(properties=(*session.lesson.properties, made))
+    return made
+
+
+def run_moment_property(
+    subject: Property, name: str, library: Library, libraries: Libraries = MappingProxyType({})
+) -> PropertyResult:
+    """Test a property of the automaton `name`: restore the world and run the automaton while other agents idle.
+
+    If the automaton is a coordinator's, `libraries` has the libraries of its members, by sort of agent.
+    """
+    if not isinstance(subject.start, StoredMoment):
+        raise TypeError("a property of seeded worlds has no stored moment")
+    try:
+        run = MomentRun(subject, subject.start, name, library, libraries)
+        outcomes = monitor_property(subject, run, run.flags)
+    except UnderstudyError as error:
+        return PropertyResult.from_problem(subject, str(error))
+    except KeyError as error:
+        return PropertyResult.from_problem(subject, f"its world has agents of the unknown sort {error}")
+    return PropertyResult(subject, (), outcomes)
+
+
+class MomentRun(BehaviorRun):
+    """A behavior that one agent runs from a stored moment, while all other agents idle.
+
+    Parameters
+    ----------
+    subject
+        The property, which binds the behavior's parameters.
+    start
+        The moment.
+    name
+        Name of the behavior.
+    library
+        The library that has it.
+    libraries
+        For a coordinator, the library of each sort of agents.
+    """
+
+    def __init__(
+        self, subject: Property, start: StoredMoment, name: str, library: Library, libraries: Libraries
+    ) -> None:
+        body = _make_body(start, {**libraries, start.sort: library})
+        body.restore(start.snapshot)
+        super().__init__(body, 1)
+        if not 0 <= start.agent < body.agents:
+            raise SessionError(f"there is no agent {start.agent} in its world: they are counted from 0")
+        self._doer = Interpreter(link(library, name, subject.targets), now=body.time_s)
+        agents = [Interpreter(IDLE_PROGRAM, now=body.time_s) for _ in range(body.agents)]
+        agents[start.agent] = self._doer
+        self._run, self._library, self._targets = Run(body, agents), library, subject.targets
+        self._chosen = np.arange(body.agents) == start.agent
+        self.flags = frozenset(library.automaton(name).flags)
+
+    def _tick(self) -> None:
+        self._run.tick()
+
+    def find_raised_agents(self, flag: str) -> NDArray[np.bool_]:
+        """Return whether the agent has raised a flag [1, 1]."""
+        return np.array([[self._doer.root.flag == flag]])
+
+    def find_reading(self, text: str) -> RunReading:
+        """Find a reading of the agent by its name."""
+        found = find_reading(text, self._library, self.body, binding=self._targets, where="the body")
+        return RunReading(found, lambda: self.body.sense(found.keys), 1, self._chosen)
+
+
+def _make_body(start: StoredMoment, libraries: Libraries) -> World | CoordinatorBody:
+    scenario = _parse_scenario(start.scenario)
+    return make_coordinator_body(scenario, start.sort, libraries) if start.sort else World(scenario)
+
+
+@cache
+def _parse_scenario(text: str) -> Scenario:
+    return parse_scenario(text)
