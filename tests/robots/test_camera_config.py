@@ -66,7 +66,7 @@ def test_not_by_lines(content: str) -> None:
 
 
 def test_no_toml() -> None:
-    with pytest.raises(FileError, match=r"robot\.toml: is not TOML"):
+    with pytest.raises(FileError, match=r"robot\.toml at line 1, column 8: is not TOML"):
         insert_color("[camera", "ball", BALL)
 
 

@@ -53,7 +53,18 @@ class WorldWrapper(BodyWrapper[World], ABC):
         return self.world.finished_s
 
     def view(self, world: int = 0) -> WorldView:
-        """Copy one world's current state into a plain value, for drawing."""
+        """Copy one world's current state into a plain value, for drawing.
+
+        Parameters
+        ----------
+        world
+            The index of the world, from 0.
+
+        Returns
+        -------
+        WorldView
+            Places and properties of robots, objects and obstacles, in m and rad.
+        """
         return self.world.view(world)
 
     @abstractmethod
@@ -65,7 +76,13 @@ class WorldWrapper(BodyWrapper[World], ABC):
         """Return the body's own state."""
 
     def snapshot(self) -> bytes:
-        """Return the complete state of all worlds, for `restore`."""
+        """Save the complete state of all worlds, and of this body.
+
+        Returns
+        -------
+        bytes
+            Data for `restore`, of this body or one of the same scenario and number of worlds.
+        """
         own = encode_snapshot(self.snapshot_name, self._settings(), self._arrays())
         return len(own).to_bytes(HEAD, "little") + own + self.world.snapshot()
 

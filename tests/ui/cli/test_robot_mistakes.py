@@ -48,7 +48,7 @@ FILES = {
     "soccer": ROVER.replace("arena", "soccer").replace("100", "101"),
 }
 MISTAKES = [  # arguments, what the error says
-    (["run", "--robot", "torn.toml"], "torn.toml: is not TOML"),
+    (["run", "--robot", "torn.toml"], "torn.toml at line 1, column 6: is not TOML"),
     (["run", "--robot", "missing.toml"], "missing.toml: there is no such file"),
     (["run", "--robot", "."], "cannot be read"),
     (["run", "--robot", "nowhere.toml"], "rover: world is missing: it defines the features and behaviors"),

@@ -79,7 +79,7 @@ MISTAKES = [
     ({"name": "goto", "to": "c99", "bind": "A=moon"}, "", "moon"),
     ({"name": "forage", "to": "json", "single": "1"}, "", "single precision is not offered"),
     ({"name": "forage", "to": "ros2"}, "", "robot's file is missing"),
-    ({"name": "forage", "to": "ros2"}, "name = ", "the robot's file: is not TOML"),
+    ({"name": "forage", "to": "ros2"}, "name = ", "the robot's file at line 1, column 8: is not TOML"),
     (
         {"name": "forage", "to": "ros2"},
         FORAGER.replace('"forage"', '"../secret.toml"'),

@@ -116,11 +116,33 @@ class ScenarioParallelEnv(ScenarioEnvironment, ParallelEnv[str, Floats32, Any]):
         self._generator = np_random(None)[0]
 
     def observation_space(self, agent: str) -> Space[Any]:
-        """Return the observation space of an agent, the same object each time."""
+        """Return the observation space of an agent, the same object each time.
+
+        Parameters
+        ----------
+        agent
+            Name of the agent, one of `possible_agents`.
+
+        Returns
+        -------
+        Space
+            The space of its observations.
+        """
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Space[Any]:
-        """Return the action space of an agent, the same object each time."""
+        """Return the action space of an agent, the same object each time.
+
+        Parameters
+        ----------
+        agent
+            Name of the agent, one of `possible_agents`.
+
+        Returns
+        -------
+        Space
+            The space of its actions.
+        """
         return self.action_spaces[agent]
 
     def reset(

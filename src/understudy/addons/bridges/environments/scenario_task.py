@@ -116,7 +116,13 @@ class ScenarioEnvironment(ABC):
         )
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the world [height, width, 3]; None without a render mode."""
+        """Draw the world.
+
+        Returns
+        -------
+        NDArray or None
+            Red, green and blue of each pixel, 0 to 255 [height, width, 3]; None without a render mode.
+        """
         return None if self.render_mode is None else draw_world_picture(self.task.world.view())
 
 

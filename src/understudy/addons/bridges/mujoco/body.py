@@ -73,18 +73,52 @@ class MujocoBody(WorldWrapper):
         return self.world.failed
 
     def freeze(self, agent: int) -> None:
-        """Make a robot fail: from now on all its readings are absent (NaN), and it does not move."""
+        """Make a robot fail: from now on all its readings are absent (NaN), and it does not move.
+
+        Parameters
+        ----------
+        agent
+            Index of the robot, from 0 to B*N - 1.
+        """
         self.world.freeze(agent)
 
     def place(self, agent: int, x: float, y: float, heading: float) -> None:
-        """Move a robot to a free place (x, y in m, heading in rad), at rest; SettingError if the place is not free."""
+        """Move a robot to a free place, where it rests.
+
+        Parameters
+        ----------
+        agent
+            Index of the robot, from 0 to B*N - 1.
+        x, y
+            Coordinates of its center, m.
+        heading
+            The direction that it faces, rad from the x axis to the left.
+
+        Raises
+        ------
+        SettingError
+            If the place is not free.
+        """
         self.world.place(agent, x, y, heading)
         self.arenas[agent // self.robots].place(agent % self.robots, x, y, heading)
         self._asked[agent] = 0.0
         self._senses.clear()
 
     def follow_pose(self, agent: int, pose: BodyPose) -> tuple[float, float]:
-        """Set a robot to a pose and speeds simulated elsewhere; return the commands that keep these speeds."""
+        """Set a robot to a pose and speeds that were simulated elsewhere.
+
+        Parameters
+        ----------
+        agent
+            Index of the robot, from 0 to B*N - 1.
+        pose
+            Its place (m), heading (rad) and speeds (m/s and rad/s).
+
+        Returns
+        -------
+        tuple of float
+            The commands of the channels `drive` and `turn`, each from -1 to 1, that keep these speeds.
+        """
         self.arenas[agent // self.robots].set_pose(agent % self.robots, pose)
         robot = self.world.state.robots[agent]
         robot["x"], robot["y"], robot["heading"] = pose.x, pose.y, pose.heading
@@ -96,6 +130,11 @@ class MujocoBody(WorldWrapper):
 
         From then on no object appears or vanishes by itself. A list of another length than the number of slots is
         ignored.
+
+        Parameters
+        ----------
+        things
+            A tuple (x, y, present) for each slot.
         """
         objects = self.world.state.objects[0]
         objects["due"] = objects["captured"] = -1
@@ -107,7 +146,13 @@ class MujocoBody(WorldWrapper):
         self._senses.clear()
 
     def reset(self, seeds: Sequence[int]) -> None:
-        """Restart all worlds at time 0, laid out by new seeds, one per world."""
+        """Restart all worlds at time 0, laid out by new seeds.
+
+        Parameters
+        ----------
+        seeds
+            One whole number from 0 to 2**63 - 1 per world; as many as before. SettingError otherwise.
+        """
         self.world.reset(seeds)
         self._begin()
 
@@ -117,7 +162,18 @@ class MujocoBody(WorldWrapper):
         self._senses.begin(self.arenas)
 
     def image(self, agent: int) -> Image | None:
-        """Render the image of a robot's camera [H, W, 3]; None if it has no camera."""
+        """Render the image of a robot's camera.
+
+        Parameters
+        ----------
+        agent
+            Index of the robot, from 0 to B*N - 1. SettingError if there is none.
+
+        Returns
+        -------
+        Image or None
+            Red, green and blue of each pixel, 0 to 255 [H, W, 3]; None if the robot has no camera.
+        """
         if not 0 <= agent < self.agents:
             where, remedy = f"world {self.scenario.name!r}", f"give one from 0 to {self.agents - 1}"
             raise SettingError(where=where, setting="agent", problem=f"is {agent}", remedy=remedy)
@@ -208,7 +264,13 @@ class MujocoBody(WorldWrapper):
         return shares
 
     def restore(self, snapshot: bytes) -> None:
-        """Set the state to that of a snapshot, bit for bit; FileError if it was taken of other worlds."""
+        """Set the state of all worlds, bit for bit, to that of a snapshot.
+
+        Parameters
+        ----------
+        snapshot
+            The result of `snapshot`. FileError if it was taken in a world of another scenario or number of worlds.
+        """
         seeds = self.seeds
         own = self._restore_worlds(snapshot)
         if self.seeds != seeds:

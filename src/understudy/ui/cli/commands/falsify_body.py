@@ -26,7 +26,7 @@ from understudy.ui.cli.commands.falsify_output import (
 )
 from understudy.ui.cli.falsify_options import FalsifyBodyOptions
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
-from understudy.ui.cli.recordings import describe_body_run, record_ticks
+from understudy.ui.cli.recorded_runs import describe_body_run, record_ticks
 
 if TYPE_CHECKING:
     from understudy.addons.bridges.environments.body_maker import BodyMaker

@@ -36,7 +36,7 @@ from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
 from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
 from understudy.ui.cli.options import WORLD, parse_names, parse_targets
 from understudy.ui.cli.output import format_count, make_console, make_table
-from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
+from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -24,7 +24,7 @@ from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
 from understudy.ui.cli.lesson_options import LearnRecordingOptions
 from understudy.ui.cli.named_inputs import open_behavior_library
 from understudy.ui.cli.options import parse_names, parse_targets
-from understudy.ui.cli.recordings import choose_recording_kit, read_recorded_scenario
+from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_scenario
 
 if TYPE_CHECKING:
     from understudy.model.lesson import Lesson

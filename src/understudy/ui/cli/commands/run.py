@@ -31,7 +31,7 @@ from understudy.ui.cli.commands.run_body import run_on_body
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recordings import PICTURES, is_recording, make_run_info, record_team_ticks
+from understudy.ui.cli.recorded_runs import PICTURES, is_recording, make_run_info, record_team_ticks
 from understudy.ui.cli.run_options import SimulatedRunOptions
 from understudy.ui.terminal.world_view import describe_followed_robot, fit_arena, render_world
 from understudy.viz.path_png import draw_path_png

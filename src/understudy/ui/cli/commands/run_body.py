@@ -24,7 +24,7 @@ from understudy.storage.atomic_write import convert_os_errors
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recordings import PICTURES, describe_body_run, is_recording, record_ticks
+from understudy.ui.cli.recorded_runs import PICTURES, describe_body_run, is_recording, record_ticks
 from understudy.ui.terminal.body_readings import render_body_readings
 from understudy.viz.picture_files import write_picture_gif, write_picture_png
 

@@ -28,7 +28,7 @@ from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import choose_behavior
 from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import format_count, make_console
-from understudy.ui.cli.recordings import (
+from understudy.ui.cli.recorded_runs import (
     choose_recording_kit,
     load_current_libraries,
     load_recorded_libraries,

@@ -25,7 +25,7 @@ from understudy.sim.team.libraries import Libraries
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.output import make_console, make_table
-from understudy.ui.cli.recordings import make_run_info
+from understudy.ui.cli.recorded_runs import make_run_info
 from understudy.ui.cli.robot_connection import connect_twin, split_robots_file
 from understudy.ui.cli.run_options import RobotRunOptions
 

@@ -26,7 +26,7 @@ from understudy.ui.cli.commands.why_team import explain_agents, print_decision, 
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import find_kit
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recordings import (
+from understudy.ui.cli.recorded_runs import (
     choose_recording_kit,
     is_recording,
     load_recorded_libraries,

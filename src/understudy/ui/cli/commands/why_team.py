@@ -21,7 +21,11 @@ from understudy.judging.explanation_text import (
 )
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console
-from understudy.ui.cli.recordings import choose_recording_kit, load_recorded_libraries, read_recorded_scenario
+from understudy.ui.cli.recorded_runs import (
+    choose_recording_kit,
+    load_recorded_libraries,
+    read_recorded_scenario,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
