@@ -89,8 +89,10 @@ class MujocoBody(WorldWrapper):
         ----------
         agent
             Index of the robot, from 0 to B*N - 1.
-        x, y
-            Coordinates of its center, m.
+        x
+            Coordinate of its center, m.
+        y
+            Coordinate of its center, m.
         heading
             The direction that it faces, rad from the x axis to the left.
 
