@@ -16,8 +16,8 @@ import sys
 from pathlib import Path
 
 from understudy.jit.cache import SETTING, SUFFIX
-from understudy.jit.processors import PROCESSOR_KINDS
 from understudy.jit.settings import ALL_PARTS, COMPILED, MODE, OWN_PARTS, PARTS
+from understudy.jit.stored import PROCESSOR_KINDS
 
 ANY_SCENARIO = "forage"
 
@@ -27,7 +27,7 @@ def main(folder: Path) -> None:
     kind = PROCESSOR_KINDS.get(platform.machine())
     if kind is None:
         sys.exit(
-            f"nothing is known of machines of the kind {platform.machine()!r}: see understudy/jit/processors.py"
+            f"nothing is known of machines of the kind {platform.machine()!r}: see understudy/jit/stored.py"
         )
     shutil.rmtree(folder, ignore_errors=True)
     chosen = {

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tests.make.episodes import KINDS, make_episode, without_commands
 
-from understudy.addons.bridges.datasets.column_statistics import summarize_columns
 from understudy.addons.bridges.datasets.demonstrations import gather_demonstrations
+from understudy.addons.bridges.datasets.lerobot import summarize_columns
 from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import DefinitionError, FileError
 from understudy.judging.episodes.episode import Episode, EpisodePress

@@ -16,7 +16,7 @@ import pytest
 from tests.processes import end_with_tests
 
 from understudy.jit import cache
-from understudy.jit.processors import PROCESSOR_KINDS, find_processor_kind
+from understudy.jit.stored import PROCESSOR_KINDS, find_processor_kind
 
 KEY = "0" * 64
 

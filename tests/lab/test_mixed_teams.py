@@ -6,7 +6,6 @@ import pytest
 
 from understudy.model.library import Library
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.evaluate import FAILS_TICK, measure_delivered, schedule_failures
 from understudy_lab.mixed_teams.practice import (
     CARRIER,
     kits,
@@ -19,6 +18,7 @@ from understudy_lab.mixed_teams.practice import (
     squads_library,
     teach,
 )
+from understudy_lab.mixed_teams.study import FAILS_TICK, measure_delivered, schedule_failures
 
 
 @pytest.mark.parametrize("name", [*practices(), *squad_practices()])

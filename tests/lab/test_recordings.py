@@ -8,10 +8,10 @@ from understudy.addons.recordings.segment import segment
 from understudy.model.features import Percept
 from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
+from understudy_lab.recordings import driven_foraging as forager
 from understudy_lab.recordings import driven_foraging as foraging
 from understudy_lab.recordings import driven_servoing as servoing
 from understudy_lab.recordings import driven_walls as walls
-from understudy_lab.recordings import foraging_driver as forager
 from understudy_lab.recordings import study
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
 from understudy_lab.recordings.driven_lesson import judge_labels

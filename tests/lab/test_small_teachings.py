@@ -27,10 +27,10 @@ from understudy_lab.coaching_benefit import tasks as coaching_tasks
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, teach
 from understudy_lab.counterexamples.lessons import teach_by_failures
 from understudy_lab.forage.teach import METHODS, make_practice
-from understudy_lab.hierarchy.servo_variants import topics as servo_topics
+from understudy_lab.hierarchy.teach import topics as servo_topics
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
 from understudy_lab.mixed_teams import practice as mixed_teams
-from understudy_lab.noisy_teachers import teach as noisy_teachers
+from understudy_lab.noisy_teachers import study as noisy_teachers
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.traits import MINUTES_S, draw_traits
 from understudy_lab.patrol import practice as patrol
@@ -48,9 +48,8 @@ from understudy_lab.tasks.soccer import kit as soccer_kit
 from understudy_lab.tasks.swarm_world import ROBOT, scenario
 from understudy_lab.teachers.live_teacher import LIVE, LiveTeacher
 from understudy_lab.teachers.teacher import LessonPlan, ScriptedTeacher, TeachingResult
-from understudy_lab.unlearning.correct import LEARNERS, compare_with_unlearning
 from understudy_lab.unlearning.datasets import draw_sparse_lesson
-from understudy_lab.unlearning.study import SETTINGS
+from understudy_lab.unlearning.study import LEARNERS, SETTINGS, compare_with_unlearning
 
 Parts = Mapping[str, Any]
 """What a teaching gave, by the name that it has in the published row."""

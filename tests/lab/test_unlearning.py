@@ -12,8 +12,7 @@ from understudy.learning.mislabels import CorrectionDiagnosis, diagnose_correcti
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
 from understudy_lab.study import StudyFindings
-from understudy_lab.unlearning import correct, study
-from understudy_lab.unlearning.correct import LEARNERS, compare_with_unlearning, teach_and_correct
+from understudy_lab.unlearning import study
 from understudy_lab.unlearning.datasets import (
     DATA_SETS,
     NOISES,
@@ -23,7 +22,14 @@ from understudy_lab.unlearning.datasets import (
     draw_sparse_lesson,
     lesson_of,
 )
-from understudy_lab.unlearning.study import SETTINGS, Condition, outcomes
+from understudy_lab.unlearning.study import (
+    LEARNERS,
+    SETTINGS,
+    Condition,
+    compare_with_unlearning,
+    outcomes,
+    teach_and_correct,
+)
 
 
 @pytest.mark.parametrize("name", DATA_SETS)
@@ -123,7 +129,7 @@ def test_what_is_judged_is_a_correction(monkeypatch: pytest.MonkeyPatch) -> None
         judged.append(correction)
         return diagnose_correction(lesson, correction)
 
-    monkeypatch.setattr(correct, "diagnose_correction", diagnose_and_note)
+    monkeypatch.setattr(study, "diagnose_correction", diagnose_and_note)
     teach_and_correct(MISLED, LEARNERS["trees"], unlearn=True)
     assert [(each.number, each.correction) for each in judged] == [(13, True), (14, True)]
 

@@ -15,7 +15,7 @@ from tests.robots.skill_rigs import DEFINITIONS, NAVIGATE, OUTCOMES, write_skill
 
 from understudy.addons.robots.ros.interfaces import CANCEL, Interfaces
 from understudy.addons.robots.ros.transport import Answered, WireType
-from understudy.addons.robots.skills.cancellation import CANCEL_S, CANCELS
+from understudy.addons.robots.skills.action_client import CANCEL_S, CANCELS
 
 INTERFACES = Interfaces(DEFINITIONS)
 TYPES, CANCEL_TYPES = INTERFACES.find_action(NAVIGATE), INTERFACES.find_service(CANCEL)

@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 from understudy import learn_automaton, make_candidates, segment
 from understudy.addons.recordings.alternation import MISTIMED, allow_mistimed, find_answered_states
-from understudy.addons.recordings.lesson_from_drive import to_lesson
-from understudy.addons.recordings.lesson_parameters import parametrize_lesson
+from understudy.addons.recordings.lesson_from_drive import parametrize_lesson, to_lesson
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.binding import Binding
 from understudy.ui.cli.main import make_command_line

@@ -2,12 +2,14 @@
 
 import logging
 import pickle
+import platform
 import sys
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager
 from hashlib import sha256
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import llvmlite
 import numba
@@ -18,8 +20,50 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 
 from understudy.jit.cache import lock_kernel, read_kernel, write_kernel
-from understudy.jit.processors import find_processor_kind
 from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
+
+
+class ProcessorKind(NamedTuple):
+    """A kind of processors: its name in LLVM, and the features that a processor must have to run code for it."""
+
+    name: str
+    features: tuple[str, ...]
+
+
+_AVX2 = ProcessorKind(
+    "x86-64-v3",
+    (
+        "avx",
+        "avx2",
+        "bmi",
+        "bmi2",
+        "cx16",
+        "f16c",
+        "fma",
+        "lzcnt",
+        "movbe",
+        "popcnt",
+        "sahf",
+        "sse4.2",
+        "ssse3",
+    ),
+)
+PROCESSOR_KINDS: Mapping[str, ProcessorKind] = MappingProxyType(
+    {
+        "x86_64": _AVX2,
+        "AMD64": _AVX2,
+        "aarch64": ProcessorKind("generic", ()),
+        "arm64": ProcessorKind("apple-m1" if platform.system() == "Darwin" else "generic", ()),
+    }
+)
+"""The kind for which kernels are shipped, by the name of the machine."""
+
+
+def find_processor_kind(features: Set[str], machine: str = "") -> ProcessorKind | None:
+    """Return the kind of processors whose code a processor with these features can run; None if there is none."""
+    kind = PROCESSOR_KINDS.get(machine or platform.machine())
+    return kind if kind is not None and features >= set(kind.features) else None
+
 
 OPTIMIZED = 3
 """The optimization level of kernels, unless NUMBA_OPT names another."""

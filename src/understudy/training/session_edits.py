@@ -12,9 +12,10 @@ from understudy.learning.lesson_change import LessonStep
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.change_summary import ChangeSummary
+from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import is_rewindable
+from understudy.runtime.body import Body, is_rewindable
 from understudy.runtime.program import link
 from understudy.runtime.run_loop import Run
 from understudy.training.edits import (
@@ -29,9 +30,25 @@ from understudy.training.edits import (
 )
 from understudy.training.journal_replay import HistoryStep
 from understudy.training.lesson_design import check_parameter_targets
-from understudy.training.lesson_log import TraineeState
-from understudy.training.session_display import SessionDisplay
+from understudy.training.lesson_log import LessonLog, TraineeState
 from understudy.training.trainee import Mode, Press, TickResult, Trainee, choose_teaching_mode
+
+
+class SessionDisplay:
+    """The part of a session that represents it."""
+
+    body: Body
+    trainee: Trainee
+    _log: LessonLog
+
+    def __repr__(self) -> str:
+        lesson, taught = self._log.lesson, self.trainee.taught
+        examples = format_number_of(len(lesson.examples), "example")
+        facts = [f"{self.trainee.mode} mode", f"in state {taught.state_name}", examples]
+        return format_repr(self, f"of {lesson.name!r}", *facts, f"at {self.body.time_s:.1f} s")
+
+    def _repr_html_(self) -> str:
+        return call_markup("html_cards:write_session_html", self)
 
 
 class EditableSession(SessionDisplay, ABC):

@@ -6,21 +6,27 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from understudy.errors import SettingError, UnderstudyError
+from understudy.learning.tree_growth import compile_tree_kernels as prepare_learner
+from understudy.sim.catalog import compile_world_kernels as prepare_world
 from understudy.ui.cli.options import Json
+from understudy.ui.cli.output import make_console
 from understudy_lab.study import QUESTIONS, StudyPlan, list_questions
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from understudy.sim.scenario.schema import Scenario
     from understudy_lab.parts import Part
     from understudy_lab.results import StudyResult
     from understudy_lab.row_cache import RowCache
     from understudy_lab.study import Study
+
 
 RESULTS = Path("results")
 SHOWN = 12
@@ -188,7 +194,7 @@ def _prepare(study: Study, *, quiet: bool) -> None:
     from understudy.jit.settings import compile_on_first_call
     from understudy.sim.catalog import find_scenario
     from understudy.ui.cli.output import make_console
-    from understudy_lab.commands.kernel_compilation import compile_once
+    from understudy_lab.commands.experiment import compile_once
     from understudy_lab.runner import find_missing_modules
 
     for module, install in find_missing_modules(study).items():
@@ -326,3 +332,20 @@ def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Pat
     for each_unknown in unknown:
         out.print(f"[dim]{escape(each_unknown)}[/]")
     out.print(f"[dim]Kept in {folder}: result.json, figure.svg, rows.jsonl[/]\n")
+
+
+SLOW_S = 2.0
+
+
+def compile_once(*, learner: bool = False, world: Scenario | None = None, quiet: bool = False) -> None:
+    """Compile the kernels that a measurement needs, and say so on stderr if it takes longer than 2 s."""
+    out = make_console(err=True)
+    out.quiet = quiet
+    began = perf_counter()
+    with out.status("Compiling once; the next run starts at once …"):
+        if learner:
+            prepare_learner()
+        if world is not None:
+            prepare_world(world)
+    if perf_counter() - began > SLOW_S:
+        out.print(f"[dim]Compiled in {perf_counter() - began:.0f} s; the next run starts at once.[/]")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,20 +18,100 @@ from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body
+from understudy.runtime.engine.engine import Engine
 from understudy.runtime.program import link
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings
 from understudy.training.session import Session
+from understudy.training.trainee import SessionView
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy.forage_variants import LAYERS, OPTIONS
 from understudy_lab.hierarchy.learning_curves import LearningCurve
-from understudy_lab.hierarchy.servo_variants import NAME, success, topics
 from understudy_lab.lesson_stats import lessons_of
 from understudy_lab.tasks.forage_expert import evaluate_expert
-from understudy_lab.tasks.servo_teacher import SIDES
-from understudy_lab.tasks.soccer import Soccer
+from understudy_lab.tasks.servo_teacher import (
+    FEATURES,
+    FOUR_STATES,
+    SIDES,
+    ApproachAndStopTeacher,
+    StatefulServoTeacher,
+    show_approach_then_stop,
+    topic,
+)
+from understudy_lab.tasks.soccer import ANYWHERE, Soccer
 from understudy_lab.tasks.soccer import kit as soccer_kit
 from understudy_lab.teachers.person import TryResult
-from understudy_lab.teachers.teacher import LessonPlan, MakesBody, Patience, ScriptedTeacher
+from understudy_lab.teachers.teacher import (
+    LessonDesign,
+    LessonPlan,
+    MakesBody,
+    Patience,
+    ScriptedTeacher,
+    Situation,
+)
+
+NAME = "approach_and_stop"
+TRIES, SHOWN = 6, 3
+LIMIT_S = 60.0
+NEAR_M = 0.5
+"""The largest distance in m from the ball's center at which stopping counts: 25 cm from rim to rim."""
+
+
+def says_it_arrived(screen: SessionView) -> bool:
+    """Return whether the automaton has raised a flag."""
+    return screen.flag is not None
+
+
+def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
+    """Return the lesson plans by variant: one automaton for all, or an approach and an automaton above it.
+
+    The teacher first turns to the side `search`, "left" or "right".
+    """
+    shown, complained = StatefulServoTeacher(search), StatefulServoTeacher(search, 15.0)
+    approach = topic(shown, complained, stateful=True, tries=0)
+    approach = replace(approach, cases=approach.cases[:SHOWN])  # the rest is tried out in the whole task
+    whole = LessonPlan(
+        NAME,
+        LessonDesign(states=FOUR_STATES, flags=["done"], features=FEATURES),
+        ApproachAndStopTeacher(shown),
+        ApproachAndStopTeacher(complained),
+        says_it_arrived,
+        cases=approach.cases,
+        tries=TRIES,
+        limit_s=LIMIT_S,
+    )
+    above = LessonPlan(
+        NAME,
+        LessonDesign(states=["approach"], flags=["done"], features=["blob_size(ball)"]),
+        show_approach_then_stop,
+        show_approach_then_stop,
+        says_it_arrived,
+        cases=(Situation("anywhere", suits=_seen), Situation("anywhere", suits=_seen)),
+        tries=TRIES,
+        limit_s=LIMIT_S,
+    )
+    return {"one automaton": (whole,), "two automata": (approach, above)}
+
+
+def _seen(screen: SessionView) -> bool:
+    size = screen.features.get("blob_size(ball)", float("nan"))
+    return size == size
+
+
+def success(library: Library, seeds: range) -> float:
+    """Return the share of worlds in which the robot stops beside the ball."""
+    body = Soccer(seeds, ANYWHERE)
+    engine = Engine.from_program(body, link(library, NAME))
+    for _ in range(round(LIMIT_S / body.tick_s)):
+        engine.tick()
+    distance = np.array([_to_ball(body, world) for world in range(len(seeds))])
+    said = np.array([engine.path(world)[-1] == "done" for world in range(len(seeds))])
+    return float((said & (distance <= NEAR_M)).mean())
+
+
+def _to_ball(body: Soccer, world: int) -> float:
+    view = body.view(world)
+    return float(np.hypot(view.robots.x[0] - view.objects.x[0], view.robots.y[0] - view.objects.y[0]))
+
 
 MOST = 20
 """The largest number of corrections of one part at one failed try."""
@@ -60,10 +140,10 @@ class PartwiseTeacher(ScriptedTeacher):
         """Correct every part of the automaton in this session, and return whether anything was corrected or shown."""
         running = session.automaton.state(session.view().path[0]).behavior
         wrong = False
-        for name, topic in self._topics.items():
+        for name, plan in self._topics.items():
             if name != session.automaton.name:
-                for targets in _targets(topic):
-                    wrong = self._put_right(topic, session.body, targets) or wrong
+                for targets in _targets(plan):
+                    wrong = self._put_right(plan, session.body, targets) or wrong
         if not wrong and running in self._topics:
             self._show_again(self._topics[running])  # it goes wrong at times only
             return True

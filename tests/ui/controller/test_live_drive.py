@@ -13,8 +13,8 @@ from tests.inline_executor import InlineExecutor
 from tests.own_worlds import NAME
 from tests.ui.cli.commands import run_json
 
+from understudy.addons.recordings.run_drives import read_trace_drive
 from understudy.addons.recordings.segment import UNEXPLAINED
-from understudy.addons.recordings.trace_drive import read_trace_drive
 from understudy.errors import SessionError
 from understudy.model.library import Library
 from understudy.runtime.program import link

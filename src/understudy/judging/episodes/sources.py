@@ -40,11 +40,11 @@ def read_episodes(path: Path | str) -> list[Episode]:
     """
     path = Path(path)
     if path.suffix.lower() == RECORDING:
-        from understudy.judging.episodes.recording_episodes import read_recording_episodes
+        from understudy.judging.episodes.run_episodes import read_recording_episodes
 
         return read_recording_episodes(path)
     if path.suffix.lower() in TRACES:
-        from understudy.judging.episodes.trace_episodes import read_trace_episodes
+        from understudy.judging.episodes.run_episodes import read_trace_episodes
 
         return read_trace_episodes(path)
     if is_journal(path):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from math import nan
 from pathlib import Path
 from threading import RLock
 from typing import Any
+
+import numpy as np
 
 from understudy.addons.robots.robot_file import RobotFile
 from understudy.addons.robots.ros.fields import Extract, make_field_extractor
@@ -17,14 +20,15 @@ from understudy.addons.robots.skills.action_client import ActionClient
 from understudy.addons.robots.skills.execution import CANCELLED, Execution
 from understudy.addons.robots.skills.goal_fields import GoalFields, Locate, PlaceUnknown
 from understudy.addons.robots.skills.service_client import ServiceClient
-from understudy.addons.robots.skills.skill_records import SkillRecords
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
 from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.records.message_types import TEXT, encode_text, resolve_topic_name
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.skill_parts import ABORTED, MEANINGS, OUTCOMES, REJECTED, TIMED_OUT, name_outcome_reading
+from understudy.storage.json_text import encode_json
 
 
 class Skill:
@@ -250,3 +254,56 @@ def make_skill_readings(name: str, skill: SkillSpec) -> Sequence[Reading]:
         ),
         *(Reading(name_feedback_reading(name, field), Continuous()) for field in skill.feedback),
     )
+
+
+TOPIC = "understudy/skills"
+"""The topic of records of skills, within the robot's namespace."""
+
+
+class SkillRecords:
+    """The published state of a robot's skills, by which changes are found.
+
+    Parameters
+    ----------
+    transport
+        The transport to the robot; recordings keep what is published over it.
+    namespace
+        The robot's namespace.
+    """
+
+    def __init__(self, transport: Transport, namespace: str) -> None:
+        self._publish = transport.publisher(resolve_topic_name(namespace, TOPIC), TEXT)
+        self._told: dict[str, tuple[Execution, Mapping[str, float], str]] = {}
+
+    def publish_changes(self, skill: str, execution: Execution) -> None:
+        """Publish the changes of the last execution of a skill: its goal, its feedback, its outcome."""
+        published, feedback, outcome = self._told.get(skill, (None, {}, ""))
+        now = execution.feedback, execution.outcome
+        if published is not execution:
+            feedback, outcome = {}, ""
+            if execution.goal is not None:
+                self._write(skill, "goal", values=to_plain(execution.goal))
+        if now[0] != feedback:
+            self._write(skill, "feedback", values=dict(now[0]))
+        if now[1] != outcome:
+            self._write(skill, now[1], problem=execution.problem, values=to_plain(execution.result))
+        self._told[skill] = (execution, *now)
+
+    def _write(self, skill: str, step: str, **about: Any) -> None:
+        record = {"skill": skill, "step": step, **{name: value for name, value in about.items() if value}}
+        self._publish(encode_text(encode_json(record).decode()))
+
+
+def to_plain(message: Any) -> Any:
+    """Convert a ROS 2 message to objects, lists, numbers and texts; None stays None."""
+    if is_dataclass(message):
+        return {
+            field.name: to_plain(getattr(message, field.name))
+            for field in fields(message)
+            if not field.name.startswith("_")
+        }
+    if isinstance(message, np.ndarray):
+        return message.tolist()
+    if isinstance(message, np.generic):
+        return message.item()
+    return [to_plain(each) for each in message] if isinstance(message, list) else message

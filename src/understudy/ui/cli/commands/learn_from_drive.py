@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,23 +15,17 @@ from understudy.addons.recordings.drive_kit import make_candidates, make_drive_k
 from understudy.addons.recordings.drive_table import read_recorded_drive
 from understudy.addons.recordings.lesson_from_drive import DriveLesson, to_lesson
 from understudy.addons.recordings.mapping_file import RecordingMap, load_recording_map
-from understudy.addons.recordings.propose_behaviors import discover_behaviors
+from understudy.addons.recordings.propose_behaviors import discover_behaviors, make_constant_candidate
 from understudy.addons.recordings.recorded_drive import RecordedDrive, find_places, join_drives
-from understudy.addons.recordings.recorded_run import make_recorded_drive
+from understudy.addons.recordings.run_drives import make_recorded_drive, read_trace_drive
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
-from understudy.addons.recordings.trace_drive import read_trace_drive
-from understudy.errors import SettingError
+from understudy.addons.recordings.split_states import split_state
+from understudy.errors import SettingError, UnknownName
 from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library
 from understudy.records.reader import has_own_header, read_recording
 from understudy.training.lesson_design import parse_feature
-from understudy.ui.cli.commands.drive_findings import (
-    apply_splits,
-    define_behaviors,
-    format_definition,
-    print_drive_findings,
-)
 from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
 from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
 from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
@@ -40,8 +35,13 @@ from understudy.ui.cli.recorded_runs import choose_recording_kit, read_recorded_
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from rich.console import Console
 
+    from understudy.addons.recordings.drive_findings import DriveFindings, DrivePlace
+    from understudy.addons.recordings.recorded_drive import RecordedDrive
+    from understudy.addons.recordings.segment import Segmentation
     from understudy.model.features import BoundFeature
+    from understudy.model.library import Library
 
 
 class OpenedDrives(NamedTuple):
@@ -198,3 +198,103 @@ def print_drive_report(report: DriveReport) -> None:
             f"Reaction time {report.reaction_s:g} s. {escape(report.reaction_evidence)}", soft_wrap=True
         )
     print_drive_findings(out, report.findings)
+
+
+MOST_QUESTIONS = 5
+"""The number of questions that are printed."""
+
+
+def parse_definition(text: str) -> tuple[str, dict[str, float]]:
+    """Parse `NAME: CHANNEL VALUE, CHANNEL VALUE` of `--define`."""
+    name, colon, rest = (part.strip() for part in text.partition(":"))
+    command = {}
+    for part in filter(None, (each.strip() for each in rest.split(","))):
+        channel, _, value = part.rpartition(" ")
+        try:
+            command[channel.strip()] = float(value)
+        except ValueError:
+            colon = ""
+    if not (name and colon and all(command)):
+        raise SettingError(
+            where="learn",
+            setting=f"--define {text!r}",
+            problem="is no behavior",
+            remedy="write its name and its value on each channel: --define 'arc: drive 0.3, turn 0.6'",
+        )
+    return name, command
+
+
+def define_behaviors(
+    library: Library, drive: RecordedDrive, definitions: Sequence[str]
+) -> tuple[Library, list[str]]:
+    """Return the library with the behaviors of `--define`, and their names."""
+    behaviors = dict(library.kit.behaviors)
+    channels = [each.name for each in drive.channels]
+    names = []
+    for text in definitions:
+        name, command = parse_definition(text)
+        for channel in command:
+            if channel not in channels:
+                raise UnknownName(what="command channel", name=channel, where="the recording", known=channels)
+        if name in behaviors or name in library.taught:
+            problem, remedy = "there is a behavior of that name already", "choose another name"
+            raise SettingError(where="learn", setting=f"--define {text!r}", problem=problem, remedy=remedy)
+        behaviors[name] = make_constant_candidate(name, command).ground.behavior
+        names.append(name)
+    return replace(library, kit=replace(library.kit, behaviors=behaviors)), names
+
+
+def apply_splits(found: Segmentation, splits: Iterable[str]) -> Segmentation:
+    """Split the states of `--split 'STATE after STATE,STATE'`."""
+    for text in splits:
+        state, after, former = (part.strip() for part in text.partition(" after "))
+        names = [each.strip() for each in former.split(",") if each.strip()]
+        if not (state and after and names):
+            raise SettingError(
+                where="learn",
+                setting=f"--split {text!r}",
+                problem="names no state and the states before",
+                remedy="write --split 'back after left', or 'back after left,start'",
+            )
+        found = split_state(found, state, names)
+    return found
+
+
+def print_drive_findings(out: Console, findings: DriveFindings) -> None:
+    """Print latencies, proposals with the options that accept them, and the most useful questions."""
+    for latency in findings.latencies:
+        out.print(
+            f"Motion follows {escape(latency.channel)} after {max(latency.seconds, 0.0):.2f} s "
+            f"[dim](by {escape(latency.reading)}, correlation {abs(latency.correlation):.2f})[/]"
+        )
+    for proposal in findings.behaviors:
+        out.print(
+            f"[yellow]Nothing explains {proposal.seconds:.1f} s[/] in which the commands are "
+            f"{escape(proposal.description)} (longest {format_place(proposal.longest)}). Give it a name: "
+            f"[bold]--define 'NAME: {escape(format_definition(proposal.command))}'[/]",
+            soft_wrap=True,
+        )
+    for split in findings.splits:
+        option = f"--split '{split.state} after {','.join(split.entered_from)}'"
+        out.print(
+            f"[yellow]{escape(split.evidence[0].upper() + split.evidence[1:])}.[/] Split it in two: "
+            f"[bold]{escape(option)}[/]",
+            soft_wrap=True,
+        )
+    if findings.questions:
+        count = len(findings.questions)
+        more = f", the {MOST_QUESTIONS} most useful to answer first" if count > MOST_QUESTIONS else ""
+        out.print(f"In doubt{more} [dim](answer in `understudy review`)[/]:")
+        for question in findings.questions[:MOST_QUESTIONS]:
+            choices = ", ".join(f"{label} {chance:.0%}" for label, chance in question.chances.items())
+            out.print(f"  {format_place(question.place)}: {escape(choices)}", soft_wrap=True)
+
+
+def format_definition(command: Mapping[str, float]) -> str:
+    """Format a command as `--define` takes it."""
+    return ", ".join(f"{channel} {value:g}" for channel, value in command.items())
+
+
+def format_place(place: DrivePlace) -> str:
+    """Format a span of a file."""
+    return f"{escape(place.file)} from {place.from_s:.2f} to {place.to_s:.2f} s"

@@ -14,7 +14,7 @@ import typer
 from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.addons.recordings.drive_kit import list_drive_features, make_candidates
 from understudy.addons.recordings.drive_recorder import DriveRecorder
-from understudy.addons.recordings.trace_drive import write_trace_drive
+from understudy.addons.recordings.run_drives import write_trace_drive
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.records.header import RunInfo
