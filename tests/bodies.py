@@ -29,8 +29,8 @@ from understudy.model.features import (
     TimerFeature,
     feature,
 )
-from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
 from understudy.model.library import Kit
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Toroidal
 from understudy.runtime.body import Channel, Commands, Reading
 
 TICK_S = 0.1

@@ -22,8 +22,8 @@ from tests.sim.random_scenarios import draw_commands, draw_pulling_world, draw_w
 
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.tree_growth import grow_tree
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import Tree
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.sim.scenario.files import load_scenario

@@ -20,7 +20,7 @@ from tests.export.exports import open_fixture
 from tests.robots.rovers import ROVER
 
 from understudy import BOOLEAN, Behavior, Command, Feature, Forage, Kit, Target, load_scenario
-from understudy.addons.export.targets import TARGETS
+from understudy.addons.export.targets.target_table import TARGETS
 from understudy.addons.recordings.recorded_table import read_csv, read_json_lines
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.errors import FileError

@@ -80,7 +80,6 @@ ALLOWED = {
     "library": "the value, and its actions and view on the page",
     "messages": "messages of the page, and messages of ROS: each field's own term",
     "model": "MuJoCo's own term (MjModel)",
-    "schema": "what a file may hold: library documents, and scenarios",
     "session": "the session, and its messages, actions and view on the page",
     "team": "one subject by layer: the runtime's, the scenario's, the page's",
     "world": "MuJoCo's world has the modules of the 2-D simulator for the same subjects",

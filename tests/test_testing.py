@@ -11,7 +11,7 @@ import pytest
 from understudy.errors import UnderstudyError
 from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.features import Feature, FlagFeature, Percept, ReadingKey, feature
-from understudy.model.kinds import BOOLEAN, Column, Continuous, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Toroidal
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy.sim.forage import Forage
 from understudy.testing import LawBroken, check_behavior, check_body, check_feature, check_world

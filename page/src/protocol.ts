@@ -341,7 +341,7 @@ export type Index = number;
 
 /** The fields of a property's form; they are the keys of its table. */
 export interface PropertyFields {
-  kind: PropertyKindName;
+  kind: PropertyKind;
   /** The condition that must never hold, hold in time, or not hold for longer; "goal" is the scenario's goal. */
   condition: ConditionField;
   /** The time in s; null for a condition that must never hold. */
@@ -596,7 +596,14 @@ export interface Series extends Feature {
   values: readonly (number | null)[];
 }
 
-export type PropertyKindName = "always" | "never" | "never longer" | "progress";
+/**
+ * The form of a property.
+ *
+ * "never": its condition never holds. "always": its condition holds within a time. "never longer": its condition
+ * never holds for longer than a time without a break. "progress": the scenario's goal never comes no nearer for
+ * longer than a time.
+ */
+export type PropertyKind = "never" | "always" | "never longer" | "progress";
 
 /** What the automaton decides otherwise than before, apart from what presses say. */
 export interface ChangeSummary {

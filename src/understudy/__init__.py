@@ -81,11 +81,6 @@ if TYPE_CHECKING:
     from understudy.model.features import TimeInState as TimeInState
     from understudy.model.features import TimerFeature as TimerFeature
     from understudy.model.features import feature as feature
-    from understudy.model.kinds import BOOLEAN as BOOLEAN
-    from understudy.model.kinds import TAU as TAU
-    from understudy.model.kinds import Categorical as Categorical
-    from understudy.model.kinds import Continuous as Continuous
-    from understudy.model.kinds import Toroidal as Toroidal
     from understudy.model.learner_options import LearnerOptions as LearnerOptions
     from understudy.model.learner_options import SklearnOptions as SklearnOptions
     from understudy.model.learner_options import TreeOptions as TreeOptions
@@ -96,13 +91,18 @@ if TYPE_CHECKING:
     from understudy.model.library import Library as Library
     from understudy.model.library import TrainedAutomaton as TrainedAutomaton
     from understudy.model.tree import Tree as Tree
+    from understudy.model.value_kinds import BOOLEAN as BOOLEAN
+    from understudy.model.value_kinds import TAU as TAU
+    from understudy.model.value_kinds import Categorical as Categorical
+    from understudy.model.value_kinds import Continuous as Continuous
+    from understudy.model.value_kinds import Toroidal as Toroidal
     from understudy.runtime.body import Body as Body
     from understudy.runtime.body import Channel as Channel
     from understudy.runtime.body import Reading as Reading
     from understudy.runtime.decision_trace import DecisionTrace as DecisionTrace
     from understudy.runtime.engine.engine import Engine as Engine
     from understudy.runtime.interpreter import Interpreter as Interpreter
-    from understudy.runtime.program import link as link
+    from understudy.runtime.link import link as link
     from understudy.runtime.run_loop import Run as Run
     from understudy.runtime.team.coordinator_body import CoordinatorBody as CoordinatorBody
     from understudy.runtime.team.team import Team as Team
@@ -179,11 +179,11 @@ _MODULES = {
     "TimeInState": "model.features",
     "TimerFeature": "model.features",
     "feature": "model.features",
-    "BOOLEAN": "model.kinds",
-    "TAU": "model.kinds",
-    "Categorical": "model.kinds",
-    "Continuous": "model.kinds",
-    "Toroidal": "model.kinds",
+    "BOOLEAN": "model.value_kinds",
+    "TAU": "model.value_kinds",
+    "Categorical": "model.value_kinds",
+    "Continuous": "model.value_kinds",
+    "Toroidal": "model.value_kinds",
     "Example": "model.lesson",
     "ExampleKind": "model.lesson",
     "LearnerOptions": "model.learner_options",
@@ -200,7 +200,7 @@ _MODULES = {
     "DecisionTrace": "runtime.decision_trace",
     "Engine": "runtime.engine.engine",
     "Interpreter": "runtime.interpreter",
-    "link": "runtime.program",
+    "link": "runtime.link",
     "Run": "runtime.run_loop",
     "CoordinatorBody": "runtime.team.coordinator_body",
     "Team": "runtime.team.team",

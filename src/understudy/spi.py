@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from understudy.addons.export.target_files import ExportJob as ExportJob
     from understudy.addons.export.target_files import FileByHand as FileByHand
     from understudy.addons.export.target_files import TargetFiles as TargetFiles
-    from understudy.addons.export.targets import ExportTarget as ExportTarget
+    from understudy.addons.export.targets.target_table import ExportTarget as ExportTarget
     from understudy.addons.recordings.mapping_file import RecordingMap as RecordingMap
     from understudy.addons.recordings.recorded_table import RecordedTable as RecordedTable
     from understudy.addons.recordings.recording_readers import RecordingReader as RecordingReader
@@ -59,8 +59,8 @@ if TYPE_CHECKING:
     from understudy.judging.study import Task as Task
     from understudy.model.features import Percept as Percept
     from understudy.model.features import ReadingKey as ReadingKey
-    from understudy.model.kinds import Column as Column
     from understudy.model.library import Kit as Kit
+    from understudy.model.value_kinds import Column as Column
     from understudy.runtime.body import Body as Body
     from understudy.runtime.body import Channel as Channel
     from understudy.runtime.body import Commands as Commands
@@ -183,10 +183,10 @@ _MODULES = {
     "ExportJob": "addons.export.target_files",
     "FileByHand": "addons.export.target_files",
     "TargetFiles": "addons.export.target_files",
-    "ExportTarget": "addons.export.targets",
+    "ExportTarget": "addons.export.targets.target_table",
     "Percept": "model.features",
     "ReadingKey": "model.features",
-    "Column": "model.kinds",
+    "Column": "model.value_kinds",
     "Kit": "model.library",
     "RobotFile": "addons.robots.robot_file",
     "Answered": "addons.robots.ros.transport",

@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from understudy.addons.bridges.environments.gymnasium import GymnasiumBody
 from understudy.errors import UnderstudyError
-from understudy.model.kinds import BOOLEAN, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Toroidal
 from understudy.testing import check_behavior, check_body, check_world
 
 ENVIRONMENTS = ["CartPole-v1", "LunarLander-v3", "Pendulum-v1", "FrozenLake-v1", "Blackjack-v1"]

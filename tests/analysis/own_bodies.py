@@ -10,8 +10,8 @@ from understudy.judging.world_run import WorldRun
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey
-from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.runtime.body import Channel, Commands, Reading
 from understudy_lab.tree_builder import build_automaton, split_below
 

@@ -17,10 +17,10 @@ from understudy.judging.evaluate import evaluate, find_success_flag
 from understudy.judging.rollout import measure_success
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, TimeInState, feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, ForageSettings

@@ -19,9 +19,9 @@ from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
+from understudy.model.value_kinds import Continuous
 
 NEAR = Feature("near", Continuous(), reading="range", unit="m")
 BARE = Automaton(

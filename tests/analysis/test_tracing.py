@@ -9,7 +9,7 @@ from tests.make.programs import make_automaton
 from understudy.judging.tracing import ActiveAutomaton, TracedRun, TransitionQuery
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 # The ball is 100 m away at first, and a meter nearer each tick. `go` laps while it is beyond 97 m, and only begins
 # then; `taught` goes, drives forward at 98 m, and goes again at 96 m.

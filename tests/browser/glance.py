@@ -8,7 +8,7 @@ from typing import Any
 
 from playwright.sync_api import Page
 
-from understudy.model.kinds import NO, YES
+from understudy.model.value_kinds import NO, YES
 from understudy.training.trainee import Mode, SessionView
 
 LOOK = """() => {

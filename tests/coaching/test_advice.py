@@ -17,9 +17,9 @@ from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import UNSURE, give_advice
 from understudy.learning.fit import learn
 from understudy.learning.sklearn_adapter import ALLOWED
-from understudy.model.kinds import Categorical, Kind
 from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.value_kinds import Categorical, Kind
 from understudy.sim.forage import FORAGE_KIT
 
 

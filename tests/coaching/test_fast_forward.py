@@ -7,7 +7,7 @@ from tests.bodies import Scripted
 from tests.make.sessions import make_session, play, ticks
 
 from understudy.coaching.fast_forward import PauseReason, fast_forward
-from understudy.coaching.queries import UncertaintyQueries
+from understudy.coaching.questions import UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.model.learner_options import LearnerOptions
 from understudy.training.session import Session

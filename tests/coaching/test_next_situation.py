@@ -12,8 +12,8 @@ from tests.make.sessions import make_session as scripted_session
 from tests.make.sessions import play
 
 from understudy.coaching.next_situation import NextSituation, find_next_situation, go_to_situation
-from understudy.coaching.queries import UncertaintyQueries
-from understudy.coaching.uncertainty import DoubtReason
+from understudy.coaching.questions import UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.errors import SessionError
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library

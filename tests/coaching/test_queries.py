@@ -8,8 +8,8 @@ from math import degrees
 
 from tests.make.goto_sessions import GOTO, make_goto_session
 
-from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
-from understudy.coaching.uncertainty import DoubtReason
+from understudy.coaching.questions import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library
 from understudy.sim.catalog import find_scenario

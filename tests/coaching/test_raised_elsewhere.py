@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from understudy.coaching.next_situation import go_to_situation
-from understudy.coaching.queries import UncertaintyQueries
+from understudy.coaching.questions import UncertaintyQueries
 from understudy.coaching.raised_elsewhere import find_raised_elsewhere
-from understudy.coaching.uncertainty import DoubtReason
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library

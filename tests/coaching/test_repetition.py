@@ -12,7 +12,7 @@ from understudy.coaching.lesson_analysis import FeatureDistances
 from understudy.coaching.repetition import RepetitionWatch, choose_moment, find_repetition
 from understudy.coaching.situation_text import make_feature_phrases
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Toroidal
+from understudy.model.value_kinds import Toroidal
 
 HEADING = BoundFeature(Feature("heading", Toroidal(), "heading", unit="rad"))
 

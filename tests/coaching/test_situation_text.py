@@ -21,7 +21,7 @@ from understudy.coaching.situation_text import (
 )
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous, Toroidal
+from understudy.model.value_kinds import Continuous, Toroidal
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT as forage
 from understudy.sim.kit import make_scenario_kit

@@ -10,11 +10,11 @@ from tests.make.goto_sessions import GOTO, Row, make_goto_session
 from tests.make.lessons import draw_tables
 from tests.make.lessons import make_lesson as lesson_of
 
-from understudy.coaching.uncertainty import DoubtReason, UncertaintyModel
+from understudy.coaching.reasons_to_ask import DoubtReason, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.learning.training_set import group_by_feature_vector
-from understudy.model.kinds import Kind
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import Kind
 
 
 def doubts(lesson: Lesson) -> UncertaintyModel:

@@ -14,7 +14,7 @@ from understudy.addons.bridges.datasets.lerobot import summarize_columns
 from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import DefinitionError, FileError
 from understudy.judging.episodes.episode import Episode, EpisodePress
-from understudy.model.kinds import Continuous
+from understudy.model.value_kinds import Continuous
 
 ONE = {"distance(station)": np.array([1.0, 2.0, 3.0])}
 REFUSED: list[tuple[list[Episode], str]] = [

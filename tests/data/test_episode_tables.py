@@ -23,8 +23,8 @@ from understudy import Categorical, Episode, EpisodePress, make_episode_frames, 
 from understudy.errors import FileError, SettingError
 from understudy.judging.episodes.episode_tables import TABLES, DataTable, make_tick_table
 from understudy.judging.episodes.table_files import check_table_path, write_table
-from understudy.model.kinds import BOOLEAN, Continuous, Kind
 from understudy.model.lesson import ExampleKind
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind
 
 pandas: Any = pytest.importorskip("pandas")
 polars: Any = pytest.importorskip("polars")

@@ -9,7 +9,7 @@ from tests.docs.pages import ROOT
 from tests.docs.renew import replace_between
 from tests.docs.schema_tables import Parts, format_tables
 
-from understudy.storage.schema import (
+from understudy.storage.library_schema import (
     AbsentDoc,
     ArcDoc,
     AutomatonDoc,

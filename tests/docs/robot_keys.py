@@ -13,6 +13,8 @@ from understudy.addons.robots.camera.color import Color
 from understudy.addons.robots.camera.config import CameraSpec
 from understudy.addons.robots.robot_file import (
     CommandSpec,
+    DiagnosticsSpec,
+    FrameSpec,
     MotionLimits,
     ReadingSpec,
     RobotFile,
@@ -21,7 +23,6 @@ from understudy.addons.robots.robot_file import (
     TeamFile,
 )
 from understudy.addons.robots.skill_file import SkillSpec
-from understudy.addons.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.addons.robots.team_settings import AgentSettings, NetworkSpec, TeamSettings
 
 PAGE = ROOT / "docs" / "reference" / "robot-files.md"

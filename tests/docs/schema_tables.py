@@ -38,6 +38,8 @@ def _type(found: inspect.Type, parts: Parts) -> str:
     match found:
         case inspect.UnionType():
             return " or ".join(dict.fromkeys(_type(each, parts) for each in found.types))
+        case inspect.EnumType():
+            return " or ".join(f"`{value}`" for value in sorted(each.value for each in found.cls))
         case inspect.LiteralType():
             return " or ".join(f"`{value}`" for value in found.values)
         case inspect.ListType() | inspect.VarTupleType():

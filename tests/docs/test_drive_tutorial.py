@@ -13,7 +13,7 @@ from tests.ui.controller.test_live_drive import LEFT, RIGHT, Scripted
 
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.world import World

@@ -11,7 +11,7 @@ from tests.docs.renew import between
 from tests.docs.schema_tables import Parts
 
 from understudy.sim.scenario.squad_schema import StrictStruct
-from understudy.storage import schema
+from understudy.storage import library_schema
 
 PAGES = [
     pytest.param(module.PAGE, module.KEYS, module.make_tables(), module.__name__, id=module.PAGE.stem)
@@ -33,9 +33,11 @@ def test_every_key_is_described_and_no_other(parts: Parts) -> None:
 
 
 def test_every_part_of_the_schema_is_described() -> None:
-    abstract = {schema.DocStruct, schema.FormatVersion}
+    abstract = {library_schema.DocStruct, library_schema.FormatVersion}
     documents = {
-        each for each in vars(schema).values() if isinstance(each, type) and issubclass(each, msgspec.Struct)
+        each
+        for each in vars(library_schema).values()
+        if isinstance(each, type) and issubclass(each, msgspec.Struct)
     }
     assert set(library_keys.PARTS) == documents - abstract - {msgspec.Struct}
     robots = {

@@ -25,13 +25,13 @@ from tests.export.peers import list_peers, run_peer
 from understudy.addons.export.conformance import Conformance, ConformanceTick, ReferenceRun, ReferenceTick
 from understudy.addons.export.export_automaton import link_ground, prepare_export
 from understudy.addons.export.target_files import ExportJob
-from understudy.addons.export.targets import TARGETS
 from understudy.addons.export.targets.c99_source import CSource
 from understudy.addons.export.targets.cpp_names import name_for_c
+from understudy.addons.export.targets.target_table import TARGETS
 from understudy.addons.export.walks import ReadingWalk
 from understudy.errors import DefinitionError
-from understudy.model.kinds import Categorical
-from understudy.runtime.program import Program, link
+from understudy.model.value_kinds import Categorical
+from understudy.runtime.link import Program, link
 from understudy.ui.cli.commands.export import open_library_to_export
 
 RUN = 64

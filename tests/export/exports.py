@@ -19,13 +19,13 @@ from tests.runtime.random_libraries import Played, draw_library
 from understudy.addons.export.body_interface import BodyInterface
 from understudy.addons.export.export_automaton import prepare_export
 from understudy.addons.export.target_files import ExportJob
-from understudy.addons.export.targets import TARGETS
+from understudy.addons.export.targets.target_table import TARGETS
 from understudy.learning.fit import learn as learn_from
 from understudy.model.behaviors import Behavior, Command, increment, reset_timer, set_timer
 from understudy.model.features import Feature
-from understudy.model.kinds import BOOLEAN, Continuous
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.model.tree import TestKind, Tree
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import list_readings, make_channels, make_scenario_kit
 from understudy.storage.library_folder import open_library

@@ -15,9 +15,9 @@ from understudy.addons.export.export_automaton import export_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.body import Channel, Reading
 
 PYTHON, CPP = "behaviortreepy", "behaviortree-cpp"

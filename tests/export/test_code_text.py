@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.export.test_equality import holds
 
-from understudy.addons.export.code_text import C_WORDS, PYTHON_WORDS, Operand, Spelling, write_condition
+from understudy.addons.export.condition_text import C_WORDS, PYTHON_WORDS, Operand, Spelling, write_condition
 from understudy.addons.export.decisions import Comparison, ValueCondition
 
 

@@ -12,7 +12,7 @@ from tests.make.transcripts import FOLDER
 from tests.training.test_squad_session import SQUAD
 
 from understudy.addons.export.export_automaton import export_automaton
-from understudy.addons.export.targets import TARGETS
+from understudy.addons.export.targets.target_table import TARGETS
 from understudy.learning.fit import learn
 from understudy.storage.library_folder import open_library
 

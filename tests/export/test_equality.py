@@ -30,8 +30,8 @@ from understudy.addons.export.decisions import (
     make_routines,
 )
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, Node, TestKind, Tree, is_in_arc, make_leaf
+from understudy.model.value_kinds import Categorical
 
 SEEDS = st.integers(0, 2**32)
 

@@ -11,7 +11,7 @@ from tests.ui.cli.commands import run, run_json
 
 from understudy.addons.export.export_automaton import export_automaton
 from understudy.addons.export.target_files import ExportJob, TargetFiles
-from understudy.addons.export.targets import TARGETS, ExportTarget
+from understudy.addons.export.targets.target_table import TARGETS, ExportTarget
 from understudy.errors import SettingError
 
 

@@ -15,9 +15,9 @@ from understudy.errors import DefinitionError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Categorical, Continuous, Kind
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Categorical, Continuous, Kind
 from understudy.runtime.body import Channel, Reading
 
 

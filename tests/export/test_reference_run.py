@@ -15,9 +15,9 @@ from understudy.addons.export.export_automaton import prepare_export
 from understudy.addons.export.single_precision import compute_in_single
 from understudy.addons.export.target_files import ExportJob
 from understudy.errors import UnderstudyError
-from understudy.model.kinds import Categorical
+from understudy.model.value_kinds import Categorical
 from understudy.runtime.interpreter import RunningBehavior
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.runtime.run_loop import Run
 
 

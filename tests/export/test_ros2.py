@@ -53,16 +53,16 @@ from understudy.addons.export.body_interface import describe_robot
 from understudy.addons.export.export_automaton import ExportResult, export_automaton
 from understudy.addons.export.target_files import TEMPLATES
 from understudy.addons.robots.robot_file import load_robot
-from understudy.addons.robots.ros.fields import ScanSector
+from understudy.addons.robots.ros.message_readings import ScanSector
 from understudy.errors import FileError, SettingError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.squad import Assignment, Order
 from understudy.model.tree import Tree, make_leaf
+from understudy.model.value_kinds import Continuous
 from understudy.records.messages import decode_message, encode_message, make_message
 
 FORAGER = """

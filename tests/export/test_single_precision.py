@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.export.recorded_answers import Ask
 
 from understudy.addons.export.body_interface import BodyInterface
-from understudy.addons.export.code_text import round_up_to_ms
+from understudy.addons.export.condition_text import round_up_to_ms
 from understudy.addons.export.export_automaton import export_automaton
 from understudy.addons.export.single_precision import (
     round_cut,

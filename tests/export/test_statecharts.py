@@ -22,10 +22,10 @@ from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.squad import Assignment, Order
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.body import Channel, Reading
 
 RUNNERS = {"scion": "scxml", "qt": "scxml", "xstate": "xstate"}

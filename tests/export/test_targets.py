@@ -15,7 +15,7 @@ from tests.export.peers import MICROPYTHON, ROOT
 from tests.export.recorded_answers import Ask, hash_text
 
 from understudy.addons.export.export_automaton import ExportResult, export_automaton
-from understudy.storage.schema import make_document_schema
+from understudy.storage.library_schema import make_document_schema
 
 HEADERS = Path(__file__).parent / "headers"
 """The headers of Arduino and Zephyr are not at hand: these declare what the programs call."""

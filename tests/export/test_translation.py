@@ -30,9 +30,9 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import behavior
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, feature
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Channel, Reading
 
 RADIUS = 0.1

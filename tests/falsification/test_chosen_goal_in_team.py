@@ -12,7 +12,7 @@ from tests.sim.patrollers import ROBOTS, SCENARIO
 from understudy.addons.checks.falsification.new_worlds import NewWorlds
 from understudy.addons.checks.falsification.session_setup import offer_session_goals
 from understudy.judging.properties.free_space import make_clearance, make_covered
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.world import World
 from understudy.training.lesson_design import new_lesson

@@ -18,7 +18,7 @@ from understudy.judging.evaluate import evaluate
 from understudy.learning.fit import learn_automaton
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT
 from understudy.training.lesson_design import new_lesson

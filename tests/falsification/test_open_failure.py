@@ -20,7 +20,7 @@ from understudy.judging.evaluate import make_evaluation_task
 from understudy.learning.fit import learn
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.world import World
 from understudy.training.trainee import Mode

@@ -16,7 +16,7 @@ from understudy.addons.checks.falsification.session_setup import SessionSetup
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.sim.scenario.squad_schema import CommsSpec
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.sim.world import World

@@ -7,7 +7,7 @@ from math import nan, pi
 import numpy as np
 import pytest
 
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy_lab.baselines import study
 from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
 from understudy_lab.baselines.demonstrations import record_demonstrations

@@ -13,12 +13,12 @@ import pytest
 from understudy.addons.checks.falsification.holding_test import HoldingResult, HoldingTest
 from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
 from understudy.addons.checks.falsification.session_setup import SessionSetup
-from understudy.coaching.queries import Question
-from understudy.coaching.uncertainty import DoubtReason, Uncertainty
+from understudy.coaching.questions import Question
+from understudy.coaching.reasons_to_ask import DoubtReason, Uncertainty
 from understudy.judging.evaluate import evaluate
 from understudy.judging.properties.run_property import Verdict
-from understudy.model.kinds import YES
 from understudy.model.library import Library
+from understudy.model.value_kinds import YES
 from understudy.sim.forage import FORAGE_KIT, NAME
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView

@@ -6,8 +6,8 @@ import pytest
 from understudy.addons.recordings.drive_kit import make_candidates
 from understudy.addons.recordings.segment import segment
 from understudy.model.features import Percept
-from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
+from understudy.model.value_kinds import NO, YES
 from understudy_lab.recordings import driven_foraging as forager
 from understudy_lab.recordings import driven_foraging as foraging
 from understudy_lab.recordings import driven_servoing as servoing

@@ -8,8 +8,8 @@ from itertools import pairwise
 from math import inf, isnan, log2, nextafter
 from typing import Any, NamedTuple
 
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY, TestKind, Tree
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 DEFAULT, SHOWN, WATCHED = 0, 1, 2
 

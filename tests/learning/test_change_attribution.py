@@ -14,10 +14,10 @@ from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 
 FAR = BoundFeature(Feature("far", Continuous(), reading="range"))
 AIM = BoundFeature(Feature("aim", Toroidal(360.0), reading="bearing"))

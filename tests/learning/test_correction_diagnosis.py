@@ -13,9 +13,9 @@ from tests.make.lessons import draw_tables, make_lesson
 
 from understudy.errors import DefinitionError
 from understudy.learning.mislabels import CorrectionDiagnosis, MistakeCause, diagnose_correction
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 LIGHT = Categorical(("red", "amber", "green"))
 DRIVING = [("go", [value], "go", "default") for value in (102, 100, 80, 60, 53)]

@@ -13,9 +13,9 @@ import pytest
 from understudy.errors import FileError
 from understudy.learning.csv_table import QueryRow, read_lesson_table, read_query_rows
 from understudy.learning.fit import learn, predict_next_states
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import ExampleKind
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 HEADER = "state,next,kind,distance:continuous,bearing:toroidal(6.283185307179586),ready:categorical(no|yes)"
 LESSON = f"""{HEADER}

@@ -15,8 +15,8 @@ from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.learning.explain import explain, find_rows_by_node
-from understudy.model.kinds import Kind
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Kind
 
 
 @given(draw_tables(watched=True), draw_tables())

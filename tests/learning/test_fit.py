@@ -17,11 +17,11 @@ from understudy.learning.fit import learn, learn_automaton
 from understudy.learning.report import find_contradictions, find_disagreements, learn_and_report
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import State
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 
 APPROACH = make_lesson(
     [

@@ -10,7 +10,7 @@ from tests.make.lessons import make_lesson
 
 from understudy.learning._linalg_kernels import invert_matrix
 from understudy.learning.leave_one_out import compute_pairwise_distances, fit_leave_one_out
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 LIGHT = Categorical(("red", "amber", "green"))
 

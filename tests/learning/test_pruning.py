@@ -17,10 +17,10 @@ from understudy.learning.fit import learn
 from understudy.learning.pruning import list_pruning_steps, prune_tree
 from understudy.learning.pruning_suggestions import ENOUGH, replace_pruning, suggest_pruning
 from understudy.learning.training_set import TrainingSet, group_examples_by_state, make_training_set
-from understudy.model.kinds import Categorical, Kind
 from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.tree import TestKind, Tree
+from understudy.model.value_kinds import Categorical, Kind
 
 
 def go(*rows: tuple[float, str]) -> Lesson:

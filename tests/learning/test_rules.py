@@ -11,8 +11,8 @@ from tests.make.lessons import ABSENT, KINDS, learn_tree
 
 from understudy.learning.fit import learn
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
-from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.model.value_kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 
 CIRCLE = Toroidal(360.0)
 STAYS, GOES, ELSE = 0, 1, 2

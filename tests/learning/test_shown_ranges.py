@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from understudy.learning.csv_table import read_lesson_table
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
-from understudy.model.kinds import TAU
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import TAU
 
 NEAR = """state,next,kind,distance:continuous,angle:toroidal(6.283185307179586)
 forward,done,directive,0.4,0.1

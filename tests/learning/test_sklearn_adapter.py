@@ -16,10 +16,10 @@ from understudy.learning.explain import explain
 from understudy.learning.fit import learn
 from understudy.learning.report import learn_and_report
 from understudy.learning.sklearn_adapter import ALLOWED, ClassifierTransition, encode_features
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 KINDS: list[Kind] = [Continuous(), Toroidal(), Categorical(("a", "b"))]
 SHOWN: list[tuple[Any, ...]] = [

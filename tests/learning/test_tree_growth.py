@@ -20,8 +20,8 @@ from tests.make.lessons import (
 
 from understudy.errors import DefinitionError
 from understudy.learning.tree_growth import MOST_WEIGHT, grow_tree
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, TestKind, Tree
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 MANY = settings(max_examples=400)
 FLAGS = st.lists(st.integers(0, 2), max_size=2, unique=True)

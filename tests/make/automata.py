@@ -21,12 +21,12 @@ from understudy.model.features import (
     TimeInState,
     TimerFeature,
 )
-from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LONGEST_REACTION_S, LearnerOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Categorical, Continuous, Kind, Toroidal
 
 names = st.one_of(
     st.sampled_from(

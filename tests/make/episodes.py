@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from understudy.judging.episodes.episode import Episode, EpisodePress
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.lesson import ExampleKind
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 
 KINDS: dict[str, Kind] = {
     "distance(station)": Continuous(),

@@ -17,9 +17,9 @@ from tests.learning.reference import Row
 from understudy.learning.tree_growth import grow_tree
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY, Tree
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 ABSENT = nan
 KINDS = {"directive": 1, "confirmation": 1, "default": 0, "watched": 2}

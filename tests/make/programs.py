@@ -12,7 +12,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, PathStep
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.training.lesson_design import parse_feature, parse_state
 
 DESIGN = Library(kit)

@@ -16,12 +16,12 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.change_summary import LITTLE, ChangeSummary, summarize_change
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import TAU, Categorical, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.model.tree_overlay import OverlayCell, ReadingSpread, find_features_between, overlay_boxes
 from understudy.model.tree_regions import ValueSet, find_known_absent, list_leaf_boxes
+from understudy.model.value_kinds import TAU, Categorical, Continuous, Kind, Toroidal
 
 FAR = BoundFeature(Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A"))
 AIM = BoundFeature(Feature("angle_to", Toroidal(), reading="bearing", of="A", unit="rad"), Binding(A="A"))

@@ -17,11 +17,11 @@ from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, behavior
 from understudy.model.features import Feature, Percept, ReadingsView, feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Column, Continuous
 from understudy.sim.team.libraries import collect_libraries
 
 Copy = Callable[[Any], Any]

@@ -21,8 +21,8 @@ from understudy.extras import ExtraMissing
 from understudy.learning.csv_table import read_lesson_table
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import BOOLEAN, Kind
 from understudy.model.lesson import Example, ExampleKind
+from understudy.model.value_kinds import BOOLEAN, Kind
 
 pandas: Any = pytest.importorskip("pandas")
 polars: Any = pytest.importorskip("polars")

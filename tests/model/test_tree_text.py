@@ -12,7 +12,6 @@ from tests.make.lessons import draw_tables, learn_tree
 
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_leaf_boxes
 from understudy.model.tree_text import (
@@ -22,6 +21,7 @@ from understudy.model.tree_text import (
     describe_tree_outcomes,
     simplify_outcome_boxes,
 )
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 DISTANCE = BoundFeature(
     Feature("distance_to", Continuous(), reading="range", of="A", unit="m"), Binding(A="A")

@@ -18,11 +18,11 @@ from understudy.judging.properties.offered_goals import describe_goal, find_beha
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import PropertyKind
-from understudy.runtime.program import link
+from understudy.model.value_kinds import Continuous
+from understudy.runtime.link import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import RobotGroup
 from understudy.sim.world import World

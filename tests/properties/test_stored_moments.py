@@ -29,11 +29,11 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, ReadingsView
-from understudy.model.kinds import Column, Continuous
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Column, Continuous
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.team.libraries import collect_libraries, make_coordinator_body
 from understudy.storage.library_folder import open_document, save_automaton

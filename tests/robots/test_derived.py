@@ -16,7 +16,7 @@ from understudy.addons.robots.inputs import compute_ranges_and_bearings
 from understudy.addons.robots.robot import Robot
 from understudy.addons.robots.robot_file import parse_robot
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import collisions
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor

@@ -15,8 +15,8 @@ pytest.importorskip("rosbags", reason="needs the extra ros2")
 from tests.robots.rovers import ODOMETRY, RANGE, SCAN
 
 from understudy.addons.robots.robot_file import ReadingSpec
-from understudy.addons.robots.ros.fields import compute_heading, make_extractor
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.addons.robots.ros.message_readings import compute_heading, make_extractor
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy.records.messages import decode_message, encode_message, make_message
 from understudy.sim.scenario.toml_decode import DecodeProblem
 

@@ -45,6 +45,17 @@ def test_a_library_is_taken_over_as_a_whole_and_the_former_is_kept(tmp_path: Pat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["library", "library.former"]
 
 
+def test_a_folder_or_a_pipe_is_no_document(tmp_path: Path) -> None:
+    folder = make_folder(tmp_path).folder
+    (folder / "patrol.json").mkdir()
+    os.mkfifo(folder / "stop.json")
+    pipe = os.open(folder / "stop.json", os.O_RDWR | os.O_NONBLOCK)  # so that a reader gets an error
+    try:
+        assert read_library_files(folder) == {"go.json": b"old"}
+    finally:
+        os.close(pipe)
+
+
 def test_two_agents_of_one_folder_keep_the_former_library(tmp_path: Path) -> None:
     first = make_folder(tmp_path)
     second = LibraryFolder(first.folder, "other", fingerprint)

@@ -25,8 +25,8 @@ from understudy.errors import SettingError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
 from understudy.model.features import Feature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import Continuous
 from understudy.records.messages import decode_message
 from understudy.runtime.agents.agent import Agent, AgentSpec
 from understudy.runtime.agents.network import LocalNetwork

@@ -33,12 +33,12 @@ from understudy.model.features import (
     TimeInState,
     TimerFeature,
 )
-from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Continuous, Toroidal
 from understudy.runtime.body import Channel, Commands, Reading, list_reading_keys
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, GroundBehavior, Program, link
+from understudy.runtime.link import IDLE_PROGRAM, GroundBehavior, Program, link
 
 NUMBERS = (0.0, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 6.0)
 COLORS = Categorical(("red", "green", "blue", "gray", "black"))

@@ -20,7 +20,7 @@ from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.engine.tables import flatten_tree
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 
 CASES = st.builds(Random, st.integers(0, 2**32))
 

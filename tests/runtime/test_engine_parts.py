@@ -20,15 +20,15 @@ from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.behaviors import Behavior, Command, StateEffect, behavior, increment, set_counter
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Percept, ReadingsView, feature
-from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine import _pulse_kernels, tables
 from understudy.runtime.engine.compiler import compile_programs
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 
 BALL = Binding(A="ball")

@@ -12,10 +12,10 @@ from understudy.errors import DefinitionError, KindError, UnderstudyError
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, behavior
 from understudy.model.features import BoundFeature, Feature, ReadingsView, feature
-from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Kind
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Tree, make_leaf
-from understudy.runtime.program import link
+from understudy.model.value_kinds import BOOLEAN, Categorical, Continuous, Kind
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.forage import FORAGE_KIT, Forage
 

@@ -16,7 +16,7 @@ from understudy.errors import (
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 
 def approach() -> Automaton:

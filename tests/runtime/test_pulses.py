@@ -15,7 +15,7 @@ from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.decision_trace import DecisionTrace
 from understudy.runtime.engine import _pulse_kernels
 from understudy.runtime.interpreter import Interpreter, RunningAutomaton, measure_elapsed
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 NEAR = 1.0
 

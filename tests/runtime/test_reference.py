@@ -16,7 +16,7 @@ from understudy.model.features import BoundFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 BASICS = ("forward", "lap", "three_laps", "no_laps", "click", "unclick")
 TARGETS = ("ball", "goal")

@@ -13,11 +13,11 @@ from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, ReadingsView
-from understudy.model.kinds import Column, Continuous, Toroidal
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import Column, Continuous, Toroidal
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 
 COMMANDS = [  # behavior, its binding, drive, turn

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.squad import TELLING, Measuring, Role, Squad, Statistic
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.runtime.body import Reading
 from understudy.runtime.team.members import Member, Membership
 from understudy.runtime.team.squad_body import list_squad_readings

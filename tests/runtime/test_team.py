@@ -23,7 +23,7 @@ from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.runtime.body import Body, FusedPlan
 from understudy.runtime.engine import _pulse_kernels
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.team import _squad_kernels
 from understudy.runtime.team.members import Member, Runner
 from understudy.runtime.team.squad_kit import make_squad_kit

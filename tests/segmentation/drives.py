@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column, Continuous
+from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
 
 TICK_S = 0.1

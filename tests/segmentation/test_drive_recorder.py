@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from understudy.addons.recordings.drive_recorder import DriveRecorder
-from understudy.model.kinds import Continuous
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.body import Channel, Commands, Reading
 
 

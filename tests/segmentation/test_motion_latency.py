@@ -12,7 +12,7 @@ from tests.segmentation.drives import TICK_S, make_drive
 
 from understudy.addons.recordings.motion_latency import estimate_motion_latencies
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Categorical, Column, Continuous, Toroidal
+from understudy.model.value_kinds import Categorical, Column, Continuous, Toroidal
 from understudy.runtime.body import Channel, Reading
 
 DRIVE = (Channel("drive"),)

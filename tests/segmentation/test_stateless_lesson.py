@@ -14,11 +14,11 @@ from understudy.addons.recordings.rerun_drive import measure_agreement, run_over
 from understudy.addons.recordings.segment import Segmentation, segment
 from understudy.addons.recordings.stateless_lesson import PRUNING, choose_stateless, leave_out, make_stateless
 from understudy.learning.fit import learn_automaton
-from understudy.model.kinds import Column
 from understudy.model.learner_options import SklearnOptions, TreeOptions
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree
+from understudy.model.value_kinds import Column
 
 MOVES = {"forward": {"drive": 0.8}, "back": {"drive": -0.4}, "left": {"turn": 0.7}}
 AIMS = {name: (each.get("drive", 0.0), each.get("turn", 0.0)) for name, each in MOVES.items()}

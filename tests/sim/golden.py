@@ -17,7 +17,7 @@ from understudy.model.library import Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.world import World
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.features import Percept
-from understudy.model.kinds import TAU, Categorical, Toroidal
+from understudy.model.value_kinds import TAU, Categorical, Toroidal
 from understudy.runtime.body import Commands
 from understudy.sim.kit import list_type_readings
 from understudy.sim.scenario.schema import (

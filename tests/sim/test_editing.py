@@ -22,11 +22,11 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command, behavior
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, feature
-from understudy.model.kinds import BOOLEAN, Column, Continuous
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.runtime.run_loop import Run
 from understudy.sim.scenario.schema import (
     ObjectClass,

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from understudy.errors import SettingError
 from understudy.model.behaviors import Command
 from understudy.model.features import Feature, FlagFeature, TimeInState
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.sim.kit import list_readings, make_channels, make_scenario_kit, make_targets
 from understudy.sim.scenario.files import list_builtin_scenarios, load_scenario
 from understudy.sim.scenario.schema import (

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.sim.test_sensing import rays, read, read_repeatedly, world_of
 
 from understudy.addons.robots.robot_file import ReadingSpec
-from understudy.addons.robots.ros.fields import make_extractor
+from understudy.addons.robots.ros.message_readings import make_extractor
 from understudy.errors import FileError, SettingError
 from understudy.records.messages import decode_message, encode_message, make_message
 from understudy.sim.kit import list_readings

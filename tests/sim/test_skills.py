@@ -13,7 +13,7 @@ import pytest
 from understudy.errors import SettingError, UnknownName
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario

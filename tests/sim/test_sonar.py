@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from understudy.sim.kernels.sonar import (
+from understudy.sim.kernels.sector_distances import (
     measure_sector_to_bounds,
     measure_sector_to_disc,
     measure_sector_to_segment,

@@ -20,7 +20,7 @@ from understudy.judging.evaluation import Evaluation
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings
 from understudy.sim.world import World

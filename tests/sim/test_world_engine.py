@@ -17,12 +17,12 @@ from tests.sim.test_world_laws import states
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import AnyFeature, BoundFeature, Feature
-from understudy.model.kinds import Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Toroidal
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.runtime.run_loop import Run
 from understudy.sim import step as advancing
 from understudy.sim.layout import neighbor_grid

@@ -39,8 +39,8 @@ from understudy.addons.bridges.mujoco.ros_robots import Simulation
 from understudy.addons.robots.camera.image_decoding import decode_image
 from understudy.addons.robots.inputs import SensorInputs
 from understudy.addons.robots.robot_file import load_team, parse_robot
-from understudy.addons.robots.ros.fields import compute_heading
 from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
+from understudy.addons.robots.ros.message_readings import compute_heading
 from understudy.errors import SettingError
 from understudy.records.messages import TWIST, decode_message, encode_twist
 from understudy.sim.scenario.files import load_scenario

@@ -15,8 +15,8 @@ from tests.make.automata import ANGLE, READY, make_goto, make_kit
 
 from understudy.errors import FileError
 from understudy.model.features import Feature, FlagFeature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Continuous
 from understudy.storage.document import decode_document, encode_document
 from understudy.storage.library_folder import open_library
 

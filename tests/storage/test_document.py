@@ -18,12 +18,12 @@ from tests.make.automata import draw_automaton, make_goto, make_kit
 from understudy.errors import DefinitionError, FileError
 from understudy.model.automaton import START, Automaton, State, Transition
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.storage import document, schema
+from understudy.model.value_kinds import Toroidal
+from understudy.storage import document, library_schema
 from understudy.storage.document import decode_document, encode_document
 
 
@@ -216,7 +216,7 @@ def test_stateless_automata_store_their_one_tree_once() -> None:
 
 def test_migration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each older format is brought to the next by a function."""
-    monkeypatch.setattr(schema, "MIGRATIONS", {})
+    monkeypatch.setattr(library_schema, "MIGRATIONS", {})
     data = (
         encode_document(make_goto())
         .replace(b'"format": 1', b'"format": 0')

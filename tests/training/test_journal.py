@@ -11,10 +11,10 @@ from tests.bodies import Scripted, kit
 from tests.make.sessions import WITH_GO, list_rows, make_session, play
 
 from understudy.errors import FileError
-from understudy.model.kinds import Continuous
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Example
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.body import Reading, list_reading_keys
 from understudy.storage.append_log import AppendLog, JournalLock
 from understudy.training.journal import MAGIC, TicksLogged, read_journal, unpack_rows

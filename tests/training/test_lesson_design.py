@@ -22,11 +22,11 @@ from understudy.errors import (
 from understudy.model.automaton import START, Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingsView, feature
-from understudy.model.kinds import BOOLEAN, Column
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.runtime.program import link
+from understudy.model.value_kinds import BOOLEAN, Column
+from understudy.runtime.link import link
 from understudy.storage.document import decode_document, encode_document
 from understudy.training.edits import DesignChange
 from understudy.training.lesson_design import new_lesson, parse_state

@@ -15,9 +15,9 @@ from tests.bodies import RANGE, Scripted, kit
 from tests.make.sessions import ROBOT, WITH_GO, list_rows, make_session, play, ticks
 
 from understudy.model.features import ReadingsView, feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column, Continuous
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
 from understudy.training.trainee import Mode

@@ -16,9 +16,9 @@ from tests.make.sessions import make_session, play
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, ReadingKey, TimeInState
-from understudy.model.kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy_lab.novices.novice import Novice

@@ -7,9 +7,9 @@ from understudy.addons.checks.verification.finding import Finding, FindingKind
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import BOOLEAN, Categorical, Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import BOOLEAN, Categorical, Continuous, Toroidal
 
 DISTANCE = BoundFeature(Feature("distance", Continuous(), "distance", unit="m"))
 ANGLE = BoundFeature(Feature("angle", Toroidal(360.0), "angle"))

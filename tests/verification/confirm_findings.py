@@ -20,11 +20,11 @@ from understudy.addons.checks.verification.finding import Finding, FindingCell, 
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import NO, YES, Categorical, Toroidal
 from understudy.model.library import Library
 from understudy.model.tree import STAY, TestKind, Tree
+from understudy.model.value_kinds import NO, YES, Categorical, Toroidal
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 
 MOST_VECTORS = 300_000
 """So many feature vectors are tried for one tree; of more, so many are drawn at random."""

@@ -27,11 +27,11 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import Automaton
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import Categorical
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Categorical
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.team.assignment import assign_team_members
 from understudy_lab.forage.teach import teach as teach_forager
 from understudy_lab.patrol.practice import scenario

@@ -12,10 +12,10 @@ from understudy.addons.checks.verification.finding import Finding, FindingKind, 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import BOOLEAN
 from understudy.model.library import Library
 from understudy.model.squad import Assignment, Order, Role, Squad, Statistic
 from understudy.model.tree import Tree
+from understudy.model.value_kinds import BOOLEAN
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_kit import make_squad_kit
 

@@ -22,7 +22,7 @@ from understudy.addons.checks.verification.finding import Finding, FindingKind
 from understudy.model.automaton import Automaton, State
 from understudy.model.library import Library
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 DONE, TIME = 4, 5  # positions among the features
 ARRIVED = State("done", flag="done")

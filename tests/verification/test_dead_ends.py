@@ -10,9 +10,9 @@ from understudy.addons.checks.verification.finding import Finding, FindingKind, 
 from understudy.addons.checks.verification.scenario_facts import ScenarioFacts
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Continuous
 
 FULL, FLAG, TIME = 3, 4, 5  # positions among the features
 GO = make_automaton("go", (AHEAD, State("done", flag="done")), start=always(1), ahead=below(1.0, 2, 1))

@@ -19,7 +19,7 @@ from understudy.model.features import BoundFeature, FlagFeature
 from understudy.model.library import Library
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 STATES = (START, AHEAD, BACK, State("wait", "wait"), State("done", flag="done"))
 FEATURES = (DISTANCE, ANGLE, LIGHT)

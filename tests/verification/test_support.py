@@ -28,10 +28,10 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Continuous
 
 BARE = Automaton("go", (START, AHEAD, BACK), (DISTANCE, LIGHT))
 SHOWN = (  # state, next, kind, distance, light

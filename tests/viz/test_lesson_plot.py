@@ -15,9 +15,9 @@ from understudy.errors import SettingError, UnknownName
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import Categorical, Continuous, Toroidal
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.value_kinds import Categorical, Continuous, Toroidal
 from understudy.viz.feature_axis import FeatureAxis
 
 DISTANCE = BoundFeature(Feature("distance", Continuous(), reading="range", unit="m"))

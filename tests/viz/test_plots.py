@@ -23,7 +23,7 @@ from understudy.model.describe import list_conditions_by_switch
 from understudy.model.diff import diff_automata
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.viz.automaton_graph import lay_out_taught, stack_graphs

@@ -16,13 +16,13 @@ from understudy.judging.rollout import Outcomes
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Tree, make_leaf
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.scenario.files import load_scenario

@@ -2,11 +2,11 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
-import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
+import type { PropertyChoicesReply, PropertyFields, PropertyKind } from "../protocol";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
-const KINDS: Readonly<Record<PropertyKindName, readonly [kind: string, condition: string]>> = {
+const KINDS: Readonly<Record<PropertyKind, readonly [kind: string, condition: string]>> = {
   never: ["never", "Never"],
   always: ["always within a time", "Reached"],
   "never longer": ["never for longer than a time", "Not for long"],
@@ -16,7 +16,7 @@ const KINDS: Readonly<Record<PropertyKindName, readonly [kind: string, condition
 type Mistake = { field: string; mistake: string };
 /** What a property is about at first. */
 const SEEDS = "200";
-const TIMES: Readonly<Record<PropertyKindName, number | null>> = {
+const TIMES: Readonly<Record<PropertyKind, number | null>> = {
   never: null,
   always: 60,
   "never longer": 60,
@@ -141,12 +141,12 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         <select
           value={draft.kind}
           onChange={(event) => {
-            const kind = event.currentTarget.value as PropertyKindName;
+            const kind = event.currentTarget.value as PropertyKind;
             const seconds = TIMES[kind] === null ? null : (draft.seconds ?? TIMES[kind]);
             set({ kind, seconds, limit_s: kind === "always" ? null : draft.limit_s });
           }}
         >
-          {(Object.keys(KINDS) as PropertyKindName[]).map((kind) => (
+          {(Object.keys(KINDS) as PropertyKind[]).map((kind) => (
             <option key={kind} value={kind}>
               {KINDS[kind][0]}
             </option>

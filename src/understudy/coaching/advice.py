@@ -20,11 +20,11 @@ from understudy.learning.training_set import group_by_feature_vector
 from understudy.model.binding import Binding
 from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import Kit
 from understudy.model.tree import Tree
 from understudy.model.tree_regions import Box
+from understudy.model.value_kinds import Categorical
 from understudy.training.feature_values import compute_example_values
 
 MOST_SLIPS = 3

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.coaching.questions import Question, UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.training.session import Session
 from understudy.training.trainee import Mode

@@ -38,11 +38,11 @@ from understudy.learning.training_set import (
 )
 from understudy.model.automaton import Transition
 from understudy.model.features import FlagFeature
-from understudy.model.kinds import Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Tree, make_leaf
 from understudy.model.tree_regions import Box, find_tested_features
+from understudy.model.value_kinds import Toroidal
 
 UNTESTED = 0.25
 """The weight of a feature that a state's tree does not test; it may matter, since the lesson has it."""

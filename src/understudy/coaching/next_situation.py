@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.lesson_analysis import MetDecision
-from understudy.coaching.queries import Question, UncertaintyQueries
+from understudy.coaching.questions import Question, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import UncertaintyModel
 from understudy.coaching.repetition import (
     PARTS,
     choose_moment,
@@ -22,7 +23,6 @@ from understudy.coaching.repetition import (
     find_repetition,
     make_lesson_distances,
 )
-from understudy.coaching.uncertainty import UncertaintyModel
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
 from understudy.model.automaton import Transition
@@ -31,7 +31,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import PathStep
 from understudy.runtime.body import SeededBody
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.training.session import Session
 from understudy.training.trainee import Mode
 

@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from understudy.coaching.next_situation import NextSituation, run_in_worlds
-from understudy.coaching.queries import Question, UncertaintyQueries
-from understudy.coaching.uncertainty import DoubtReason, Uncertainty
+from understudy.coaching.questions import Question, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason, Uncertainty
 from understudy.learning.shown_ranges import ShownRange, find_shown_range
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import SeededBody
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.training.session import Session

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.coaching.lesson_analysis import FeatureDistances
+from understudy.coaching.reasons_to_ask import DoubtReason, Uncertainty
 from understudy.coaching.situation_sampling import stack_example_vectors
 from understudy.coaching.situation_text import make_feature_phrases
-from understudy.coaching.uncertainty import DoubtReason, Uncertainty
 from understudy.model.lesson import Lesson
 
 AWAY = 3.0

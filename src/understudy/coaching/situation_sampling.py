@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import Categorical, Toroidal
 
 IMAGINED = 192
 SEED = 0

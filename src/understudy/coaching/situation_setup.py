@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from understudy.coaching.pose_sampling import PoseSampler, RobotPose
 from understudy.errors import SessionError, join_names
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
-from understudy.model.kinds import NO, Categorical, Toroidal
 from understudy.model.tree_regions import Box, ValueSet
+from understudy.model.value_kinds import NO, Categorical, Toroidal
 from understudy.runtime.interpreter import StackFrame
 from understudy.training.other_agents import SessionSnapshot, require_rewindable
 from understudy.training.session import Session

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import join_names
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import TAU, Categorical, Column, Toroidal
 from understudy.model.tree_regions import Box, Interval, ValueSet, make_full_value_set
+from understudy.model.value_kinds import TAU, Categorical, Column, Toroidal
 from understudy.sim.kit import FEATURES
 
 Cells: TypeAlias = Mapping[int, frozenset[int]]

@@ -14,7 +14,7 @@ from understudy.errors import SettingError, UnknownName
 from understudy.judging.behavior_run import BehaviorRun, RunReading
 from understudy.judging.rollout import Outcomes, Progress, measure_success, skip_progress
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World

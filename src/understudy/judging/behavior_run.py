@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError, UnknownName
 from understudy.judging.named_reading import NamedReading, find_reading
 from understudy.model.features import Percept
-from understudy.model.kinds import Column
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body, list_reading_keys
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team

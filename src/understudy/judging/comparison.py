@@ -21,7 +21,7 @@ from understudy.judging.paired_tests import (
 )
 from understudy.judging.raised_range import describe_raised
 from understudy.judging.result_table import MARKDOWN, Cell, Limits, Probability, Share, format_table
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 NO_DIFFERENCE = {"seed", "success", "limit_s", "expert_seconds"}
 """Results that are not compared as numbers."""

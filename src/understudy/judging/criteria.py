@@ -44,7 +44,7 @@ from understudy.judging.world_run import (
     name_value,
 )
 from understudy.learning.shown_ranges import ShownRange
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.world import World
 
 TICKS_BETWEEN_READINGS = 10

@@ -25,7 +25,7 @@ from understudy.judging.world_run import Goal, Metric
 from understudy.model.automaton import USUAL_FLAGS
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts

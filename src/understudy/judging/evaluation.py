@@ -15,7 +15,7 @@ from understudy.judging.result_table import CSV, MARKDOWN, Cell, Limits, Share, 
 from understudy.judging.rollout import Outcomes
 from understudy.model.data_frames import make_frame
 from understudy.model.drawing import Axes, call_markup, call_plot
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 MEASURES = {"seconds": "time to finish (s)", "relative": "relative food per second"}
 """The results whose names are written out in tables for people."""

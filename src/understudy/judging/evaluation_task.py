@@ -16,10 +16,10 @@ from understudy.judging.criteria import Criteria, JudgedRuns, find_goal, judge_r
 from understudy.judging.evaluation import Evaluation, join_evaluations
 from understudy.judging.rollout import WORLDS_AT_ONCE, Outcomes, Progress
 from understudy.judging.world_run import SuccessRule, format_exception, name_value
-from understudy.model.kinds import Column
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import BODY_ATTRIBUTES, Body, close_body
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries, list_running_sorts, make_team
 from understudy.sim.world import World

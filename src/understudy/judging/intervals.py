@@ -15,7 +15,7 @@ from math import exp, inf, lgamma, log, log1p, nan, sqrt
 
 import numpy as np
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 Z95 = 1.959964
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from understudy.errors import SettingError, UnknownName
 from understudy.model.features import BoundFeature, Feature, Percept, ReadingKey
-from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.library import Library
+from understudy.model.value_kinds import BOOLEAN, Column, Kind
 from understudy.runtime.body import Body, Reading, check_reading_keys
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.training.lesson_design import parse_feature

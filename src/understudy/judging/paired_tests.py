@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.judging.intervals import Z95
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 MOST_EXACT_PAIRS = 500
 """The largest number of differing pairs for which the signed-rank test is exact."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from understudy.judging.behavior_run import BehaviorRun
 from understudy.judging.rollout import Instant, Monitor
 from understudy.learning.shown_ranges import ShownRange, describe_range, find_shown_range
-from understudy.model.kinds import Column
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from understudy.model.binding import Binding
 from understudy.records.reader import RESTART, RecordedDuty, Recording
 from understudy.records.replay import ReplayBody
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.link import IDLE_PROGRAM, Program
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.team import Team
 from understudy.runtime.team.team_programs import make_finder

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.judging.behavior_run import BehaviorRun
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 Progress: TypeAlias = Callable[[int, int], None]
 """A function that is called with the number of completed worlds and their total.

@@ -15,7 +15,7 @@ from understudy.extras import format_install_command
 from understudy.judging.run_trace import COLUMNS, COORDINATOR, VERSION, ReadingInfo, TraceRow
 from understudy.model.library import Library
 from understudy.records.header import RunInfo
-from understudy.runtime.program import Child, Instance, Program
+from understudy.runtime.link import Child, Instance, Program
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from understudy.model.features import Percept
-from understudy.model.kinds import Column
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.interpreter import Interpreter, RunningAutomaton
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.members import AgentLayer, Runner
 from understudy.runtime.team.squad_body import SquadBody

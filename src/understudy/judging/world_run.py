@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from understudy.judging.behavior_run import BehaviorRun, RunReading, TeamRun
 from understudy.judging.rollout import Instant, Monitor, SuccessMonitor
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario

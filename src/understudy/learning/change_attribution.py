@@ -21,12 +21,12 @@ from understudy.learning.fit import learn_state
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Transition
 from understudy.model.describe import list_shown_vectors, name_examples
-from understudy.model.kinds import Toroidal
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.model.tree_regions import Box
 from understudy.model.tree_text import describe_boxes, simplify_outcome_boxes
+from understudy.model.value_kinds import Toroidal
 
 Lines: TypeAlias = Mapping[str, Mapping[str, Box]]
 """The conditions for each next state, each with its box of feature vectors."""

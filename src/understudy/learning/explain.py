@@ -13,10 +13,10 @@ from understudy.errors import DefinitionError, KindError, join_names
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.describe import list_shown_vectors as vectors_shown
-from understudy.model.kinds import Column
 from understudy.model.lesson import Example, Lesson
 from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree
 from understudy.model.tree_text import describe_path
+from understudy.model.value_kinds import Column
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from understudy.learning import _linalg_kernels
 from understudy.learning.training_set import make_training_set
 from understudy.model.describe import name_examples
-from understudy.model.kinds import Categorical, Column, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.value_kinds import Categorical, Column, Kind, Toroidal
 
 Square = NDArray[np.float64]
 """A number for each pair of n examples [n, n]."""

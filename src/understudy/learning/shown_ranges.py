@@ -18,10 +18,10 @@ from understudy.learning.fisher_test import compute_fisher_p
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Categorical, Column, Toroidal
 from understudy.model.lesson import Lesson
 from understudy.model.tree_regions import ValueSet
 from understudy.model.tree_text import FeatureText
+from understudy.model.value_kinds import Categorical, Column, Toroidal
 
 FEWEST_PRESSES = 2
 """The least number of presses from which it is concluded what they had in common."""

@@ -19,9 +19,9 @@ from understudy.learning._split_kernels import WATCHED
 from understudy.learning.thresholds import vote
 from understudy.learning.training_set import TrainingSet
 from understudy.model.automaton import Transition
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.tree import STAY, PathStep, Tree, make_leaf
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 
 class AllowedClassifier(NamedTuple):

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.learning._split_kernels import DEFAULT, SHOWN, WATCHED
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 GROUPS = {
     ExampleKind.DEFAULT: DEFAULT,

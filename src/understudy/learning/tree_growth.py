@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError
 from understudy.learning import _growth_kernels, _split_kernels
 from understudy.learning.thresholds import Gap, compute_arc, compute_threshold, vote
-from understudy.model.kinds import Categorical, Continuous, Kind, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Categorical, Continuous, Kind, Toroidal
 
 MOST_WEIGHT = 1_500_000
 """The largest weight of one state's examples for which the integer scores do not overflow.

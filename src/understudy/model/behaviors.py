@@ -13,8 +13,8 @@ from typing import Literal
 
 from understudy.errors import DefinitionError
 from understudy.model.features import PartWithFunction
-from understudy.model.kinds import Column
 from understudy.model.squad import Order
+from understudy.model.value_kinds import Column
 
 
 class Command(Mapping[str, float]):

@@ -9,10 +9,10 @@ from typing import Any
 from understudy.errors import join_names
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Lesson
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import describe_exits, describe_tree_outcomes
+from understudy.model.value_kinds import Categorical, Toroidal
 
 ABSENT = "–"
 BY_CLASSIFIER = "decided by a classifier of scikit-learn"

@@ -19,8 +19,8 @@ from understudy.model.example_table import (
     parse_lesson,
     split_title,
 )
-from understudy.model.kinds import BOOLEAN, Categorical, Kind, parse_kind
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import BOOLEAN, Categorical, Kind, parse_kind
 
 
 def list_example_columns(lesson: Lesson) -> tuple[dict[str, list[Cell]], dict[str, type]]:

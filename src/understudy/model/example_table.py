@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from understudy.errors import DefinitionError, KindError, UnderstudyError, UnknownName, join_names
 from understudy.model.automaton import START, USUAL_FLAGS, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import KIND_SPELLED, Kind, parse_kind, parse_value
 from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.value_kinds import KIND_SPELLED, Kind, parse_kind, parse_value
 
 KINDS = tuple(kind.value for kind in ExampleKind)
 NAMED = ("state", "next", "kind")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self, TypeAlias, cast
 
 from understudy.errors import DefinitionError, UnderstudyError
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
-from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind
 
 ReadingKey: TypeAlias = tuple[str, str | None]
 """The name of a reading and the name of the target it is about, or None for a reading of the body itself."""

@@ -18,9 +18,9 @@ from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
 from understudy.model.property import Property
+from understudy.model.value_kinds import Column
 
 if TYPE_CHECKING:
     import numpy as np

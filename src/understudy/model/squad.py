@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, get_args
 
 from understudy.errors import DefinitionError
 from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
-from understudy.model.kinds import BOOLEAN, NO, YES, Continuous, Kind
+from understudy.model.value_kinds import BOOLEAN, NO, YES, Continuous, Kind
 
 Telling: TypeAlias = Literal["any", "all", "none", "count", "fraction"]
 Measuring: TypeAlias = Literal["mean", "minimum", "maximum", "spread"]

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from math import isnan, prod
 from typing import NamedTuple, TypeAlias
 
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree_regions import Box, ValueSet
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 
 class OverlayCell(NamedTuple):

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from math import inf
 from typing import NamedTuple, TypeAlias
 
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY, Node, PathStep, TestKind, Tree, get_child
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 Interval: TypeAlias = tuple[float, float]
 """Values from the first number up to, not including, the second; label k is the interval from k to k + 1."""

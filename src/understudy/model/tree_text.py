@@ -14,7 +14,6 @@ from typing import TypeAlias
 
 from understudy.model.box_cover import cover_boxes
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, PathStep, Tree
 from understudy.model.tree_regions import (
     Box,
@@ -25,6 +24,7 @@ from understudy.model.tree_regions import (
     make_full_value_set,
     make_path_box,
 )
+from understudy.model.value_kinds import Categorical, Toroidal
 
 HALF_TURN, FULL_TURN = 180.0, 360.0
 MOST_DIGITS = 17

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 FASTEST = 1e-3
 """The largest difference between the rates of two clocks that is considered."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import msgspec
 
 from understudy.errors import UnderstudyError
-from understudy.model.kinds import parse_kind
+from understudy.model.value_kinds import parse_kind
 from understudy.runtime.body import Body, Channel, Reading
 from understudy.storage.json_text import convert_decode_errors, encode_json
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.records.messages import decode_message, encode_message, load_typestore, make_message
 
 READING, READINGS = "understudy_msgs/msg/Reading", "understudy_msgs/msg/Readings"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from understudy.errors import FileError, SettingError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.records.header import (
     AGENT,
     METADATA,

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column, Kind
 from understudy.model.squad import Order
+from understudy.model.value_kinds import Column, Kind
 from understudy.runtime.engine.tables import Stacks, Tables
 
 Commands: TypeAlias = Mapping[str, Column]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import Percept, ReadingKey, ReadingsView, call_user_function
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import (
     ISSUED,
     ORDER,
@@ -20,7 +20,7 @@ from understudy.runtime.body import (
     list_reading_keys,
 )
 from understudy.runtime.feature_columns import check_float_column, check_targets
-from understudy.runtime.program import GroundBehavior
+from understudy.runtime.link import GroundBehavior
 
 
 class CommandColumns:

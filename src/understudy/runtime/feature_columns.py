@@ -16,7 +16,7 @@ from understudy.model.features import (
     ReadingsView,
     call_user_function,
 )
-from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.model.value_kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Body, list_reading_keys
 
 

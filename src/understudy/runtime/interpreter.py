@@ -15,9 +15,9 @@ from typing import TypeAlias
 from understudy.model.automaton import Automaton
 from understudy.model.drawing import format_repr
 from understudy.model.features import CounterFeature, FlagFeature, OwnFeature, TimerFeature
-from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
-from understudy.runtime.program import Child, Instance, Program, ResetFeature, ValueSource
+from understudy.model.value_kinds import NO, YES
+from understudy.runtime.link import Child, Instance, Program, ResetFeature, ValueSource
 
 Row: TypeAlias = Sequence[float]
 """One agent's values of `Program.features`, in one snapshot."""

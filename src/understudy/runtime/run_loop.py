@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from understudy.errors import SettingError
 from understudy.model.drawing import Axes, call_markup, call_plot, format_number_of, format_repr
 from understudy.model.features import Percept
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body, Viewable
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.thinning_buffer import ThinningBuffer
 
 MOST_MOMENTS, LEAST_MOMENTS, MOST_PLACES = 4_000, 300, 400_000

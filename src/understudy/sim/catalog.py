@@ -11,7 +11,7 @@ from understudy.errors import SettingError, UnderstudyError, UnknownName
 from understudy.jit.settings import pause_garbage_collection
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.link import IDLE_PROGRAM
 from understudy.runtime.team.team import Team
 from understudy.sim.kit import make_scenario_kit, make_type_kits
 from understudy.sim.scenario.files import SUFFIX, add_markers, list_builtin_scenarios, load_scenario

@@ -13,8 +13,8 @@ from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import AnyFeature, Feature, FlagFeature, TimeInState
-from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
 from understudy.sim.params import SIGNAL, list_signals
 from understudy.sim.scenario.schema import (

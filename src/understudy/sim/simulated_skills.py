@@ -11,7 +11,7 @@ import numpy as np
 from understudy.errors import UnknownName
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import ISSUED, SKILL, Commands
 from understudy.sim.kernels.angles import compute_angle
 from understudy.sim.kernels.rng import draw_uniform_column

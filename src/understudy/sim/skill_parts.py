@@ -7,7 +7,7 @@ from itertools import product
 
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
-from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.runtime.body import ISSUED, SKILL, Channel, Reading
 from understudy.sim.scenario.schema import RobotType, Scenario
 from understudy.sim.scenario.skill_schema import SkillStandIn

@@ -18,7 +18,7 @@ from understudy.jit.settings import CHECKED, COMPILED, read_kernel_mode
 from understudy.runtime.body import FusedPlan
 from understudy.runtime.engine.compiler import compile_programs
 from understudy.runtime.engine.tables import Stacks, Tables
-from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.link import IDLE_PROGRAM
 from understudy.sim.kernel_context import MOST_THREADS, KernelContext, KernelWorlds, make_thread_scratch
 from understudy.sim.kernels import tick
 from understudy.sim.kit import COLUMNS

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.kernels.angles import compute_cosine_and_sine
 from understudy.sim.kernels.rng import draw_uniform_column, make_normal

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from understudy.errors import FileError
 from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Channel, Commands, FusedPlan, Reading, check_reading_keys
 from understudy.sim import state as snapshots
 from understudy.sim.kernel_context import (

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 from numpy.typing import NDArray
 
 from understudy.errors import FileError
-from understudy.model.kinds import Column
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column
 from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.sim.state import decode_snapshot, encode_snapshot
 from understudy.sim.view import WorldView

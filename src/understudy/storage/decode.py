@@ -21,16 +21,15 @@ from understudy.model.features import (
     TimeInState,
     TimerFeature,
 )
-from understudy.model.kinds import Categorical, Kind, Toroidal, parse_kind
 from understudy.model.learner_options import Learner, LearnerOptions, SklearnOptions, TreeOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import Kit
 from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Categorical, Kind, Toroidal, parse_kind
 from understudy.storage.encode import EVERY_STATE, format_feature_label
 from understudy.storage.json_text import JsonSteps, Source
-from understudy.storage.packing import unpack_bytes, unpack_column
-from understudy.storage.schema import (
+from understudy.storage.library_schema import (
     AbsentDoc,
     ArcDoc,
     AutomatonDoc,
@@ -54,6 +53,7 @@ from understudy.storage.schema import (
     WatchedDoc,
     WatchedSourceDoc,
 )
+from understudy.storage.packing import unpack_bytes, unpack_column
 
 OWN: dict[str, type[OwnFeature]] = {
     "flag": FlagFeature,
@@ -190,14 +190,14 @@ def _make_property(doc: OutcomeDoc, start: StoredMoment, targets: Binding) -> Pr
             remedy="give it a flag, or kind and what",
         )
     else:
-        kind, what = PropertyKind(doc.kind), doc.what
+        kind, what = doc.kind, doc.what
     return Property(kind=kind, what=what, seconds=seconds, start=start, targets=targets)
 
 
 def _make_goal(doc: GoalDoc) -> Property:
     seconds, limit_s = (None if isinstance(each, UnsetType) else each for each in (doc.within_s, doc.limit_s))
-    kind, start = PropertyKind(doc.kind), SeededWorlds(doc.world, (), limit_s)
-    return Property(kind=kind, what=doc.what, seconds=seconds, start=start, name=doc.name)
+    start = SeededWorlds(doc.world, (), limit_s)
+    return Property(kind=doc.kind, what=doc.what, seconds=seconds, start=start, name=doc.name)
 
 
 def _options(doc: OptionsDoc) -> LearnerOptions:

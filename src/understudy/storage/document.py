@@ -26,7 +26,14 @@ from understudy.model.library import Kit, TrainedAutomaton
 from understudy.storage.decode import decode_automaton, decode_lesson, decode_trees
 from understudy.storage.encode import encode_automaton, encode_built_trees, encode_lesson, sort_examples
 from understudy.storage.json_text import Source, find_repeated_key, format_document, parse_json_path
-from understudy.storage.schema import FORMAT, MIGRATIONS, Document, FormatVersion, LessonDoc, ScikitDoc
+from understudy.storage.library_schema import (
+    FORMAT,
+    MIGRATIONS,
+    Document,
+    FormatVersion,
+    LessonDoc,
+    ScikitDoc,
+)
 
 Learn: TypeAlias = Callable[[Lesson], Mapping[str, Transition]]
 """A function that learns the transition functions of a lesson, such as `understudy.learning.fit.learn`."""

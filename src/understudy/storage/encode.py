@@ -14,14 +14,13 @@ from understudy.model.automaton import Automaton
 from understudy.model.binding import format_bound_name
 from understudy.model.example_source import ExampleSource
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
-from understudy.model.kinds import Categorical
 from understudy.model.learner_options import LearnerOptions, TreeOptions
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
 from understudy.model.property import Property, StoredMoment
 from understudy.model.tree import STAY, Node, TestKind, Tree
-from understudy.storage.packing import pack_bytes, pack_column
-from understudy.storage.schema import (
+from understudy.model.value_kinds import Categorical
+from understudy.storage.library_schema import (
     AbsentDoc,
     ArcDoc,
     AutomatonDoc,
@@ -48,6 +47,7 @@ from understudy.storage.schema import (
     WatchedDoc,
     WatchedSourceDoc,
 )
+from understudy.storage.packing import pack_bytes, pack_column
 
 T = TypeVar("T")
 
@@ -124,7 +124,7 @@ def _goal_doc(goal: Property) -> GoalDoc:
     limit_s = goal.start.limit_s
     return GoalDoc(
         name=goal.name,
-        kind=goal.kind.value,
+        kind=goal.kind,
         what=goal.what,
         within_s=UNSET if goal.seconds is None else goal.seconds,
         limit_s=UNSET if limit_s is None else limit_s,
@@ -136,7 +136,7 @@ def _outcome_doc(stored: Property, start: StoredMoment) -> OutcomeDoc:
     by_flag = stored.flag is not None
     return OutcomeDoc(
         flag=stored.flag or UNSET,
-        kind=UNSET if by_flag else stored.kind.value,
+        kind=UNSET if by_flag else stored.kind,
         what=UNSET if by_flag else stored.what,
         within_s=UNSET if stored.seconds is None else stored.seconds,
         limit_s=UNSET if start.limit_s is None else start.limit_s,

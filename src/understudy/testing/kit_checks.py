@@ -9,8 +9,8 @@ from typing import Any, cast
 
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature, Feature, Percept, ReadingsView
-from understudy.model.kinds import Column, Kind
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column, Kind
 from understudy.runtime.body import Body
 from understudy.testing.laws import LawBroken, require
 from understudy.testing.random_drive import (

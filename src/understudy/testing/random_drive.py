@@ -10,7 +10,7 @@ import numpy as np
 
 from understudy.errors import KindError, join_names
 from understudy.model.features import Percept
-from understudy.model.kinds import Column, Kind
+from understudy.model.value_kinds import Column, Kind
 from understudy.runtime.body import BODY_ATTRIBUTES, Body, Channel, Commands, Rewindable, list_reading_keys
 from understudy.testing.laws import LawBroken, require
 

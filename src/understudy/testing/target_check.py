@@ -9,7 +9,7 @@ from understudy.addons.export.body_interface import BodyInterface, describe_body
 from understudy.addons.export.export_automaton import prepare_export
 from understudy.addons.export.export_folder import MANIFEST
 from understudy.addons.export.target_files import ExportJob, FileByHand, TargetFiles
-from understudy.addons.export.targets import ROWS, ExportTarget
+from understudy.addons.export.targets.target_table import ROWS, ExportTarget
 from understudy.model.binding import NOTHING_BOUND
 from understudy.model.library import Library
 from understudy.runtime.body import Body

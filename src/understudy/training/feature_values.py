@@ -21,8 +21,8 @@ from understudy.model.features import (
     Percept,
     TimerFeature,
 )
-from understudy.model.kinds import NO, Categorical
 from understudy.model.lesson import Example, Lesson, ReadingLog
+from understudy.model.value_kinds import NO, Categorical
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import RunningAutomaton, measure_elapsed

@@ -10,7 +10,7 @@ from understudy.errors import SessionError, UnderstudyError
 from understudy.model.library import Library
 from understudy.runtime.body import Body, Rewindable, is_rewindable
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.link import IDLE_PROGRAM, Program, link
 from understudy.runtime.run_loop import Run
 from understudy.training.journal import OthersChanged
 from understudy.training.trainee import FlagEntry, Mode

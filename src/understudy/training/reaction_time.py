@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.model.describe import is_angle
 from understudy.model.features import BoundFeature, Percept
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.learner_options import LONGEST_REACTION_S
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_shifted_row
 

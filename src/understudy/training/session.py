@@ -24,7 +24,7 @@ from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library
 from understudy.runtime.body import Body, Resettable, list_reading_keys
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.storage.append_log import JournalLock
 from understudy.training.feature_values import (

@@ -16,7 +16,7 @@ from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.runtime.body import Body, is_rewindable
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.training.edits import (
     DesignChange,

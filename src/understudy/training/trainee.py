@@ -21,7 +21,7 @@ from understudy.model.tree import STAY
 from understudy.runtime.body import Body
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.runtime.interpreter import Interpreter, Row, RunningAutomaton
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.training.feature_values import collect_own_values
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.viz.axes import escape_math, make_axes
 from understudy.viz.palette import COLORS, FAINT, INK, PAPER, blend_color
 

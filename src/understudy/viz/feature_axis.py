@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from understudy.model.describe import is_angle
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.viz.axes import escape_math
 
 if TYPE_CHECKING:

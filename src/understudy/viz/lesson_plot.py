@@ -14,10 +14,10 @@ from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton, Transition
 from understudy.model.describe import format_value
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import TAU, Categorical, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.tree import STAY, Tree
 from understudy.model.tree_text import list_cuts
+from understudy.model.value_kinds import TAU, Categorical, Toroidal
 from understudy.viz.axes import escape_math, make_axes
 from understudy.viz.feature_axis import AxisCell, FeatureAxis
 from understudy.viz.palette import COLORS, FAINT, INK, PAPER, blend_color

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, Node, TestKind, Tree
 from understudy.model.tree_regions import find_known_absent, list_yes_values
 from understudy.model.tree_text import FeatureText, list_cuts
+from understudy.model.value_kinds import Categorical
 from understudy.viz.axes import (
     make_picture_axes,
     measure_points_per_unit,

@@ -18,12 +18,12 @@ from understudy.judging.rollout import Outcomes, measure_success
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, PathStep, Tree
+from understudy.model.value_kinds import Continuous
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import ForageSettings
 from understudy.sim.scenario.schema import RandomSensor, Scenario
 from understudy.sim.world import World

@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from understudy.model.features import ReadingsView, feature
-from understudy.model.kinds import NO, YES, Column, Continuous
 from understudy.model.library import Kit
+from understudy.model.value_kinds import NO, YES, Column, Continuous
 from understudy.sim.forage import FORAGE_KIT as usual_kit
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import CAPACITY, TOPICS

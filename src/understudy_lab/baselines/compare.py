@@ -10,7 +10,7 @@ import numpy as np
 from understudy.model.features import Percept
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy_lab.baselines.behavior_cloning import fit_nets
 from understudy_lab.baselines.demonstrations import (
     Demonstrator,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isnan, pi, tau
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, choose_wall_action
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home

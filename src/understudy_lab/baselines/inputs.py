@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 from understudy_lab.baselines.recording_body import RESTING, Ints, Raw, RecordedTicks
 
 Floats: TypeAlias = NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import Protocol, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.sim.walker import Walker

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from understudy.judging.baseline import DecideCommands
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column, Kind
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.value_kinds import Column, Kind
 from understudy.runtime.body import Body, list_reading_keys
 from understudy.runtime.feature_columns import get_feature_key
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings, make_practice_worlds
 from understudy.sim.world import World
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING

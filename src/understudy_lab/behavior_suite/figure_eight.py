@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ArenaRegion, ObjectClass, RobotGroup, Scenario, TargetSpec

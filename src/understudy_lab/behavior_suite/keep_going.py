@@ -27,7 +27,7 @@ from understudy.model.features import Percept
 from understudy.model.library import Library
 from understudy.runtime.body import list_reading_keys
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.training.feature_values import collect_own_values, compute_feature_values
 from understudy.training.trainee import Mode, SessionView

@@ -11,7 +11,7 @@ from math import ceil, degrees, pi, sqrt, tau
 
 import numpy as np
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Obstacle, RobotGroup, Scenario, Wall
 from understudy.sim.world import World
 from understudy_lab.behavior_suite.task import SONAR, rover

@@ -9,8 +9,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup, Scenario, TargetSpec

@@ -11,9 +11,9 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import YES, Column
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Kit
+from understudy.model.value_kinds import YES, Column
 from understudy.runtime.body import Commands
 from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator
 from understudy.sim.world import World

@@ -9,7 +9,7 @@ import numpy as np
 
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy_lab.behavior_suite.task import BehaviorTask, TaskResult, TaskTrial
 from understudy_lab.behavior_suite.tracks import GroundTruth, record
 from understudy_lab.lesson_stats import lessons_of

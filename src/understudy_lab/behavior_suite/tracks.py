@@ -12,7 +12,7 @@ from math import pi, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.world import World
 
 Table = NDArray[np.float64]

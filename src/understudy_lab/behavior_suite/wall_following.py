@@ -9,8 +9,8 @@ from math import pi, tau
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.world import World
 from understudy.training.trainee import SessionView

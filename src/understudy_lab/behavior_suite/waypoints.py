@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import YES, Column
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import YES, Column
 from understudy.runtime.body import Commands
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ObjectClass, RobotGroup, Scenario, TargetSpec

@@ -24,11 +24,11 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
+from understudy.model.value_kinds import Continuous, Toroidal
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 TICKS, ROUNDS = 2000, 25
 NEAR, AHEAD = 0.4, 0.3

@@ -17,9 +17,9 @@ from understudy.addons.robots.safety.stop_log import find_stop_log
 from understudy.addons.robots.safety.watchdog_client import WatchdogClient
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.library import Kit, Library
-from understudy.runtime.program import Program, link
+from understudy.model.value_kinds import Continuous
+from understudy.runtime.link import Program, link
 from understudy.runtime.run_loop import Run
 from understudy_lab.tree_builder import build_automaton, split_below
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.addons.checks.verification.check_library import check_library
 from understudy.coaching.give_advice import give_advice
-from understudy.coaching.uncertainty import UncertaintyModel
+from understudy.coaching.reasons_to_ask import UncertaintyModel
 from understudy.errors import UnderstudyError
 from understudy.extras import format_install_command
 from understudy.judging.lesson_replay import replay_lesson
@@ -29,9 +29,9 @@ from understudy.learning.tree_growth import compile_tree_kernels, grow_tree
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.library import TrainedAutomaton
+from understudy.model.value_kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy_lab.bench import live_press
 from understudy_lab.bench.live_press import make_live_session, press_repeatedly

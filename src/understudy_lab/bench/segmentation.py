@@ -13,7 +13,7 @@ from understudy.addons.recordings.segment import segment
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import NOTHING_BOUND
 from understudy.runtime.body import Channel
-from understudy.runtime.program import GroundBehavior
+from understudy.runtime.link import GroundBehavior
 from understudy_lab.bench.learning import medians
 
 TICKS, TICK_S, BEHAVIORS = 72_000, 0.05, 10

@@ -20,8 +20,8 @@ from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import TAU, Continuous, Toroidal
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import TAU, Continuous, Toroidal
 from understudy.sim.scenario.schema import (
     ObjectClass,
     Obstacle,

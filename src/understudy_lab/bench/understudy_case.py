@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 

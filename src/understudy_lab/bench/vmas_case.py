@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from understudy.model.kinds import TAU
+from understudy.model.value_kinds import TAU
 from understudy_lab.bench import standard_task
 from understudy_lab.bench.harness import PeerMissing
 from understudy_lab.bench.standard_task import AHEAD, ARRIVED, PERSONAL, Column

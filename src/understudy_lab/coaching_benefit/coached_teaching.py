@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.pose_sampling import sample_posed_situations
-from understudy.coaching.queries import QueryPolicy, UncertaintyQueries
+from understudy.coaching.questions import QueryPolicy, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.coaching.situation_setup import set_up_situation
-from understudy.coaching.uncertainty import DoubtReason
 from understudy.learning.fit import learn
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton

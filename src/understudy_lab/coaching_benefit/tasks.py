@@ -14,7 +14,7 @@ from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT as forage_kit
 from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.sim.target_lookup import find_target_place

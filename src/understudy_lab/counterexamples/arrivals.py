@@ -13,7 +13,7 @@ from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.trial import LEAST_BADNESS, WORLDS_AT_ONCE, TrialResults
 from understudy.judging.behavior_run import ProgramRun
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import make_practice_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World

@@ -16,7 +16,7 @@ from understudy.judging.rollout import Progress
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT, NAME, Forage, make_corner_cases, make_practice_worlds
 from understudy.sim.view import RunFrame
 from understudy_lab.tasks.forage_teacher import FORAGE, GOTO, PLAIN, TOPICS, WATCHED

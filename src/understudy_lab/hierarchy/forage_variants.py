@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from math import isnan, pi, tau
 from types import MappingProxyType
 
-from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import NO, YES
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, DEPOSIT, FORAGE, GOTO, HARVEST, all_home
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation

@@ -13,13 +13,13 @@ import numpy as np
 from understudy.judging.baseline import LENIENCE
 from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.rollout import measure_success
-from understudy.model.kinds import Column
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView

@@ -18,8 +18,8 @@ import numpy as np
 from understudy.errors import FileError
 from understudy.learning.tree_growth import grow_tree
 from understudy.model.automaton import USUAL_FLAGS
-from understudy.model.kinds import Categorical, Continuous, Kind
 from understudy.model.tree import STAY, Tree
+from understudy.model.value_kinds import Categorical, Continuous, Kind
 from understudy_lab.statistics import spread
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.training.session import Session
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels

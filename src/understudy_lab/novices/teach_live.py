@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
-from understudy.coaching.queries import Question, UncertaintyQueries
-from understudy.coaching.uncertainty import DoubtReason
+from understudy.coaching.questions import Question, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
 from understudy_lab.novices.novice import Novice

@@ -15,11 +15,11 @@ from understudy.addons.recordings.stateless_lesson import choose_stateless
 from understudy.learning.fit import learn_automaton
 from understudy.model.behaviors import Behavior
 from understudy.model.features import Feature, ReadingsView, feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit, Library, TrainedAutomaton
+from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 
 NAME = "driven"
 

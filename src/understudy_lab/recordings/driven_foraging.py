@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.recorded_drive import join_drives
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
+from understudy.model.value_kinds import NO, YES
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
 from understudy_lab.forage.teach import judge, teach
 from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Kit, Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.world import World
 from understudy_lab.behavior_suite.task import rover

@@ -13,7 +13,7 @@ import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
 from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
 from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings

@@ -15,7 +15,7 @@ import numpy as np
 from understudy.addons.recordings.candidates import CommandModel
 from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import ReadingsView
-from understudy.model.kinds import Column, Continuous
+from understudy.model.value_kinds import Column, Continuous
 from understudy.runtime.body import Channel, Reading
 
 TRUTH, COMMAND = "HA", "LA."

@@ -13,9 +13,9 @@ from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.trial import GoalMeasure, TrialResults
 from understudy.judging.evaluate import make_evaluation_task
 from understudy.model.automaton import Automaton
-from understudy.model.kinds import Column
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree
+from understudy.model.value_kinds import Column
 from understudy.sim.catalog import find_scenario
 from understudy.sim.scenario.schema import Scenario
 

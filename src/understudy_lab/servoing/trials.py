@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from understudy.model.kinds import Column
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.model.value_kinds import Column
+from understudy.runtime.link import link
 from understudy_lab.tasks.servo_teacher import SIDES, topics
 from understudy_lab.tasks.soccer import (
     AHEAD,

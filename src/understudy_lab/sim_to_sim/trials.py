@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from understudy.addons.bridges.mujoco.body import MujocoBody
 from understudy.model.library import Library
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.team.team import Team
 from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.sim.scenario.schema import ElapsedSensor, Scenario

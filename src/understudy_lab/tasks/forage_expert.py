@@ -11,7 +11,7 @@ import numpy as np
 from understudy.judging.baseline import Baseline, measure_baseline
 from understudy.judging.rollout import Outcomes
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.sim.forage import ForageSettings, recover_forage_settings
 from understudy.sim.scenario.schema import RobotType, Scenario

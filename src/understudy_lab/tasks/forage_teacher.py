@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from math import inf, isnan, pi
 from types import MappingProxyType
 
-from understudy.model.kinds import NO, YES
 from understudy.model.learner_options import LearnerOptions
+from understudy.model.value_kinds import NO, YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import find_angle_ahead, find_bearing, has_raised_flag, is_beside
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation

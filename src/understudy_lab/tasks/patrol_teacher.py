@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import isnan
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import (
     AROUND_S,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.tasks.patrol_wander_teacher import make_timed_sequence
 from understudy_lab.tasks.salvage_scout_teacher import (

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isnan, pi
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import (
     KEEP,

@@ -14,10 +14,10 @@ import msgspec
 import numpy as np
 
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Commands
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.sim.kernels.rng import draw_uniform_column
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isnan, pi
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Seen, Wish, after, find_bearing, has_raised_flag
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation

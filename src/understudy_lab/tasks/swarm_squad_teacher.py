@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from understudy.model.kinds import YES
+from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.teachers.person import KEEP, Wish, after
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation

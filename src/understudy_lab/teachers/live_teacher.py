@@ -18,8 +18,8 @@ from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.new_worlds import Mistake
 from understudy.addons.checks.falsification.open_failure import find_moment
 from understudy.coaching.fast_forward import fast_forward
-from understudy.coaching.queries import Question, UncertaintyQueries
-from understudy.coaching.uncertainty import DoubtReason
+from understudy.coaching.questions import Question, UncertaintyQueries
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.judging.properties.run_property import Verdict
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Lesson

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.learner_options import Learner, LearnerOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson
+from understudy.model.value_kinds import Continuous
 
 DATA_SETS = ("iris", "wine", "breast_cancer", "digits")
 SIZES = ("4 a class", "60 in all")

@@ -15,9 +15,9 @@ from understudy.learning.mislabels import diagnose_correction
 from understudy.learning.sklearn_adapter import ClassifierTransition, encode_features
 from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import START, Transition
-from understudy.model.kinds import Continuous
 from understudy.model.learner_options import Learner, SklearnOptions, TreeOptions
 from understudy.model.lesson import Lesson
+from understudy.model.value_kinds import Continuous
 from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, panels
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task

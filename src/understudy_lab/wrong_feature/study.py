@@ -8,10 +8,10 @@ from math import radians
 from typing import Any
 
 from understudy.judging.paired_tests import compute_mcnemar_p
-from understudy.model.kinds import TAU, Continuous, Kind, Toroidal
 from understudy.model.learner_options import ORDERS, TreeOptions
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree
+from understudy.model.value_kinds import TAU, Continuous, Kind, Toroidal
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, CountGoal, Goal, Units
 from understudy_lab.figures import Dots, Panels, by_group
 from understudy_lab.forage.teach import METHODS, WORLDS, judge, teach

@@ -29,8 +29,8 @@ from understudy.addons.robots.safety.guard import ArmingRefused
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Target
 from understudy.model.features import Feature, FlagFeature, TimeInState
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy.records.messages import decode_message, encode_message, make_message
 
 SCENARIO = """

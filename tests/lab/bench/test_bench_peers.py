@@ -12,7 +12,7 @@ from tests.lab.bench.reference import Reference, decide
 
 from understudy.model.features import BoundFeature, Feature
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy_lab.bench import standard_task
 from understudy_lab.bench._handwritten_kernels import decide as decide_flat
 from understudy_lab.bench._handwritten_kernels import sonar

@@ -8,7 +8,7 @@ from math import isnan, nan
 import pytest
 
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy_lab.bench import harness, patrol, standard_task, swarm
 from understudy_lab.bench.harness import BenchCase, BenchGoal, PeerMissing, Row, measure, result, speed
 

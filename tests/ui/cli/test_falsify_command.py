@@ -19,10 +19,10 @@ from understudy.addons.checks.falsification.failing_world import read_failing_wo
 from understudy.addons.checks.falsification.failure_replay import compute_end_hash
 from understudy.addons.checks.falsification.random_search import RandomSearch
 from understudy.addons.checks.falsification.shrink import shrink_failure
-from understudy.model.kinds import Column
 from understudy.model.library import TrainedAutomaton
+from understudy.model.value_kinds import Column
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.scenario.files import format_scenario
 from understudy.sim.world import World
 from understudy.storage.library_folder import save_automaton

@@ -180,7 +180,7 @@ def test_stale_trees_are_noted_and_rebuilt(tmp_path: Path, monkeypatch: pytest.M
     kit.write_text(
         "from understudy.model.behaviors import Behavior\n"
         "from understudy.model.features import Feature\n"
-        "from understudy.model.kinds import BOOLEAN, Continuous\n"
+        "from understudy.model.value_kinds import BOOLEAN, Continuous\n"
         "from understudy.model.library import Kit\n"
         "kit = Kit.from_parts(Feature('distance', Continuous(), reading='distance'), Behavior('forward'),\n"
         "             Feature('ready', BOOLEAN, reading='ready'), Behavior('done'))\n"

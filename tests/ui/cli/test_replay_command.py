@@ -32,7 +32,7 @@ from understudy.records.header import RunInfo
 from understudy.records.reader import read_recording
 from understudy.records.recorder import RunRecorder
 from understudy.runtime.body import Commands, list_reading_keys
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.storage.library_folder import open_library, save_automaton
 from understudy.training.lesson_design import new_lesson

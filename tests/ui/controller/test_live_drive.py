@@ -17,7 +17,7 @@ from understudy.addons.recordings.run_drives import read_trace_drive
 from understudy.addons.recordings.segment import UNEXPLAINED
 from understudy.errors import SessionError
 from understudy.model.library import Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.ui.cli.commands.studio_drive import make_drive_server
 from understudy.ui.cli.studio_options import DrivingOptions

@@ -10,8 +10,8 @@ import pytest
 from tests.make.studios import GOTO, Wall, open_page, serve_studio
 
 from understudy.model.features import ReadingsView, feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column, Continuous
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.ui.web.actions import handler_table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from tests.make.studios import GOTO, Page, make_studio, open_page, serve_studio,
 from tests.ui.web.test_library import names
 
 from understudy.sim.scenario.files import load_scenario
+from understudy.ui.web.places import DOCUMENT
 from understudy.ui.web.server import StudioServer
 
 
@@ -94,6 +96,18 @@ def test_a_new_library_and_the_old_one(server: StudioServer, person: Page, tmp_p
     while places(person)["library"] != "mine":
         person.hear()
     assert places(person)["libraries"] == ["mine", "other"]
+
+
+def test_a_pipe_is_no_document_of_a_library(server: StudioServer, tmp_path: Path) -> None:
+    """A studio that opened it would wait without end; here the pipe has an end, so that the test fails instead."""
+    (tmp_path / "pipes").mkdir()
+    os.mkfifo(tmp_path / "pipes" / "goto.json")
+    pipe = os.open(tmp_path / "pipes" / "goto.json", os.O_RDWR)
+    try:
+        os.write(pipe, DOCUMENT * 100)
+        assert server.host.places.list_libraries(tmp_path / "mine") == ["mine"]
+    finally:
+        os.close(pipe)
 
 
 @pytest.mark.parametrize("name", ["../elsewhere", "/etc", "a/b", "1"])

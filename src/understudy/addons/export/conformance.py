@@ -18,14 +18,14 @@ from understudy.addons.export.single_precision import compute_in_single, round_t
 from understudy.addons.export.walks import ReadingWalk
 from understudy.errors import UnderstudyError
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
+from understudy.model.value_kinds import Categorical
 from understudy.runtime.body import Commands, Reading
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.feature_columns import FeatureColumns, read_feature_column
 from understudy.runtime.interpreter import Interpreter, RunningAutomaton
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 
 TICKS = 60
 """The number of ticks of a walk."""

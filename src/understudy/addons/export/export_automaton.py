@@ -18,12 +18,12 @@ from understudy.addons.export.export_folder import MANIFEST, check_export_folder
 from understudy.addons.export.hierarchy import Hierarchy, flatten_program
 from understudy.addons.export.single_precision import RoundedCut, round_library
 from understudy.addons.export.target_files import ExportJob
-from understudy.addons.export.targets import TARGETS, ExportTarget, find_target
+from understudy.addons.export.targets.target_table import TARGETS, ExportTarget, find_target
 from understudy.errors import SettingError, join_names
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.library import Library
 from understudy.runtime.body import Body
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 from understudy.storage.document import fingerprint_automaton, hash_content
 
 

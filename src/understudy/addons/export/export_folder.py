@@ -16,7 +16,7 @@ from typing import Any
 from understudy.addons.export.hierarchy import GroundAutomaton, GroundBasic, Hierarchy
 from understudy.addons.export.target_files import ExportJob, FileByHand, TargetFiles, fingerprint_file
 from understudy.errors import FileError
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.storage.atomic_write import UNFINISHED, convert_os_errors, sync_folder
 from understudy.storage.json_text import format_json
 

@@ -17,11 +17,11 @@ from understudy.errors import DefinitionError, UnknownName
 from understudy.model.behaviors import Command, StateEffect
 from understudy.model.binding import Binding, format_bound_name
 from understudy.model.features import BoundFeature, CounterFeature, Feature, FlagFeature, TimerFeature
-from understudy.model.kinds import Continuous, Kind
 from understudy.model.squad import Order
 from understudy.model.tree import Tree
+from understudy.model.value_kinds import Continuous, Kind
 from understudy.runtime.body import Channel, Reading
-from understudy.runtime.program import Child, GroundBehavior, Instance, Program, ResetFeature, ValueSource
+from understudy.runtime.link import Child, GroundBehavior, Instance, Program, ResetFeature, ValueSource
 
 
 @dataclass(frozen=True, slots=True)

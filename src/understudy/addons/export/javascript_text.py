@@ -9,13 +9,19 @@ import json
 from collections.abc import Iterator, Mapping
 from math import isinf
 
-from understudy.addons.export.code_text import C_WORDS, ExpressionText, Operand, Spelling, write_condition
+from understudy.addons.export.condition_text import (
+    C_WORDS,
+    ExpressionText,
+    Operand,
+    Spelling,
+    write_condition,
+)
 from understudy.addons.export.decisions import ValueCondition
 from understudy.addons.export.hierarchy import FeatureSource, Hierarchy
 from understudy.addons.export.identifiers import make_identifiers
 from understudy.addons.export.target_files import TEMPLATES
 from understudy.model.behaviors import StateEffect
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.value_kinds import Categorical, Toroidal
 
 FAILED = "failed"
 """The state in which a statechart ends if a condition cannot be evaluated."""

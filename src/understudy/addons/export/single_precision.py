@@ -21,10 +21,10 @@ from understudy.learning.training_set import group_examples_by_state
 from understudy.model.automaton import Automaton
 from understudy.model.behaviors import Behavior
 from understudy.model.features import CounterFeature, Feature, ReadingsView
-from understudy.model.kinds import Categorical
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import Node, TestKind, Tree
-from understudy.runtime.program import Program
+from understudy.model.value_kinds import Categorical
+from understudy.runtime.link import Program
 
 MOST_COUNT = 2**31
 """One more than the largest number that a counter of 32 bits holds."""

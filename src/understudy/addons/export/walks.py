@@ -14,10 +14,10 @@ from typing import TypeAlias
 
 from understudy.addons.export.hierarchy import FeatureSource, GroundAutomaton, Hierarchy
 from understudy.addons.export.single_precision import round_to_single, step_single
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.tree import STAY, Node, TestKind, Tree, is_in_arc
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.runtime.interpreter import RunningAutomaton
-from understudy.runtime.program import Instance
+from understudy.runtime.link import Instance
 
 USUAL = (-1.0, 0.0, 0.1, 0.5, 1.0, 2.0, 5.0)
 """Values of continuous readings that no tree compares."""

@@ -17,7 +17,7 @@ from understudy.model.binding import NOTHING_BOUND, Binding, format_bound_name
 from understudy.model.library import Library
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter, StackFrame
-from understudy.runtime.program import Program, link
+from understudy.runtime.link import Program, link
 
 
 @dataclass(frozen=True, slots=True)

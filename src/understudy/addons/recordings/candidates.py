@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.errors import DefinitionError, UnknownName
 from understudy.model.features import ReadingKey, ReadingsView, call_user_function
-from understudy.model.kinds import Column
-from understudy.runtime.program import GroundBehavior
+from understudy.model.value_kinds import Column
+from understudy.runtime.link import GroundBehavior
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

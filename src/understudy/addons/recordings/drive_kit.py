@@ -14,7 +14,7 @@ from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature, TimeInState
 from understudy.model.library import Kit, Library
-from understudy.runtime.program import GroundBehavior
+from understudy.runtime.link import GroundBehavior
 
 PARAMETER = "A"
 """The name of the target parameter of features that are readings of a target."""

@@ -19,7 +19,7 @@ from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDr
 from understudy.addons.recordings.recorded_table import TIME, RecordedTable
 from understudy.addons.recordings.recording_readers import find_reader
 from understudy.errors import join_names
-from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.model.value_kinds import Categorical, Column, Toroidal
 from understudy.runtime.body import Channel, Reading
 
 Floats = NDArray[np.float64]

@@ -18,9 +18,9 @@ from understudy.addons.recordings.lesson_from_drive import DriveLesson
 from understudy.errors import DefinitionError, join_names
 from understudy.model.automaton import Automaton, State
 from understudy.model.features import Feature
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, Lesson, ReadingLog
 from understudy.model.library import Kit, Library
+from understudy.model.value_kinds import Categorical
 from understudy.training.feature_values import recompute_example_values
 
 T = TypeVar("T")

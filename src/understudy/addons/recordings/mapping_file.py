@@ -28,7 +28,7 @@ from typing import Literal
 from msgspec import field
 
 from understudy.errors import FileError, KindError
-from understudy.model.kinds import Continuous, Kind, Toroidal, parse_kind
+from understudy.model.value_kinds import Continuous, Kind, Toroidal, parse_kind
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values, parse_toml
 

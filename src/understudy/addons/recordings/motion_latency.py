@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.model.value_kinds import Categorical, Column, Toroidal
 
 Floats = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from understudy.errors import DefinitionError
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding
 from understudy.runtime.body import Channel
-from understudy.runtime.program import GroundBehavior
+from understudy.runtime.link import GroundBehavior
 
 Floats = NDArray[np.float64]
 

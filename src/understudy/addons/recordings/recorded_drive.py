@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, join_names
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Channel, Reading
 
 Floats = NDArray[np.float64]

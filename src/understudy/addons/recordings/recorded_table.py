@@ -19,7 +19,7 @@ import numpy as np
 from understudy.addons.recordings.mapping_file import RecordingMap
 from understudy.errors import FileError, join_names, suggest_known_name
 from understudy.extras import format_install_command
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 TIME = "time_s"
 """The column of times in a table that needs no mapping file, and in all tables of messages."""

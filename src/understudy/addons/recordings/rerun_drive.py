@@ -14,7 +14,7 @@ from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.addons.recordings.segment import Segmentation
 from understudy.model.library import Library
 from understudy.records.replay import ReplayBody
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 
 Ints = NDArray[np.int64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical, Toroidal
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.runtime.feature_columns import read_feature_column
 
 Floats = NDArray[np.float64]

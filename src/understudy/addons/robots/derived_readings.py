@@ -9,7 +9,7 @@ from math import floor, hypot, isnan, nan
 import numpy as np
 
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, RobotType, StallSensor
 from understudy.sim.sensing.sensor_table import STUCK

@@ -17,7 +17,7 @@ from understudy.addons.robots.ros.simulation_clock import SimulationClock
 from understudy.errors import SettingError
 from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.records.recorder import RunRecorder
 from understudy.runtime.body import ISSUED, SKILL, Channel, Commands, Reading, check_reading_keys
 from understudy.sim.kit import MOVING

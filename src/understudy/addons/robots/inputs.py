@@ -10,21 +10,20 @@ from typing import Any, TypeAlias, TypeVar
 
 from understudy.addons.robots.camera.config import CAMERA, CameraSpec
 from understudy.addons.robots.camera.live_camera import LiveCamera
-from understudy.addons.robots.robot_file import POSE, RobotFile, TargetPlaceSpec
-from understudy.addons.robots.ros.fields import (
+from understudy.addons.robots.robot_file import POSE, FrameSpec, RobotFile, TargetPlaceSpec
+from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
+from understudy.addons.robots.ros.message_readings import (
     BEARING,
     SCAN,
     Extract,
     make_extractor,
     make_position_extractor,
 )
-from understudy.addons.robots.ros.frame_tree import TRANSFORMS, FrameTree
 from understudy.addons.robots.ros.transport import Transport
-from understudy.addons.robots.standard_topics import FrameSpec
 from understudy.errors import FileError, UnderstudyError
 from understudy.extras import ExtraMissing
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Continuous, Toroidal
+from understudy.model.value_kinds import Continuous, Toroidal
 from understudy.records.messages import MessageRefused, decode_message
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem

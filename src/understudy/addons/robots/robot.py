@@ -19,7 +19,7 @@ import numpy as np
 from understudy.addons.robots.derived_readings import DerivedReadings
 from understudy.addons.robots.inputs import SensorInputs
 from understudy.addons.robots.recording_transport import RecordingTransport
-from understudy.addons.robots.robot_file import RobotFile
+from understudy.addons.robots.robot_file import DiagnosticsSpec, RobotFile
 from understudy.addons.robots.ros.diagnostic_messages import (
     DIAGNOSTICS,
     DiagnosticStatus,
@@ -37,7 +37,6 @@ from understudy.addons.robots.safety.stop_log import StopEvent, StopLog, find_st
 from understudy.addons.robots.safety.watchdog_client import WatchdogClient
 from understudy.addons.robots.skills.cancel_all import make_cancel_sender
 from understudy.addons.robots.skills.robot_skills import RobotSkills
-from understudy.addons.robots.standard_topics import DiagnosticsSpec
 from understudy.clock import REAL_TIME, Clock
 from understudy.errors import FileError, UnderstudyError, UnknownName, join_names
 from understudy.model.features import Percept, ReadingKey

@@ -18,13 +18,44 @@ from understudy.addons.robots.camera.config import CameraSpec
 from understudy.addons.robots.ros.state_topic import TOPIC as STATE_TOPIC
 from understudy.addons.robots.ros.transport import BUILTIN_TRANSPORTS, list_transports
 from understudy.addons.robots.skill_file import SkillSpec, find_skill_problems
-from understudy.addons.robots.standard_topics import DiagnosticsSpec, FrameSpec
 from understudy.addons.robots.team_settings import TeamSettings
 from understudy.errors import FileError
 from understudy.sim.scenario.scenario_errors import suggest_name
 from understudy.sim.scenario.squad_schema import StrictStruct
 from understudy.sim.scenario.toml_decode import DecodeProblem, Described, decode_toml_values, parse_toml
 from understudy.sim.sensing.sensor_table import BLOBS, LOCATIONS
+
+
+class FrameSpec(StrictStruct, frozen=True, kw_only=True):
+    """The frames (REP 105) between which the robot's pose is read: the readings `x`, `y` and `heading`.
+
+    They are the place and direction of the frame `robot` in the frame `fixed`. Transforms come on `topic`, and those
+    that never change on `static`. The pose is as old as the oldest transform between the two frames, except for those
+    on `static`. If older than `stale_s` it is absent; the robot then stops if it is `required`.
+    """
+
+    fixed: str = "map"
+    robot: str = "base_link"
+    topic: str = "/tf"
+    static: str = "/tf_static"
+    rate_hz: float | None = None
+    stale_s: float = 0.5
+    required: bool = False
+
+
+class DiagnosticsSpec(StrictStruct, frozen=True, kw_only=True):
+    """The robot's diagnostics (REP 107).
+
+    With `publish`, the robot's state in Understudy is published there once a second. `unfit` and `stop` list names of
+    statuses. While one of them has the level ERROR or STALE, the robot is not counted as a member of its squad; one of
+    `stop` also stops it.
+    """
+
+    topic: str = "/diagnostics"
+    publish: bool = False
+    unfit: tuple[str, ...] = ()
+    stop: tuple[str, ...] = ()
+
 
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"

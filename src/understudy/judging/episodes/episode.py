@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from understudy.model.kinds import Column, Kind
 from understudy.model.lesson import ExampleKind
+from understudy.model.value_kinds import Column, Kind
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from understudy.judging.episodes.episode import Episode
 from understudy.judging.run_trace import BETWEEN, COMMAND, READING
 from understudy.model.data_frames import Cell, make_frame
-from understudy.model.kinds import Categorical, Column
+from understudy.model.value_kinds import Categorical, Column
 
 POSE = ("x", "y", "heading")
 

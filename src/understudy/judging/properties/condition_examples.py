@@ -12,9 +12,9 @@ from understudy.judging.named_reading import NamedReading, find_reading
 from understudy.judging.properties.margins import COUNTS
 from understudy.judging.properties.thing_positions import OBSTACLE, ROBOT, name_things
 from understudy.judging.raised_range import find_shown_goal
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.library import Library
 from understudy.model.property import GOAL, RAISED
+from understudy.model.value_kinds import Categorical, Toroidal
 from understudy.sim.world import World
 
 

@@ -9,7 +9,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.kernels.dtypes import TOUCH
 from understudy.sim.world import World
 

@@ -12,7 +12,7 @@ from understudy.judging.behavior_run import BehaviorRun
 from understudy.judging.properties.margins import check_goal
 from understudy.judging.properties.thing_positions import ROBOT, make_distance
 from understudy.judging.rollout import Instant, Monitor
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.world import World
 
 NEARER_M = 0.1

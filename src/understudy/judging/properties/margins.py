@@ -28,7 +28,7 @@ from understudy.judging.properties.thing_positions import (
     measure_depth,
     name_things,
 )
-from understudy.model.kinds import Categorical, Column, Toroidal
+from understudy.model.value_kinds import Categorical, Column, Toroidal
 from understudy.sim.scenario.schema import Goal
 from understudy.sim.world import World
 

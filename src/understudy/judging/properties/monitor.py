@@ -28,8 +28,8 @@ from understudy.judging.rollout import (
     skip_progress,
 )
 from understudy.judging.world_run import SuccessRule
-from understudy.model.kinds import Column
 from understudy.model.property import Property, PropertyKind, StoredMoment
+from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Scenario
 
 LOOK_S = 1.0

@@ -19,10 +19,10 @@ from understudy.judging.properties.free_space import CELL_M, COVERED, TOUCHED, U
 from understudy.learning.shown_ranges import find_shown_range
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Column, Continuous
 from understudy.model.lesson import Lesson
 from understudy.model.library import Library
 from understudy.model.property import RAISED, Property, PropertyKind, SeededWorlds
+from understudy.model.value_kinds import Column, Continuous
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 

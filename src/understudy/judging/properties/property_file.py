@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from msgspec import UNSET, UnsetType, field
@@ -56,6 +57,15 @@ class PropertyTable(StrictStruct, frozen=True, kw_only=True):
 
 
 CLAIMS = ("never", "always", "never_longer_than_s")
+CLAIM_KEYS: Mapping[PropertyKind, tuple[str, ...]] = MappingProxyType(
+    {
+        PropertyKind.NEVER: ("never",),
+        PropertyKind.ALWAYS: ("always", "within_s"),
+        PropertyKind.NEVER_LONGER: ("never_longer_than_s", "while"),
+        PropertyKind.PROGRESS: ("never_longer_than_s", "without"),
+    }
+)
+"""By the kind of a property, the keys of its condition and its time, as they are written."""
 
 
 def load_properties(path: Path | str) -> tuple[Property, ...]:
@@ -234,8 +244,7 @@ def locate_world(path: Path | str, world: str) -> str:
 
 def find_condition_key(kind: PropertyKind) -> str:
     """Return the key that says what a property is about."""
-    keys = {PropertyKind.NEVER: "never", PropertyKind.ALWAYS: "always", PropertyKind.NEVER_LONGER: "while"}
-    return keys.get(kind, "without")
+    return next(key for key in CLAIM_KEYS[kind] if not key.endswith("_s"))
 
 
 def _error(path: Path, name: str, key: str, problem: str, remedy: str) -> FileError:

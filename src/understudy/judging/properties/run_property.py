@@ -24,7 +24,7 @@ from understudy.judging.raised_range import RaisedRange, describe_raised, find_s
 from understudy.judging.rollout import WORLDS_AT_ONCE, Progress, skip_progress
 from understudy.model.library import Library
 from understudy.model.property import Property, PropertyKind, SeededWorlds
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 

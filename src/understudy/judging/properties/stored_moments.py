@@ -18,7 +18,7 @@ from understudy.model.library import Library
 from understudy.model.property import RAISED, Property, PropertyKind, StoredMoment
 from understudy.runtime.body import is_rewindable
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.sim.scenario.files import format_scenario, parse_scenario

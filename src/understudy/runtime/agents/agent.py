@@ -30,7 +30,7 @@ from understudy.runtime.agents.training_link import (
 )
 from understudy.runtime.body import SKILL, Body, Commands, SkillPerformer
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.link import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.members import Finds
 

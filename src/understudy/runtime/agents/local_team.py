@@ -22,7 +22,7 @@ from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.runtime.body import Body, Commands
 from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.link import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.comms import HasFailures
 

@@ -15,7 +15,7 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.runtime.agents.lateness import LatenessMeter
 from understudy.runtime.agents.messages import MemberReport, OrderId, compute_layout
 from understudy.runtime.body import Channel, Commands, Reading
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.team.comms import SILENT_S
 
 

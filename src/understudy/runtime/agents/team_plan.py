@@ -10,7 +10,7 @@ from understudy.runtime.agents.agent import AgentSpec, SquadLink
 from understudy.runtime.agents.coordinator import LEASE_S, SquadPlan
 from understudy.runtime.agents.messages import list_reported_readings
 from understudy.runtime.body import Reading
-from understudy.runtime.program import Program
+from understudy.runtime.link import Program
 from understudy.runtime.team.squad_body import list_squad_readings
 from understudy.runtime.team.team import TeamTree
 from understudy.runtime.team.team_programs import TeamPrograms

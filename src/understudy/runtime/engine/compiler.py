@@ -39,7 +39,7 @@ from understudy.runtime.engine.tables import (
     check_tree,
     flatten_tree,
 )
-from understudy.runtime.program import (
+from understudy.runtime.link import (
     IDLE_PROGRAM,
     Child,
     GroundBehavior,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from understudy.errors import DefinitionError, SettingError
 from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import ORDER, SKILL, Body, Fused, FusedPlan
 from understudy.runtime.command_columns import CommandColumns
 from understudy.runtime.engine import _pulse_kernels
@@ -21,7 +21,7 @@ from understudy.runtime.engine.compiler import PythonTransition, StateSlot, comp
 from understudy.runtime.engine.tables import Stacks
 from understudy.runtime.feature_columns import FeatureColumns, get_body_feature, get_feature_key
 from understudy.runtime.interpreter import StackFrame, measure_elapsed
-from understudy.runtime.program import IDLING, Program
+from understudy.runtime.link import IDLING, Program
 
 Ints = NDArray[np.int32]
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError
 from understudy.model.automaton import Automaton
-from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, Node, TestKind, Tree
+from understudy.model.value_kinds import Categorical
 
 FLAG, COUNTER, TIMER, TIME, FALLEN, RISEN = range(6)
 OWN_SOURCES = 8

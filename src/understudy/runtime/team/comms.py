@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import YES, Column
+from understudy.model.value_kinds import YES, Column
 from understudy.runtime.team.members import MemberGroup, Membership
 
 ORDER_BYTES = 12

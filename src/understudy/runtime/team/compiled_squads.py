@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import BOOLEAN, Toroidal
 from understudy.model.squad import TELLING, YES_OR_NO, Statistic
+from understudy.model.value_kinds import BOOLEAN, Toroidal
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.feature_columns import get_feature_key
-from understudy.runtime.program import IDLE_PROGRAM
+from understudy.runtime.link import IDLE_PROGRAM
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.statistics import StatisticMemory

@@ -14,7 +14,7 @@ from understudy.model.binding import Binding
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.squad import Assignment, Role, Squad
 from understudy.runtime.body import Body, Commands
-from understudy.runtime.program import GroundBehavior, Program
+from understudy.runtime.link import GroundBehavior, Program
 
 Finds: TypeAlias = Callable[[str, Binding], Program]
 """A function that makes the program of a behavior that members can run, with its targets."""

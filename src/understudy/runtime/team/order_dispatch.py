@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import UnknownName
-from understudy.model.kinds import Column
 from understudy.model.squad import Assignment, Order, Squad
-from understudy.runtime.program import IDLE_PROGRAM
+from understudy.model.value_kinds import Column
+from understudy.runtime.link import IDLE_PROGRAM
 from understudy.runtime.team.comms import DOWN, CommsChannel, DelayedValues
 from understudy.runtime.team.members import MemberGroup, Membership
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from understudy.model.binding import Binding
 from understudy.model.drawing import format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import BOOLEAN, Column, Kind
 from understudy.model.squad import TELLING, Assignment, Order, Squad, Statistic
+from understudy.model.value_kinds import BOOLEAN, Column, Kind
 from understudy.runtime.body import ISSUED, ORDER, Body, Channel, Commands, Reading, check_reading_keys
 from understudy.runtime.body_wrapper import BodyWrapper
 from understudy.runtime.team.comms import CommsChannel, MemberReports, Traffic, make_traffic

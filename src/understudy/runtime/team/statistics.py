@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.model.kinds import BOOLEAN, YES, Column, Kind, Toroidal
 from understudy.model.squad import TELLING, YES_OR_NO, Statistic
+from understudy.model.value_kinds import BOOLEAN, YES, Column, Kind, Toroidal
 from understudy.runtime.team.members import Membership
 
 Bools = NDArray[np.bool_]

@@ -20,7 +20,7 @@ from understudy.model.squad import Squad
 from understudy.runtime.body import Body, Fused
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, Program
+from understudy.runtime.link import IDLE_PROGRAM, Program
 from understudy.runtime.run_loop import Run
 from understudy.runtime.team.comms import CommsChannel, make_member_draw_keys
 from understudy.runtime.team.compiled_squads import SquadCompiler

@@ -10,7 +10,7 @@ from understudy.errors import UnderstudyError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.library import Library
 from understudy.model.squad import Squad
-from understudy.runtime.program import IDLE_PROGRAM, Program, link
+from understudy.runtime.link import IDLE_PROGRAM, Program, link
 from understudy.runtime.team.members import Finds, find_ordered_program
 
 NO_OTHERS: Mapping[str, Sequence[Program]] = MappingProxyType({})

@@ -8,7 +8,7 @@ from understudy.sim.kernels.angles import cache_heading_vector
 from understudy.sim.kernels.camera import measure_blob, project_objects, project_segments
 from understudy.sim.kernels.dtypes import OBSTACLES, ROBOTS, WALLS
 from understudy.sim.kernels.grid import find_big_cells, find_line_spots, find_static_range
-from understudy.sim.kernels.sonar import (
+from understudy.sim.kernels.sector_distances import (
     measure_sector_to_bounds,
     measure_sector_to_disc,
     measure_sector_to_segment,

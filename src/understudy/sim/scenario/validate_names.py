@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from understudy.errors import join_names
-from understudy.model.kinds import Categorical
+from understudy.model.value_kinds import Categorical
 from understudy.sim.kit import (
     CARRYING,
     MOVING,

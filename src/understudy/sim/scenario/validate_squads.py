@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 from understudy.errors import join_names
-from understudy.model.kinds import BOOLEAN
 from understudy.model.squad import Assignment, Squad, Statistic
+from understudy.model.value_kinds import BOOLEAN
 from understudy.runtime.body import Reading
 from understudy.runtime.team.squad_body import list_squad_readings as readings_of_squad
 from understudy.sim.kit import OWN_FEATURES, list_readings, list_type_readings, make_behaviors

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import dtypes
 from understudy.sim.scenario.scenario_errors import NOT_NEGATIVE, POSITIVE, Limit

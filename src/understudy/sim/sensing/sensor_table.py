@@ -11,7 +11,7 @@ from functools import partial
 from math import inf, radians
 from typing import Any
 
-from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy.runtime.body import Reading
 from understudy.sim.kernels import dtypes
 from understudy.sim.kernels.angles import compute_cosine_and_sine

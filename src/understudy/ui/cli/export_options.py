@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from understudy.addons.export.targets import list_targets
+from understudy.addons.export.targets.target_table import list_targets
 from understudy.errors import join_names
 from understudy.ui.cli.options import LIBRARY, Bind, CommandOptions, FoundWorld, KitName, LibraryOption
 

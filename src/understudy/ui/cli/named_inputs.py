@@ -14,7 +14,7 @@ from understudy.errors import SettingError, UnknownName, join_names
 from understudy.learning.fit import learn
 from understudy.model.automaton import Automaton
 from understudy.model.library import Kit, Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import (

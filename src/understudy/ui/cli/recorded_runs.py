@@ -36,7 +36,7 @@ from understudy.ui.cli.options import WORLD
 if TYPE_CHECKING:
     from understudy.model.library import Kit
     from understudy.records.reader import Recording
-    from understudy.runtime.program import Program
+    from understudy.runtime.link import Program
     from understudy.runtime.team.team import Team
     from understudy.sim.scenario.schema import Scenario
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from understudy.errors import DefinitionError, SettingError, UnderstudyError, UnknownName, join_names
 from understudy.model.library import Kit, Library
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import list_builtin_scenarios

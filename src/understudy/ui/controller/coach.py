@@ -14,11 +14,11 @@ from understudy.coaching.advice import Advice, AdviceKind
 from understudy.coaching.fast_forward import fast_forward
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.next_situation import find_next_situation, go_to_situation
-from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.questions import QueryPolicy, Question, UncertaintyQueries
 from understudy.coaching.quiet_situations import QuietSituations
 from understudy.coaching.raised_elsewhere import find_raised_elsewhere
+from understudy.coaching.reasons_to_ask import DoubtReason
 from understudy.coaching.situation_setup import SetupResult, SituationSpec, set_up_situation
-from understudy.coaching.uncertainty import DoubtReason
 from understudy.errors import SessionError
 from understudy.model.automaton import Transition
 from understudy.model.lesson import Lesson

@@ -10,8 +10,8 @@ from understudy.errors import KindError
 from understudy.model.change_summary import ChangeSummary
 from understudy.model.describe import ABSENT, around_zero, format_values, is_angle
 from understudy.model.features import BoundFeature
-from understudy.model.kinds import Categorical
 from understudy.model.lesson import Example, ExampleKind
+from understudy.model.value_kinds import Categorical
 from understudy.training.trainee import SessionView
 
 MOST_SAID = 2

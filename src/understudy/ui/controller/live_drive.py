@@ -20,7 +20,7 @@ from understudy.errors import SessionError
 from understudy.model.features import BoundFeature, Percept
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.runtime.interpreter import Interpreter
-from understudy.runtime.program import IDLE_PROGRAM, link
+from understudy.runtime.link import IDLE_PROGRAM, link
 from understudy.runtime.run_loop import Run
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.world import World

@@ -15,7 +15,7 @@ from msgspec import Meta, Struct
 
 from understudy.addons.checks.falsification.lesson_score import ScoreChange
 from understudy.addons.robots.twin import DigitalTwin
-from understudy.coaching.queries import QueryPolicy
+from understudy.coaching.questions import QueryPolicy
 from understudy.errors import SessionError, SettingError
 from understudy.training.session import Session
 from understudy.ui.controller import coach

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from understudy.coaching.queries import QueryPolicy
+from understudy.coaching.questions import QueryPolicy
 from understudy.model.automaton import Automaton
 from understudy.model.change_summary import ChangeSummary
 from understudy.model.describe import format_value, list_conditions_by_switch

@@ -6,8 +6,8 @@ from math import isnan
 
 from rich.text import Text
 
-from understudy.model.kinds import Categorical
 from understudy.model.plain_names import format_names
+from understudy.model.value_kinds import Categorical
 from understudy.runtime.body import Reading, list_reading_keys
 from understudy.sim.body_world import BodyWorld
 

@@ -117,6 +117,8 @@ class Places:
 
 
 def _is_document(path: Path) -> bool:
-    with suppress(OSError, UnderstudyError), path.open("rb") as file:
-        return DOCUMENT in file.read(200)
+    with suppress(OSError, UnderstudyError):
+        if path.is_file():  # a pipe would be waited for without end
+            with path.open("rb") as file:
+                return DOCUMENT in file.read(200)
     return False

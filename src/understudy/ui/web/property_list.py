@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 from understudy.errors import FileError, UnderstudyError, UnknownName
 from understudy.judging.properties.library_properties import try_property
 from understudy.judging.properties.property_file import (
+    CLAIM_KEYS,
     CLAIMS,
     FILE,
     PropertyTable,
@@ -19,14 +20,14 @@ from understudy.judging.properties.property_file import (
 )
 from understudy.judging.properties.run_property import PropertyResult, describe_result
 from understudy.judging.rollout import Progress
-from understudy.model.property import PROGRESS, Property
+from understudy.model.property import PROGRESS, Property, PropertyKind
 from understudy.sim.scenario.toml_decode import DecodeProblem, decode_toml_values
 from understudy.sim.scenario.toml_writer import format_toml_value
 from understudy.ui.controller.failing_worlds import Draft, LibrarySource, make_draft
 from understudy.ui.controller.trainer import Trainer
 from understudy.ui.web.background import BackgroundRun, LessonIdentity
 from understudy.ui.web.messages.base import Data
-from understudy.ui.web.messages.review import PropertyFieldsData, PropertyKindName
+from understudy.ui.web.messages.review import PropertyFieldsData
 
 VerdictName: TypeAlias = Literal["not tested", "holds", "fails", "undecided"]
 
@@ -198,13 +199,6 @@ FIELDS = {
     "never_longer_than_s": "seconds",
 }
 """By the key of a table, the field of the form, where it has another name."""
-CLAIM_KEYS: Mapping[PropertyKindName, tuple[str, ...]] = {
-    "never": ("never",),
-    "always": ("always", "within_s"),
-    "never longer": ("never_longer_than_s", "while"),
-    "progress": ("never_longer_than_s", "without"),
-}
-"""By the kind of a property, the keys of its condition and its time, as they are written."""
 
 
 def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData) -> dict[str, Any]:
@@ -215,7 +209,7 @@ def make_property_table(path: Path | str, name: str, fields: PropertyFieldsData)
     table |= {"world": fields.world, "seeds": _parse_seeds(path, name, fields.seeds)}
     for key in CLAIM_KEYS[fields.kind]:
         if FIELDS[key] != "seconds":
-            table[key] = PROGRESS if fields.kind == "progress" else fields.condition
+            table[key] = PROGRESS if fields.kind is PropertyKind.PROGRESS else fields.condition
         elif fields.seconds is None:
             raise _wrong(path, name, key, "is missing", "give the time in s")
         else:
@@ -267,7 +261,7 @@ def read_fields(table: object) -> PropertyFieldsData | None:
     kinds = (kind for kind, keys in CLAIM_KEYS.items() if all(key in table for key in keys))
     return PropertyFieldsData.of(
         decoded,
-        kind=next(kinds, "progress"),
+        kind=next(kinds, PropertyKind.PROGRESS),
         condition=next((table[key] for key in ("never", "always", "while") if key in table), ""),
         seconds=table.get("within_s", table.get("never_longer_than_s")),
         seeds=format_toml_value(table["seeds"]),

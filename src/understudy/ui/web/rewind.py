@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from understudy.coaching.queries import QueryPolicy, Question, UncertaintyQueries
+from understudy.coaching.questions import QueryPolicy, Question, UncertaintyQueries
 from understudy.errors import SessionError
 from understudy.model.lesson import Example
 from understudy.training.other_agents import SessionSnapshot

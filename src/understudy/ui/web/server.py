@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType
 from starlette.websockets import WebSocket
 
 from understudy import __version__
-from understudy.addons.export.targets import list_targets
+from understudy.addons.export.targets.target_table import list_targets
 from understudy.addons.robots.team_network.team_watch import TeamWatch
 from understudy.clock import REAL_TIME
 from understudy.errors import SessionError

@@ -11,7 +11,7 @@ import numpy as np
 
 from understudy.errors import DefinitionError, join_names
 from understudy.judging.episodes.episode import Episode
-from understudy.model.kinds import Column, Kind
+from understudy.model.value_kinds import Column, Kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

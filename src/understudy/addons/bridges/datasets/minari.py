@@ -22,7 +22,7 @@ from understudy.addons.bridges.datasets.new_folder import create_folder
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing
 from understudy.judging.episodes.episode import Episode
-from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 FORMAT_VERSION = "0.5.0"
 """A version of Minari that reads these files; later ones do, too, and refuse newer versions than their own."""

@@ -25,8 +25,8 @@ from understudy.addons.bridges.environments.environment_interface import (
 from understudy.addons.bridges.environments.space_numbers import SpaceNumbers, rename_numbers
 from understudy.errors import DefinitionError, SettingError, UnknownName
 from understudy.model.features import Feature, FlagFeature, Percept, ReadingKey, TimeInState
-from understudy.model.kinds import Column, Kind
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Column, Kind
 from understudy.runtime.body import Channel, Commands, Reading, check_reading_keys
 
 EnvironmentT = TypeVar("EnvironmentT")

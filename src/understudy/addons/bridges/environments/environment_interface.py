@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from understudy.addons.bridges.environments.space_numbers import SpaceNumber
 from understudy.errors import SettingError, UnknownName, join_names
 from understudy.model.behaviors import Behavior, Command
-from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Kind
+from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Continuous, Kind
 from understudy.runtime.body import Channel, Reading
 
 Names: TypeAlias = Sequence[str] | Mapping[str, str]

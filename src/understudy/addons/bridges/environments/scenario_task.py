@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, SettingError, UnknownName, join_names
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 from understudy.runtime.body import check_reading_keys, list_reading_keys
 from understudy.sim.kit import COLUMNS, make_behaviors
 from understudy.sim.params import SIGNAL, list_signals

@@ -13,7 +13,7 @@ from gymnasium import Space, spaces
 from numpy.typing import NDArray
 
 from understudy.errors import SettingError
-from understudy.model.kinds import BOOLEAN, Categorical, Column, Continuous, Kind
+from understudy.model.value_kinds import BOOLEAN, Categorical, Column, Continuous, Kind
 
 MOST_NUMBERS = 256
 """The largest number of numbers in an observation or action; more are an image or a scan, unusable as readings."""

@@ -24,7 +24,7 @@ from understudy.addons.robots.camera.blobs import Image
 from understudy.errors import SettingError
 from understudy.model.drawing import call_markup, format_number_of, format_repr
 from understudy.model.features import Percept, ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import ISSUED, SKILL, Commands
 from understudy.sim.kit import COLUMNS
 from understudy.sim.scenario.schema import Scenario

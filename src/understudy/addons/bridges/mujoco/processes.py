@@ -26,7 +26,7 @@ from understudy.addons.bridges.mujoco.ros_robots import (
 )
 from understudy.addons.bridges.mujoco.shapes import AWAY_M
 from understudy.addons.bridges.mujoco.world import BodyPose
-from understudy.addons.robots.ros.fields import compute_heading as heading_of
+from understudy.addons.robots.ros.message_readings import compute_heading as heading_of
 from understudy.addons.robots.ros.transport import Transport
 from understudy.records.messages import MessageRefused, decode_message, encode_message, make_message
 from understudy.sim.scenario.schema import Scenario

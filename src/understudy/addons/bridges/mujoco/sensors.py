@@ -16,7 +16,7 @@ from understudy.addons.bridges.mujoco.shapes import OBSTACLES, ROBOTS, UNSEEN, W
 from understudy.addons.bridges.mujoco.world import MujocoWorld
 from understudy.addons.robots.camera.blobs import LEAST_PX, BlobDetector, FrameGeometry, Image
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import ElapsedSensor, RobotType, Scenario
 from understudy.sim.sensing.sensor_row import RangeScan
 from understudy.sim.sensing.sensor_table import BLOBS, find_sensor_row, list_range_scans

@@ -21,7 +21,7 @@ from understudy.judging.evaluation_task import EvaluationTask
 from understudy.judging.explain_run import DecisionReason, explain_query
 from understudy.judging.rollout import skip_progress
 from understudy.judging.tracing import TracedRun
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.runtime.body import Body
 
 MISSED = -1.0

@@ -23,7 +23,7 @@ from understudy.addons.checks.falsification.trial import Measure
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.extras import import_cma
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 
 FIRST_SPREAD = 0.3
 """The standard deviation of all numbers of a vector in the first worlds after a start."""

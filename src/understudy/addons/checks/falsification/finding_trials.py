@@ -30,9 +30,9 @@ from understudy.model.features import (
     FlagFeature,
     TimerFeature,
 )
-from understudy.model.kinds import Column
 from understudy.model.library import Library
 from understudy.model.tree_regions import ValueSet
+from understudy.model.value_kinds import Column
 from understudy.runtime.engine.compiler import StateSlot
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.feature_columns import FeatureColumns

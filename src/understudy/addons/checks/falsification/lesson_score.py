@@ -23,8 +23,8 @@ from understudy.judging.behavior_run import ProgramRun
 from understudy.judging.paired_tests import compute_mcnemar_p
 from understudy.judging.rollout import Progress, skip_progress
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Column
 from understudy.model.library import Library
+from understudy.model.value_kinds import Column
 from understudy.runtime.feature_columns import FeatureColumns
 from understudy.sim.world import World
 

@@ -27,9 +27,9 @@ from understudy.judging.raised_range import find_shown_goal
 from understudy.judging.rollout import Instant, Monitor, Progress, monitor_flag, roll_out, skip_progress
 from understudy.learning.shown_ranges import ShownRange
 from understudy.model.describe import format_value
-from understudy.model.kinds import Categorical, Column
 from understudy.model.library import Library
 from understudy.model.property import Property
+from understudy.model.value_kinds import Categorical, Column
 
 LONGEST_RUN_S = 120.0
 """The longest time that a behavior with a flag is given, s."""

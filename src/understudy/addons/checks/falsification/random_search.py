@@ -14,7 +14,7 @@ from understudy.addons.checks.falsification.trial import WORLDS_AT_ONCE, Measure
 from understudy.clock import REAL_TIME
 from understudy.judging.intervals import exact_interval_of_share
 from understudy.judging.process_pool import run_calls
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Scenario
 
 KEPT = 64

@@ -25,7 +25,7 @@ from understudy.addons.checks.falsification.disturbances import (
 )
 from understudy.addons.checks.falsification.free_places import FreePlaces
 from understudy.errors import SettingError
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.params import get_count_range, get_region_box
 from understudy.sim.scenario.schema import MOUSE, ObjectClass, Obstacle, Placement, RobotGroup, Scenario
 from understudy.sim.view import WorldView

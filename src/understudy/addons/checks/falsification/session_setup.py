@@ -18,7 +18,7 @@ from understudy.judging.properties.offered_goals import offer_goals
 from understudy.model.library import Library
 from understudy.model.property import Property
 from understudy.runtime.engine.engine import Engine
-from understudy.runtime.program import IDLING, Program, link
+from understudy.runtime.link import IDLING, Program, link
 from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import Scenario

@@ -16,7 +16,7 @@ from understudy.judging.evaluation_task import EvaluationTask
 from understudy.judging.properties.goal_progress import ProgressMonitor
 from understudy.judging.rollout import Instant, Monitor, WorldColumns, monitor_flag, monitor_goal, roll_out
 from understudy.model.describe import format_value
-from understudy.model.kinds import Column
+from understudy.model.value_kinds import Column
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 

@@ -14,9 +14,9 @@ from math import inf, isinf, nan, nextafter
 from typing import NamedTuple
 
 from understudy.model.features import BoundFeature, CounterFeature, FlagFeature, TimeInState, TimerFeature
-from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY, TestKind, Tree
 from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, list_children, make_full_value_set
+from understudy.model.value_kinds import Categorical
 
 NO_VALUES = ValueSet((), False)
 NONEMPTY = 1

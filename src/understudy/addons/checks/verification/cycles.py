@@ -16,8 +16,8 @@ from typing import NamedTuple
 from understudy.addons.checks.verification.cells import Leaf
 from understudy.addons.checks.verification.levels import Level
 from understudy.model.features import CounterFeature, Feature, FlagFeature, TimeInState, TimerFeature
-from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import NO, YES
 
 MOST_PULSES = 20_000
 """The number of pulses of one automaton after which the search is given up, and reported as unfinished."""

@@ -14,8 +14,8 @@ from understudy.addons.checks.verification.subject import MOST_EXAMPLES, Subject
 from understudy.errors import join_names
 from understudy.model.describe import name_examples
 from understudy.model.features import CounterFeature, Feature, FlagFeature
-from understudy.model.kinds import NO, YES
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import NO, YES
 
 MOST_BOXES = 200
 """The largest number of boxes in which a flag is raised that are examined one by one; of more, only the box of all

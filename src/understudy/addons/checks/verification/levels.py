@@ -22,10 +22,10 @@ from understudy.model.automaton import Automaton
 from understudy.model.behaviors import StateEffect
 from understudy.model.binding import NOTHING_BOUND, Binding
 from understudy.model.features import BoundFeature, Feature, FlagFeature
-from understudy.model.kinds import NO
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.tree import STAY, TestKind, Tree
 from understudy.model.tree_regions import ValueSet
+from understudy.model.value_kinds import NO
 
 
 @dataclass(eq=False)

@@ -20,10 +20,10 @@ from understudy.addons.checks.verification.scenario_ties import (
 )
 from understudy.addons.checks.verification.ties import Tie, make_presence_tie, make_range_tie
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Toroidal
 from understudy.model.library import Library
 from understudy.model.squad import YES_OR_NO, Squad, Statistic
 from understudy.model.tree_regions import ValueSet
+from understudy.model.value_kinds import Toroidal
 from understudy.sim.scenario.schema import ElapsedSensor, RandomSensor, Scenario, SensorBase, StallSensor
 from understudy.sim.sensing.sensor_table import find_sensor_row
 

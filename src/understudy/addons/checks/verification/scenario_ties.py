@@ -13,9 +13,9 @@ from msgspec import UnsetType
 
 from understudy.addons.checks.verification.ties import Tie, make_presence_tie, make_range_tie
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
 from understudy.model.tree_regions import ABSENT_ONLY, ValueSet, make_full_value_set
+from understudy.model.value_kinds import NO, YES
 from understudy.sim.scenario.schema import (
     Bumper,
     Camera,

@@ -13,12 +13,12 @@ from understudy.addons.checks.verification.cells import NO_VALUES, Axis, choose_
 from understudy.addons.checks.verification.finding import FindingCell
 from understudy.addons.checks.verification.levels import Level, list_levels
 from understudy.model.features import Feature
-from understudy.model.kinds import Categorical, Toroidal
 from understudy.model.lesson import Example
 from understudy.model.library import Library
 from understudy.model.tree import Tree
 from understudy.model.tree_regions import ValueSet
 from understudy.model.tree_text import FeatureText
+from understudy.model.value_kinds import Categorical, Toroidal
 
 if TYPE_CHECKING:
     from understudy.addons.checks.verification.coordinators import SquadMembers

@@ -15,10 +15,10 @@ from understudy.addons.checks.verification.subject import MOST_EXAMPLES, Subject
 from understudy.errors import join_names
 from understudy.model.describe import name_examples
 from understudy.model.features import BoundFeature, Feature
-from understudy.model.kinds import Continuous
 from understudy.model.lesson import Example
 from understudy.model.tree import STAY
 from understudy.model.tree_text import FeatureText
+from understudy.model.value_kinds import Continuous
 
 MOST_WEAK = 3
 """The number of cells of one example that are described, the weakest first; the others are counted."""

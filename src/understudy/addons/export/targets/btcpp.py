@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.etree.ElementTree import indent, tostring
 
-from understudy.addons.export.code_text import INDENT
+from understudy.addons.export.condition_text import INDENT
 from understudy.addons.export.exported_trace import format_trace_header
 from understudy.addons.export.target_files import (
     TEMPLATES,
@@ -20,7 +20,7 @@ from understudy.addons.export.targets.btcpp_tree import TreeWriter
 from understudy.addons.export.targets.c99_source import write_comment
 from understudy.addons.export.targets.cpp_names import TreeNames, name_for_trees
 from understudy.addons.export.targets.python_module import ARITHMETIC, PythonSource
-from understudy.model.kinds import Categorical
+from understudy.model.value_kinds import Categorical
 
 
 def make_btcpp_files(job: ExportJob) -> TargetFiles:

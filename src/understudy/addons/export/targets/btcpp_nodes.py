@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from understudy.addons.export.code_text import INDENT
+from understudy.addons.export.condition_text import INDENT
 from understudy.addons.export.hierarchy import ComputedValue, GroundBasic, Hierarchy
 from understudy.addons.export.target_files import FileByHand
 from understudy.addons.export.targets.btcpp_tree import clean
@@ -17,7 +17,7 @@ from understudy.addons.export.targets.c99_source import (
     write_error,
 )
 from understudy.addons.export.targets.cpp_names import TreeNames
-from understudy.model.kinds import Categorical
+from understudy.model.value_kinds import Categorical
 
 SHARED = {
     "IsAbsent": ("Condition", ("value",)),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import copysign, isinf
 from xml.etree.ElementTree import Element, SubElement
 
-from understudy.addons.export.code_text import C_WORDS, Operand, Spelling, write_condition
+from understudy.addons.export.condition_text import C_WORDS, Operand, Spelling, write_condition
 from understudy.addons.export.decisions import (
     Answer,
     Branch,
@@ -22,8 +22,8 @@ from understudy.addons.export.decisions import (
 )
 from understudy.addons.export.hierarchy import FeatureSource, Hierarchy
 from understudy.addons.export.targets.cpp_names import TreeNames, is_measured
-from understudy.model.kinds import Categorical
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Categorical
 
 ABSENT = "0.0 / 0.0"
 """NaN, as a script can write it."""

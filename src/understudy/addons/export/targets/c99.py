@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from understudy.addons.export.code_text import INDENT
+from understudy.addons.export.condition_text import INDENT
 from understudy.addons.export.conformance import MS_PER_S, ConformanceTick
 from understudy.addons.export.exported_trace import format_trace_header
 from understudy.addons.export.target_files import ExportJob, TargetFiles, fill_template, fill_templates
@@ -17,7 +17,7 @@ from understudy.addons.export.targets.c99_source import (
     write_comment,
 )
 from understudy.addons.export.targets.cpp_names import CNames, name_for_c
-from understudy.model.kinds import Categorical
+from understudy.model.value_kinds import Categorical
 
 MADE = (
     "conformance",

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from understudy.addons.export.code_text import C_BLOCKS, C_WORDS, INDENT, Operand, RoutineText, Spelling
+from understudy.addons.export.condition_text import C_BLOCKS, C_WORDS, INDENT, Operand, RoutineText, Spelling
 from understudy.addons.export.decisions import Answer, TreeRoutines
 from understudy.addons.export.hierarchy import (
     FeatureSource,
@@ -19,8 +19,8 @@ from understudy.addons.export.hierarchy import (
 from understudy.addons.export.single_precision import round_to_single
 from understudy.addons.export.target_files import FileByHand
 from understudy.addons.export.targets.cpp_names import CNames
-from understudy.model.kinds import Categorical, Kind, Toroidal
 from understudy.model.tree import STAY
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 GENERATED = "exported by Understudy. This file was generated: teach it again instead of editing it."
 

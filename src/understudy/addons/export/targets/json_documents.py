@@ -15,7 +15,7 @@ from understudy.model.library import TrainedAutomaton
 from understudy.storage.document import encode_document
 from understudy.storage.json_text import format_json
 from understudy.storage.library_folder import make_file_stem
-from understudy.storage.schema import make_document_schema
+from understudy.storage.library_schema import make_document_schema
 
 
 def make_json_files(job: ExportJob) -> TargetFiles:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
-from understudy.addons.export.code_text import (
+from understudy.addons.export.condition_text import (
     INDENT,
     PYTHON_BLOCKS,
     PYTHON_WORDS,
@@ -28,7 +28,7 @@ from understudy.addons.export.target_files import (
     fill_templates,
 )
 from understudy.addons.export.targets.cpp_names import name_functions
-from understudy.model.kinds import Categorical, Kind, Toroidal
+from understudy.model.value_kinds import Categorical, Kind, Toroidal
 
 RESERVED = frozenset((*(each.lower() for each in keyword.kwlist), "conformance", "math", "sys"))
 MODULES = (

@@ -14,10 +14,10 @@ from understudy.addons.export.targets.c99_source import quote_for_c
 from understudy.addons.export.targets.cpp_names import CNames
 from understudy.addons.robots.inputs import PLACE, TopicInput
 from understudy.addons.robots.robot_file import POSE, ReadingSpec
-from understudy.addons.robots.ros.fields import BEARING, CLEAR_M, POSE_2D, RANGE, SCAN, WIDTH
+from understudy.addons.robots.ros.message_readings import BEARING, CLEAR_M, POSE_2D, RANGE, SCAN, WIDTH
 from understudy.errors import SettingError, join_names
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import BOOLEAN, Categorical, Kind, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Categorical, Kind, Toroidal
 from understudy.sim.sensing.sensor_table import LOCATIONS, STUCK
 
 STEP = "  "

@@ -41,7 +41,9 @@ class DetectionResult(NamedTuple):
 def read_image_folder(folder: Path | str) -> tuple[CalibrationImage, ...]:
     """Read the images of a folder, by name; raise FileError if there are none or one cannot be read."""
     try:
-        files = sorted(file for file in Path(folder).iterdir() if file.suffix.lower() in ENDINGS)
+        files = sorted(
+            file for file in Path(folder).iterdir() if file.suffix.lower() in ENDINGS and file.is_file()
+        )
     except OSError as error:
         problem = error.strerror or str(error)
         raise FileError(path=folder, place="", problem=problem, remedy="give a folder of images") from None

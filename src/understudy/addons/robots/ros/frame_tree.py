@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
-from understudy.addons.robots.ros.fields import LARGEST, compute_heading
+from understudy.addons.robots.ros.message_readings import LARGEST, compute_heading
 from understudy.records.messages import make_message
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from understudy.addons.robots.robot_file import RobotFile
-from understudy.addons.robots.ros.fields import Extract, make_field_extractor
 from understudy.addons.robots.ros.interfaces import Interfaces
+from understudy.addons.robots.ros.message_readings import Extract, make_field_extractor
 from understudy.addons.robots.ros.transport import Transport
 from understudy.addons.robots.skill_file import SkillSpec
 from understudy.addons.robots.skills.action_client import ActionClient
@@ -23,7 +23,7 @@ from understudy.addons.robots.skills.service_client import ServiceClient
 from understudy.errors import FileError, SettingError, UnknownName
 from understudy.model.binding import Binding
 from understudy.model.features import ReadingKey
-from understudy.model.kinds import BOOLEAN, Continuous
+from understudy.model.value_kinds import BOOLEAN, Continuous
 from understudy.records.message_types import TEXT, encode_text, resolve_topic_name
 from understudy.runtime.body import Reading
 from understudy.sim.scenario.toml_decode import DecodeProblem

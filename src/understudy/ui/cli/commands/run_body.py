@@ -16,7 +16,7 @@ from understudy.clock import REAL_TIME, Clock
 from understudy.errors import SettingError
 from understudy.records.header import RunInfo
 from understudy.runtime.body import list_reading_keys
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.runtime.run_loop import Run
 from understudy.runtime.thinning_buffer import ThinningBuffer
 from understudy.sim.body_world import BodyWorld

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from msgspec import Meta
 
-from understudy.coaching.queries import QueryPolicy
-from understudy.model.property import LONGEST_S
+from understudy.coaching.questions import QueryPolicy
+from understudy.model.property import LONGEST_S, PropertyKind
 from understudy.ui.web.messages.base import Call, Data, Index, Message, NameField, Targets
 
 Sentence: TypeAlias = Annotated[str, Meta(min_length=1, max_length=10_000)]
 Seconds: TypeAlias = Annotated[float, Meta(gt=0, le=LONGEST_S)]
-PropertyKindName: TypeAlias = Literal["never", "always", "never longer", "progress"]
 ConditionField: TypeAlias = Annotated[str, Meta(max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Pruning: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
 """How many examples each leaf of a question must set right for the question to stay."""
@@ -46,7 +45,7 @@ class GoToProperty(Message, frozen=True, kw_only=True, tag="go_to_property"):
 class PropertyFieldsData(Data, frozen=True, kw_only=True):
     """The fields of a property's form; they are the keys of its table."""
 
-    kind: PropertyKindName
+    kind: PropertyKind
     condition: ConditionField
     """The condition that must never hold, hold in time, or not hold for longer; "goal" is the scenario's goal."""
     seconds: float | None

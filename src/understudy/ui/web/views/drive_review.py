@@ -14,7 +14,7 @@ from understudy.addons.recordings.driver_contradictions import DriverContradicti
 from understudy.addons.recordings.propose_behaviors import describe_command
 from understudy.addons.recordings.relabel import list_label_questions
 from understudy.model.example_source import ExampleSource
-from understudy.model.kinds import Continuous, Kind
+from understudy.model.value_kinds import Continuous, Kind
 from understudy.ui.controller.recording_review import LearnedDrive, RecordingReview
 from understudy.ui.web.messages.base import Data
 from understudy.ui.web.views.scene import FeatureData

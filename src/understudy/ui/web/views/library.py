@@ -16,7 +16,7 @@ from msgspec import field
 from understudy.errors import FileError, SessionError, UnderstudyError, UnknownName
 from understudy.learning.fit import learn
 from understudy.model.library import Kit, Library, TrainedAutomaton
-from understudy.runtime.program import link
+from understudy.runtime.link import link
 from understudy.storage.atomic_write import convert_os_errors, lock_folder, sync_folder
 from understudy.storage.library_folder import (
     list_versions,

@@ -8,8 +8,8 @@ from typing import Literal, Self, TypeAlias
 from msgspec import UNSET, UnsetType, field
 
 from understudy.addons.robots.twin import DigitalTwin, Ground
-from understudy.model.kinds import Kind
 from understudy.model.library import Kit
+from understudy.model.value_kinds import Kind
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.files import MARKER
 from understudy.sim.scenario.schema import MOUSE, Camera, RobotType

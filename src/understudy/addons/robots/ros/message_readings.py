@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.addons.robots.robot_file import ReadingSpec, TargetPlaceSpec
-from understudy.model.kinds import BOOLEAN, Column, Continuous, Kind, Toroidal
+from understudy.model.value_kinds import BOOLEAN, Column, Continuous, Kind, Toroidal
 from understudy.records.messages import BASE, NAMED, is_known_type, list_message_fields
 from understudy.sim.scenario.toml_decode import DecodeProblem
 from understudy.sim.sensing.sectors import find_nearest_beam, measure_widest_opening

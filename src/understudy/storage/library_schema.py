@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType, field
 
+from understudy.model.property import PropertyKind
+
 FORMAT = 1
 """The number of the format that is written. Older formats are converted by `MIGRATIONS`, newer ones refused."""
 
@@ -161,7 +163,7 @@ class OutcomeDoc(DocStruct, kw_only=True):
     """A property from a stored moment: a `flag` in time, or a `kind` with `what`. Packed parts are base64 of zlib."""
 
     flag: DocName | UnsetType = UNSET
-    kind: Literal["never", "always", "never longer", "progress"] | UnsetType = UNSET
+    kind: PropertyKind | UnsetType = UNSET
     what: str | UnsetType = UNSET
     within_s: float | UnsetType = UNSET
     limit_s: float | UnsetType = UNSET
@@ -177,7 +179,7 @@ class GoalDoc(DocStruct, kw_only=True):
     """What success means in any world: a property, in the words of properties of a file; `name` says it shortly."""
 
     name: str = ""
-    kind: Literal["never", "always", "never longer", "progress"]
+    kind: PropertyKind
     what: str
     within_s: float | UnsetType = UNSET
     limit_s: Annotated[float, Meta(gt=0)] | UnsetType = UNSET

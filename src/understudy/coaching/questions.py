@@ -14,8 +14,8 @@ from collections import deque
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from understudy.coaching.reasons_to_ask import DoubtReason, Uncertainty, UncertaintyModel
 from understudy.coaching.repetition import RepetitionWatch
-from understudy.coaching.uncertainty import DoubtReason, Uncertainty, UncertaintyModel
 from understudy.learning.fit import learn
 from understudy.runtime.body import is_rewindable
 from understudy.training.other_agents import SessionSnapshot
