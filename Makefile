@@ -75,7 +75,7 @@ coverage: $(VENV)/.dev ## branch coverage of the source by the quick tests, with
 	@$(BIN)/coverage report --format=total
 
 soak: $(VENV)/.dev ## the tests that take long
-	$(BIN)/pytest -m soak $(ARGS)
+	$(BIN)/pytest -m soak -o faulthandler_timeout=0 $(ARGS)
 
 bench: $(VENV)/.bench ## measure, beside the peers of the bench extra
 	$(BIN)/understudy bench $(ARGS)
