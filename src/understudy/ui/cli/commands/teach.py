@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from understudy.errors import SettingError, UnderstudyError
 from understudy.model.library import Library
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli import FAULT
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import choose_kit, open_library_with_notes
@@ -88,18 +88,6 @@ def _see_hold(twin: DigitalTwin) -> None:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class TeachResult:
-    """Result of a teaching session in the terminal."""
-
-    name: str
-    library: Path
-    examples: int
-    saved: bool
-    journal: Path | None
-    """Path of the session's journal; None if no session began."""
-
-
 def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json: bool) -> None:
     left = interrupted_sessions.find_interrupted_session(
         plan.folder, plan.name, plan.world.name, plan.library
@@ -115,14 +103,9 @@ def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json
     if trainer.return_code:
         raise typer.Exit(trainer.return_code)
     if as_json:
-        result = TeachResult(
-            name=plan.name,
-            library=plan.folder,
-            examples=0 if ended is None else ended.examples,
-            saved=ended is not None and ended.saved,
-            journal=None if ended is None else ended.journal,
-        )
-        print_json(result)
+        begun = {"examples": 0, "saved": False, "journal": None}
+        begun = begun if ended is None else select_facts(ended, "examples", "saved", "journal")
+        print_json({"name": plan.name, "library": plan.folder, **begun})
     elif ended is None:
         make_console().print(f"Nothing was begun of {plan.name}.")
     elif ended.saved:
