@@ -84,7 +84,7 @@ def _see_hold(twin: DigitalTwin) -> None:
             where=twin.fleet.name,
             setting="safety.hold_to_run",
             problem="needs a key that is held, and a terminal does not report released keys",
-            remedy="teach it in the studio: understudy studio --robot FILE",
+            remedy="teach it in the studio: understudy robots studio FILE",
         )
 
 
@@ -130,5 +130,5 @@ def _see_terminal() -> None:
             setting="its input or output",
             problem="is not a terminal",
             remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
-            "Python with understudy.training.session.Session, or from a table with understudy learn",
+            "Python with understudy.training.session.Session, or from a table with understudy learn table",
         )
