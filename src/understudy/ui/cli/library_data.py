@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any
 
 from understudy.errors import SettingError, UnknownName, join_names
@@ -23,11 +22,12 @@ from understudy.storage.library_folder import (
     make_file_stem,
     open_each_automaton,
 )
+from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.options import WORLD, LibraryOptions
 
-WORLD_LIBRARIES = "understudy.ui.cli.world_libraries:open_named_libraries"
-FIND_KIT = "understudy.ui.cli.named_inputs:find_kit"
-"""Places of what is imported only if a world or a kit is named."""
+open_named_libraries = import_on_call("understudy.ui.cli.world_libraries:open_named_libraries")
+find_kit = import_on_call("understudy.ui.cli.named_inputs:find_kit")
+"""Imported only if a world or a kit is named."""
 
 
 def open_listings(options: LibraryOptions, learn: Learn) -> dict[str, LoadedLibrary]:
@@ -37,7 +37,7 @@ def open_listings(options: LibraryOptions, learn: Learn) -> dict[str, LoadedLibr
     """
     if options.world is None and options.kit is None:
         return open_documents(options.library, None, learn)
-    found: dict[str, LoadedLibrary] = resolve_name(WORLD_LIBRARIES)(options, learn)
+    found: dict[str, LoadedLibrary] = open_named_libraries(options, learn)
     return found
 
 
@@ -57,7 +57,7 @@ def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
     """Return the kit if a kit or a world is named; otherwise None, and the documents define the features."""
     if named is None and world is None:
         return None
-    found: Kit = resolve_name(FIND_KIT)(named, world or WORLD)
+    found: Kit = find_kit(named, world or WORLD)
     return found
 
 

@@ -182,7 +182,7 @@ def _search_directed(
 
 
 def keep_failure(
-    folder: Path,
+    folder: Path | str,
     found: Shrinking,
     measure: TrialMeasure,
     libraries: Libraries,

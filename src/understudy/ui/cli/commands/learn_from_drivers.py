@@ -20,7 +20,7 @@ from understudy.addons.recordings.recorded_drive import refuse_other_robot
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.errors import SettingError, UnknownName
 from understudy.storage.json_text import select_facts
-from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
+from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.commands.learn_from_drive import (
     SegmentedDrive,
     make_drive_lesson,
@@ -90,7 +90,7 @@ def group_recordings(
 
 def learn_drivers(options: LearnDriversOptions) -> None:
     """Learn one lesson from drives of several people: it says who showed what, and where they contradict each other."""
-    check_output_name(options)
+    options.check_name()
     grouped = group_recordings(options.recordings, options.driver or (), options.trust)
     lesson, report = learn_from_drivers(grouped, options, options.trust)
     described = [_describe_contradiction(each, options.trust) for each in report.contradictions]

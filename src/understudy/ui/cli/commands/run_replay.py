@@ -1,4 +1,4 @@
-"""Command `understudy replay`: decide again over a recording, and show where decisions differ."""
+"""Decisions made again over a recording for `understudy replay`, and where they differ."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.markup import escape
 
-from understudy.errors import SettingError, join_names
+from understudy.errors import join_names
 from understudy.judging.explain_run import (
     DecisionDiff,
     RunNotReproducible,
@@ -19,7 +19,6 @@ from understudy.judging.explain_run import (
 )
 from understudy.judging.explanation_text import DIGITS, DecisionData
 from understudy.judging.rerun import Rerun
-from understudy.records.reader import Recording, read_recording
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 from understudy.storage.document import fingerprint_automaton
 from understudy.storage.json_text import select_facts
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
 
     from understudy.model.library import Kit
     from understudy.records.header import RunInfo
+    from understudy.records.reader import Recording
     from understudy.sim.scenario.schema import Scenario
 
 DIFFERENT = 1
@@ -65,10 +65,8 @@ class ReplayResult:
     former: dict[str, int]
 
 
-def replay_recording(options: ReplayOptions) -> None:
+def decide_again(recording: Recording, options: ReplayOptions) -> None:
     """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
-    recording = read_recording(options.recording)
-    _check_taught(recording, options)
     result = _decided_again(recording, options)
     if options.as_json:
         names = (each.name for each in fields(result))
@@ -77,15 +75,6 @@ def replay_recording(options: ReplayOptions) -> None:
         _show(result, make_console())
     if result.differences:
         raise typer.Exit(DIFFERENT)
-
-
-def _check_taught(recording: Recording, options: ReplayOptions) -> None:
-    """Refuse a recording of a teaching session unless the options name an automaton and its library."""
-    if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
-        missing = "--behavior" if options.behavior is None else "--library"
-        problem = "is missing: nothing ran, a person taught"
-        remedy = "name the automaton and its library"
-        raise SettingError(where=str(options.recording), setting=missing, problem=problem, remedy=remedy)
 
 
 def _decided_again(recording: Recording, options: ReplayOptions) -> ReplayResult:
