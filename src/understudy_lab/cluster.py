@@ -12,6 +12,7 @@ from typing import Any
 
 from understudy.errors import UnderstudyError
 from understudy.extras import ExtraMissing
+from understudy.judging.evaluation_jobs import PreemptibleJob
 from understudy_lab.parts import Part, run_part
 from understudy_lab.row_cache import RowCache
 from understudy_lab.study import StudyPlan, find_experiment
@@ -33,7 +34,7 @@ class JobFailed(UnderstudyError, json_type="JobFailed"):
 
 
 @dataclass(frozen=True)
-class PartJob:
+class PartJob(PreemptibleJob):
     """One part of an experiment, as plain data that a job receives."""
 
     experiment: str
@@ -48,12 +49,6 @@ class PartJob:
         compile_on_first_call()
         kept = RowCache(self.experiment, self.folder, self.part.file_name)
         return len(run_part(find_experiment(self.experiment), self.plan, self.part, kept))
-
-    def checkpoint(self) -> Any:
-        """Return the job that the scheduler is to run after this one was preempted: the same one."""
-        from submitit.helpers import DelayedSubmission
-
-        return DelayedSubmission(self)
 
 
 def run_on_cluster(

@@ -43,7 +43,7 @@ WRONG = [  # this in the file, replaced by that, is an error at this key, which 
     ("drive_m_s = 0.4", "drive_m_s = -0.4", "commands.drive_m_s", "above 0"),
     ("drive_m_s = 0.4", 'drive_m_s = 0.4\ntype = "std_msgs/msg/Bool"', "commands.type", "TwistStamped"),
     ("[commands]", "[commands", "line 31, column 10", "not TOML"),
-    ('"understudy-robot/1"', '"understudy-robots/1"', "format", "give it with --team"),
+    ('"understudy-robot/1"', '"understudy-robots/1"', "format", "give it to understudy robots run"),
     ("[readings.x]", "[targets.ball]\nat = [1, 0]\n\n[readings.range]", "readings.range", "another name"),
     ("[readings.x]", "[camera]\n\n[readings.blob_x]", "readings.blob_x", "what the camera give"),
     ("[commands]", "[camera]\nrate_hz = nan\n[commands]", "camera.rate_hz", "is nan"),

@@ -10,6 +10,7 @@ import pytest
 from understudy.errors import FileError, UnknownName
 from understudy.model.behaviors import Behavior
 from understudy.model.features import AnyFeature
+from understudy.sim import catalog
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import list_builtin_scenarios, read_scenario_text
@@ -62,3 +63,15 @@ def test_a_file_that_is_not_there(name: str | Path) -> None:
 def test_a_name_that_is_none() -> None:
     with pytest.raises(UnknownName, match="no world 'moon'; it has arena, boxes, forage"):
         find_scenario("moon")
+
+
+def test_a_builtin_scenario_is_found_without_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All installed packages would have to be searched for what they offer."""
+
+    def refuse(group: str) -> list[str]:
+        raise AssertionError(group)
+
+    monkeypatch.setattr(catalog, "list_entry_points", refuse)
+    assert find_scenario("forage").name == "forage"
+    with pytest.raises(AssertionError, match=r"understudy\.worlds"):
+        find_scenario("orchard")

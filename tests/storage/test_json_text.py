@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from msgspec import UNSET, Struct, UnsetType, ValidationError, field
 
-from understudy.storage.json_text import encode_json, format_json, take_facts
+from understudy.storage.json_text import encode_json, format_json, select_facts, take_facts
 
 
 class Tone(StrEnum):
@@ -89,6 +89,14 @@ def test_facts_are_taken_by_the_names_of_fields() -> None:
 def test_facts_of_parts_are_taken_in_the_same_way() -> None:
     page = take_facts(Page, Sheet(()), notes=[Mark(Tone.HIGH, 1, [])])
     assert page == Page("a sheet", [Mark(Tone.HIGH, 1, [])])
+
+
+def test_facts_are_selected_in_order() -> None:
+    note = Note(Tone.HIGH, (1.0, float("inf")))
+    facts = select_facts(note, "at", "length", "tone", length=3, error="x")
+    assert encode_json(facts) == b'{"at":[1.0,null],"length":3,"tone":"high","error":"x"}'
+    with pytest.raises(AttributeError, match="length"):
+        select_facts(note, "at", "length")
 
 
 def test_a_fact_that_is_missing_or_of_another_type() -> None:

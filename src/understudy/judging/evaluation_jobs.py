@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -50,8 +51,22 @@ class Executor(Protocol):
         ...
 
 
+class PreemptibleJob(ABC):
+    """A job that a scheduler of a cluster runs again after it was preempted."""
+
+    @abstractmethod
+    def __call__(self) -> Any:
+        """Run the job."""
+
+    def checkpoint(self) -> Any:
+        """Return the job that submitit's scheduler is to run after this one was preempted: the same one."""
+        from submitit.helpers import DelayedSubmission
+
+        return DelayedSubmission(self)
+
+
 @dataclass(frozen=True)
-class EvaluationJob:
+class EvaluationJob(PreemptibleJob):
     """Some worlds of an evaluation, as plain data that a process or a computer of a cluster receives."""
 
     task: EvaluationTask
@@ -60,12 +75,6 @@ class EvaluationJob:
     def __call__(self) -> Evaluation:
         """Run the worlds."""
         return self.task.run(self.seeds, skip_progress)
-
-    def checkpoint(self) -> Any:
-        """Return the job that submitit's scheduler is to run after this one was preempted: the same one."""
-        from submitit.helpers import DelayedSubmission
-
-        return DelayedSubmission(self)
 
 
 def run_in_jobs(

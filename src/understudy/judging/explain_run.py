@@ -277,7 +277,7 @@ def explain_recorded_tick(rerun: Rerun, agent: int, tick: int) -> RunExplanation
     time_s = float(recording.times[tick])
     if recorded != now:
         problem = f"at {time_s:g} s it was in {BETWEEN.join(recorded)!r}, and is in {BETWEEN.join(now)!r}"
-        remedy = "its kit or Understudy is another since; `understudy run --replay` shows all that differs"
+        remedy = "its kit or Understudy is another since; `understudy replay` shows all that differs"
         raise RunNotReproducible(problem=problem, remedy=remedy)
     return _explain_tick(rerun, agent, time_s, time_s)
 

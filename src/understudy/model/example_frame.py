@@ -1,4 +1,4 @@
-"""Lessons as data frames: the table of examples that `understudy learn` reads from CSV."""
+"""Lessons as data frames: the table of examples that `understudy learn table` reads from CSV."""
 
 from __future__ import annotations
 

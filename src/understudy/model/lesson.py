@@ -304,7 +304,7 @@ class Lesson:
         return parse_example_frame(frame, name=name, automaton=automaton, flags=flags)
 
     def to_frame(self, backend: str | None = None) -> Any:
-        """Make a data frame of the examples, one row each, the table that `understudy learn` reads from CSV.
+        """Make a data frame of the examples, one row each, the table that `understudy learn table` reads from CSV.
 
         The frame has the states, the kind and the feature values of each example. It does not have corrections,
         quarantine, sources, the record of readings, the options, or what the states run.

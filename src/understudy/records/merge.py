@@ -42,7 +42,7 @@ TEAM_METADATA = "understudy-team"
 """The name of the metadata record of a merged recording, which says how its clock was found."""
 CLOCKS = "clocks"
 """The key in it that has the clocks of all members, as JSON."""
-REMEDY = "name a file that `understudy agent` wrote, with --record"
+REMEDY = "name a file that `understudy team agent` wrote, with --record"
 NS = 1e9
 """The number of nanoseconds in a second."""
 

@@ -154,7 +154,6 @@ def read_recording(path: Path | str, *, run: int | None = None, part: str = "") 
     whose runs the file has (`list_recorded_parts`).
     """
     path = Path(path)
-    register_message_types()
     reader = _FileReader(run, part)
     whole = reader.read(path)
     if reader.runs and run is not None and not 1 <= run <= reader.runs:
@@ -235,6 +234,7 @@ class _FileReader:
 
     def _begin(self, names: Sequence[str]) -> None:
         """Begin another run, and discard those before."""
+        register_message_types()
         topics = {READINGS: TOPICS[READINGS], STATES: TOPICS[STATES]}
         self._wanted = {
             (resolve_topic_name(name, topic), type): (topic, agent)

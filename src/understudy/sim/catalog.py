@@ -68,9 +68,10 @@ def find_scenario(name: str | Path) -> Scenario:
 
 def is_function(name: str) -> bool:
     """Return whether a scenario's name means a function: that of an installed package, or MODULE:NAME."""
+    if name in list_builtin_scenarios():  # before entry points, for which all installed packages are searched
+        return False
     is_place = ":" in name and Path(name).suffix != SUFFIX
-    offered = is_place or name in list_entry_points(WORLDS) or name in list_entry_points(BODIES)
-    return offered and name not in list_builtin_scenarios()
+    return is_place or name in list_entry_points(WORLDS) or name in list_entry_points(BODIES)
 
 
 def locate_scenario(name: str) -> str:

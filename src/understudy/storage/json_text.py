@@ -65,6 +65,14 @@ def take_facts(into: type[T], facts: object, **derived: object) -> T:
     return msgspec.convert(_Facts(facts, derived), into, from_attributes=True)
 
 
+def select_facts(facts: object, *names: str, **derived: object) -> dict[str, Any]:
+    """Take the attributes of these names that a value has, in order, for an object of JSON.
+
+    What is in `derived` comes instead of an attribute of that name, or behind all of them.
+    """
+    return {name: derived[name] if name in derived else getattr(facts, name) for name in names} | derived
+
+
 class _Facts:
     """The attributes of a value, and beside or instead of them those that were derived."""
 

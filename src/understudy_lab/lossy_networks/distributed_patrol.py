@@ -219,7 +219,7 @@ def read_lines(path: Path) -> list[Any]:
 
 
 def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dict[str, list[Any]]:
-    """Run the patrol in this program for a while, as `understudy run --team` does; return as `run_apart`."""
+    """Run the patrol in this program for a while, as `understudy robots run` does; return as `run_apart`."""
     libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     activities: dict[str, list[Any]] = {name: [] for name in ROBOTS}
     with connect_team(folder / TEAM) as fleet, take_precedence():

@@ -98,10 +98,10 @@ BAD = [  # arguments, what the error says
     ),
     (["studio", "--name", "x"], "--name is given without a recording; give --recording FILE or --drive"),
     (["studio", "--driver", "anna"], "--driver is given without a recording; give --recording FILE"),
-    (["studio", "--recording", "x.csv", "--trust", "anna"], "studio: --trust is not used with one driver"),
+    (["studio", "--recording", "x.csv", "--trust", "anna"], "review: --trust is not used with one driver"),
     (
         ["studio", "--recording", "x.csv", "--recording", "y.csv", "--driver", "anna"],
-        "studio: --driver is given once for 2 recordings",
+        "review: --driver is given once for 2 recordings",
     ),
     (["studio", "--recording", "x.csv", "--drive"], "--recording is given beside a world or a robot"),
     (["studio", "--robot", "r.toml", "--drive"], "--drive is given for real robots; name a simulated world"),

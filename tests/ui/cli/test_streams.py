@@ -194,6 +194,8 @@ except SystemExit:
         (["--help"], ["understudy_lab", "understudy_lab.commands"]),
         (["show", "--help"], []),
         (["list", "--library", "show"], ["understudy.ui.cli.commands.list"]),
+        (["learn", "table", "no.csv"], ["understudy.ui.cli.commands.learn_table"]),
+        (["replay", "no.mcap"], ["understudy.ui.cli.commands.replay"]),
     ):
         done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True)
         assert done.stdout.splitlines()[-1].split() == modules

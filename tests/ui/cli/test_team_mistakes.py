@@ -42,7 +42,9 @@ def test_robots_can_be_stopped_whatever_is_wrong_with_the_library(tmp_path: Path
     assert "did not answer: look whether it stands" in result.stdout
 
 
-NOBODY = "No agent of team patrol is there; start them with understudy agent, or correct [agents.network]."
+NOBODY = (
+    "No agent of team patrol is there; start them with understudy team agent, or correct [agents.network]."
+)
 
 
 @pytest.mark.parametrize(

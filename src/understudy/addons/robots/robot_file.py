@@ -60,8 +60,8 @@ class DiagnosticsSpec(StrictStruct, frozen=True, kw_only=True):
 FORMAT = "understudy-robot/1"
 TEAM = "understudy-robots/1"
 OTHER = {
-    FORMAT: "is the format of one robot's file; give it with --robot, or in a team's file",
-    TEAM: "is the format of a team's file; give it with --team, or one of the files in it",
+    FORMAT: "is the format of one robot's file; give it to understudy robots run, or in a team's file",
+    TEAM: "is the format of a team's file; give it to understudy robots run, or name one of the files in it",
 }
 """The problem and remedy, separated by "; ", if a file of this format is given where the other one is expected."""
 

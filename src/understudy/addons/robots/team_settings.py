@@ -1,4 +1,4 @@
-"""The part of a team's file that says how its agents run, each in a process of its own (`understudy agent`)."""
+"""The part of a team's file that says how its agents run, each in a process of its own (`understudy team agent`)."""
 
 from __future__ import annotations
 

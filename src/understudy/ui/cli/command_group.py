@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from understudy.ui.cli.json_output import print_json
+from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.old_spellings import OLD_SPELLINGS
 from understudy.ui.cli.options import Json
 from understudy.ui.cli.plugins import HEADINGS, CommandEntry, load_plugins
@@ -72,8 +73,10 @@ def take_options(options: type, run: Callable[..., Any] | str) -> Callable[..., 
         for name in names
     ]
 
+    called = import_on_call(run) if isinstance(run, str) else run
+
     def call(**given: Any) -> None:
-        _resolve(run)(options(**given))
+        called(options(**given))
 
     call.__doc__, call.__annotations__ = options.__doc__, hints
     vars(call)["__signature__"] = Signature(parameters)
@@ -101,11 +104,17 @@ class GroupCommands(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self._table.list_group(self._group))
 
+    def __contains__(self, word: object) -> bool:
+        return self._find(word) is not None
+
     def __getitem__(self, word: str) -> Any:
-        entry = self._table.find(f"{self._group} {word}".strip())
+        entry = self._find(word)
         if entry is None:
             raise KeyError(word)
         return self._table.load(entry)
+
+    def _find(self, word: object) -> CommandEntry | None:
+        return self._table.find(f"{self._group} {word}".strip())
 
 
 class CommandGroup(TyperGroup):
@@ -128,7 +137,7 @@ class CommandGroup(TyperGroup):
         old = OLD_SPELLINGS.get(f"{self.path} {args[0]}".strip())
         if old is not None:
             command = self.get_command(ctx, args[0])
-            if command is None or old.applies(args[1:], getattr(command, "commands", ())):
+            if command is None or old.applies(args[1:], getattr(command, "commands", None)):
                 return (
                     old.name or args[0],
                     self.table.load(CommandEntry(args[0], old.run, "", options=old.options)),

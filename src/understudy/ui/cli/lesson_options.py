@@ -7,6 +7,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from understudy.errors import SettingError
 from understudy.ui.cli.options import (
     FAILURES,
     LIBRARY,
@@ -204,6 +205,21 @@ class LearnOptions(CommandOptions):
         Path | None, typer.Option("--library", "-l", help="Save the automaton to this folder; needs --name.")
     ] = None
     name: AutomatonName = None
+
+    def check_name(self) -> None:
+        """Refuse a library without a name, and a name without a library.
+
+        No name is assumed: saving would replace an automaton of that name, which may be another one.
+        """
+        if (self.library is None) == (self.name is None):
+            return
+        if self.name is None:
+            missing = "--name"
+            remedy = f"give the name to save the automaton under in {self.library}, such as --name driven"
+        else:
+            missing = "--library"
+            remedy = f"give the folder of the library to save {self.name!r} in, such as --library library"
+        raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
 
 
 class LearnTableOptions(LearnOptions):

@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from understudy.errors import SettingError, UnknownName, join_names
-from understudy.model.automaton import Automaton, State
+from understudy.model.automaton import Automaton
 from understudy.model.describe import convert_to_plain, describe_options, describe_transitions
-from understudy.model.example_source import ExampleSource
+from understudy.model.features import BoundFeature
 from understudy.model.lesson import Example
 from understudy.model.library import Kit, Library
 from understudy.storage.document import Learn, LoadedDocument
+from understudy.storage.json_text import select_facts
 from understudy.storage.library_folder import (
     VERSIONS,
     LoadedLibrary,
-    SavedVersion,
     list_versions,
     make_file_stem,
     open_each_automaton,
 )
+from understudy.ui.cli.loading import import_on_call
 from understudy.ui.cli.options import WORLD, LibraryOptions
 
-if TYPE_CHECKING:
-    pass
-
-
-WORLD_LIBRARIES = "understudy.ui.cli.world_libraries:open_named_libraries"
-FIND_KIT = "understudy.ui.cli.named_inputs:find_kit"
-"""Places of what is imported only if a world or a kit is named."""
+open_named_libraries = import_on_call("understudy.ui.cli.world_libraries:open_named_libraries")
+find_kit = import_on_call("understudy.ui.cli.named_inputs:find_kit")
+"""Imported only if a world or a kit is named."""
 
 
 def open_listings(options: LibraryOptions, learn: Learn) -> dict[str, LoadedLibrary]:
@@ -42,7 +37,7 @@ def open_listings(options: LibraryOptions, learn: Learn) -> dict[str, LoadedLibr
     """
     if options.world is None and options.kit is None:
         return open_documents(options.library, None, learn)
-    found: dict[str, LoadedLibrary] = resolve_name(WORLD_LIBRARIES)(options, learn)
+    found: dict[str, LoadedLibrary] = open_named_libraries(options, learn)
     return found
 
 
@@ -62,7 +57,7 @@ def find_optional_kit(named: str | None, world: str | None) -> Kit | None:
     """Return the kit if a kit or a world is named; otherwise None, and the documents define the features."""
     if named is None and world is None:
         return None
-    found: Kit = resolve_name(FIND_KIT)(named, world or WORLD)
+    found: Kit = find_kit(named, world or WORLD)
     return found
 
 
@@ -107,90 +102,28 @@ def find_automaton(listings: Mapping[str, LoadedLibrary], name: str) -> tuple[Lo
     return listings[prefix], name
 
 
-@dataclass(frozen=True, kw_only=True)
-class AutomatonSummary:
-    """Summary of one automaton, mostly counts: one row of `understudy list`."""
+def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
+    """Summarize an automaton of the library in `folder`, mostly by counts: one row of `understudy list`.
 
-    name: str
-    parameters: Sequence[str]
-    states: int
-    features: int
-    examples: int
-    """Number of examples from presses."""
-    watched: int
-    """Number of examples from silence."""
-    uses: Sequence[str]
-    used_by: Sequence[str]
-    versions: int
-    saved: datetime
-    rebuilt: str | None
-    """Reason why the transition functions were learned again on loading; None if they were not."""
-
-
-@dataclass(frozen=True, slots=True)
-class FeatureRow:
-    """One feature of an automaton; `own` is True for counters and timers of the automaton itself."""
-
-    name: str
-    kind: str
-    unit: str
-    own: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExampleRow:
-    """One example; categorical values are labels, absent values None."""
-
-    number: int
-    state: str
-    next: str
-    kind: str
-    correction: bool
-    edited: bool
-    quarantined: str
-    values: Mapping[str, float | str | None]
-    source: ExampleSource | None
-    """Place in a recording that it was made from; None for any other example."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class AutomatonDescription:
-    """Full description of one automaton: everything that its summary counts, listed."""
-
-    name: str
-    parameters: Sequence[str]
-    states: Sequence[State]
-    features: Sequence[FeatureRow]
-    examples: Sequence[ExampleRow]
-    watched: int
-    uses: Sequence[str]
-    used_by: Sequence[str]
-    versions: Sequence[SavedVersion]
-    saved: datetime
-    rebuilt: str | None
-    stateless: bool
-    conditions: Mapping[str, Sequence[str]]
-    options: Mapping[str, Any] | None
-
-
-def summarize_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonSummary:
-    """Return the summary of one automaton of the library in `folder`."""
+    `examples` counts the examples from presses, and `watched` those from silence. `rebuilt` is the reason why the
+    transition functions were learned again on loading; None if they were not.
+    """
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     examples = () if lesson is None else lesson.examples
     watched = sum(not each.is_from_press for each in examples)
-    return AutomatonSummary(
-        name=automaton.name,
-        parameters=automaton.parameters,
-        states=len(automaton.states),
-        features=len(automaton.features),
-        examples=len(examples) - watched,
-        watched=watched,
-        uses=list_used_automata(automaton, library),
-        used_by=library.find_users(automaton.name),
-        versions=len(list_versions(folder, automaton.name)),
-        saved=_find_saved_time(folder, automaton),
-        rebuilt=opened.rebuilt,
-    )
+    return {
+        "name": automaton.name,
+        "parameters": automaton.parameters,
+        "states": len(automaton.states),
+        "features": len(automaton.features),
+        "examples": len(examples) - watched,
+        "watched": watched,
+        "uses": list_used_automata(automaton, library),
+        "used_by": library.find_users(automaton.name),
+        "versions": len(list_versions(folder, automaton.name)),
+        "saved": _find_saved_time(folder, automaton),
+        "rebuilt": opened.rebuilt,
+    }
 
 
 def _find_saved_time(folder: Path, automaton: Automaton) -> datetime:
@@ -204,42 +137,33 @@ def list_used_automata(automaton: Automaton, library: Library) -> list[str]:
     return [name for name in runs if name in library.taught]
 
 
-def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> AutomatonDescription:
-    """Return the full description of one automaton of the library in `folder`."""
+def describe_automaton(folder: Path, library: Library, opened: LoadedDocument) -> dict[str, Any]:
+    """Describe an automaton of the library in `folder`: everything that its summary counts, listed."""
     automaton, lesson = opened.taught.automaton, opened.taught.lesson
     examples = () if lesson is None else lesson.examples
-    return AutomatonDescription(
-        name=automaton.name,
-        parameters=automaton.parameters,
-        states=automaton.states,
-        features=[
-            FeatureRow(str(bound), str(bound.kind), bound.feature.unit, bound.is_own)
-            for bound in automaton.features
+    return summarize_automaton(folder, library, opened) | {
+        "states": automaton.states,
+        "features": [
+            {"name": str(each), "kind": str(each.kind), "unit": each.feature.unit, "own": each.is_own}
+            for each in automaton.features
         ],
-        examples=[make_example_row(each, automaton) for each in examples],
-        watched=sum(not each.is_from_press for each in examples),
-        uses=list_used_automata(automaton, library),
-        used_by=library.find_users(automaton.name),
-        versions=list_versions(folder, automaton.name),
-        saved=_find_saved_time(folder, automaton),
-        rebuilt=opened.rebuilt,
-        stateless=automaton.stateless,
-        conditions=describe_transitions(automaton, lesson),
-        options=None if lesson is None else describe_options(lesson),
-    )
+        "examples": [_describe_example(each, automaton) for each in examples],
+        "versions": list_versions(folder, automaton.name),
+        "stateless": automaton.stateless,
+        "conditions": describe_transitions(automaton, lesson),
+        "options": None if lesson is None else describe_options(lesson),
+    }
 
 
-def make_example_row(example: Example, automaton: Automaton) -> ExampleRow:
-    """Convert one example to plain data, with categorical values as labels."""
+def _describe_example(example: Example, automaton: Automaton) -> dict[str, Any]:
+    names = ("number", "state", "next", "kind", "correction", "edited", "quarantined", "values", "source")
+    values = list_plain_values(example, automaton)
+    return select_facts(example, *names, values={str(bound): value for bound, value in values})
+
+
+def list_plain_values(
+    example: Example, automaton: Automaton
+) -> list[tuple[BoundFeature, float | str | None]]:
+    """List the values of an example with their features: labels of categorical ones, None where absent."""
     values = zip(automaton.features, example.values, strict=True)
-    return ExampleRow(
-        number=example.number,
-        state=example.state,
-        next=example.next,
-        kind=example.kind.value,
-        correction=example.correction,
-        edited=example.edited,
-        quarantined=example.quarantined,
-        values={str(bound): convert_to_plain(value, bound) for bound, value in values},
-        source=example.source,
-    )
+    return [(bound, convert_to_plain(value, bound)) for bound, value in values]

@@ -15,7 +15,6 @@ import typer
 from understudy.addons.checks.falsification.failing_world import FailingWorld
 from understudy.addons.checks.falsification.rerun_failures import rerun_failing_world
 from understudy.errors import UnderstudyError
-from understudy.judging.lesson_replay import DecisionChange, ReplayedPress
 from understudy.judging.process_pool import run_calls
 from understudy.judging.properties.lesson_tests import (
     LessonTestResult,
@@ -40,89 +39,18 @@ from understudy.ui.cli.progress_bar import show_progress
 
 
 @dataclass(frozen=True, slots=True)
-class LessonPropertyRow:
-    """Property of a lesson, the time until it was reached (s), why it could not be tested, and whether it held."""
-
-    outcome: str
-    took_s: float | None
-    problem: str | None
-    held: bool
-
-
-@dataclass(frozen=True, slots=True)
-class FailedPropertyRow:
-    """Property of a lesson that failed, and the automata with whose former versions it holds."""
-
-    outcome: str
-    problem: str | None
-    comes_with_former: Sequence[str]
-
-
-@dataclass(frozen=True, kw_only=True)
-class AutomatonTestRow:
-    """Test results of one automaton on its lesson."""
-
-    name: str
-    works: bool
-    examples: int
-    moments_before: int
-    former: int | None
-    """Number of the former version; None if there is none."""
-    changed: bool
-    affected: Sequence[str]
-    no_longer: Sequence[str]
-    different: Sequence[ReplayedPress]
-    otherwise: Sequence[int]
-    """Numbers of the examples that are decided differently than shown."""
-    watched: int
-    """The number of examples recorded while the demonstrator watched."""
-    overruled: int
-    """How many of these are decided otherwise than the robot did."""
-    changes_before: Sequence[DecisionChange]
-    outcomes: Sequence[LessonPropertyRow]
-    failed: Sequence[FailedPropertyRow]
-    sentences: Sequence[str]
-    """All that differs, in words."""
-
-
-@dataclass(frozen=True, slots=True)
 class LibraryTestResult:
     """Test results of a library."""
 
     library: Path
     world: str
     works: bool
-    automata: Sequence[AutomatonTestRow]
-    properties: Sequence[PropertyRow]
+    automata: Sequence[Mapping[str, Any]]
+    """The results of each automaton, see `_describe_lesson_test`."""
+    properties: Sequence[Mapping[str, Any]]
+    """The results of each property of the library's file, see `_describe_property`."""
     failures: Sequence[Mapping[str, Any]]
     """The failing worlds that were run again, see `_rerun`; empty without `--failures`."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PropertyRow:
-    """Test results of one property of the library's file."""
-
-    name: str
-    property: str
-    """The property in words."""
-    behavior: str
-    world: str
-    verdict: str
-    """"holds", "fails" or "undecided"."""
-    at_least: float | None
-    """The share of worlds that it claims to hold in; None for all."""
-    worlds: int
-    failures: int
-    failure_rate_low: float
-    """The lower limit of the 95 % interval of the failure rate, from 0 to 1."""
-    failure_rate_high: float
-    """The upper limit of that interval; without a failure and `at_least`, the one-sided limit of 95 %."""
-    least_robustness: float | None
-    failed: Sequence[Mapping[str, float]]
-    """Of each world in which it failed the `seed`, when (`failed_s`), and how clearly (`robustness`, below 0)."""
-    leaves_shown: bool
-    """Whether it demands a flag, and this was raised where it was not shown, in any world."""
-    sentences: Sequence[str]
 
 
 class LibrarySetting(NamedTuple):
@@ -175,7 +103,7 @@ def test_library(
         found = _run(setting, calls, min(jobs, len(calls)), report)
     lessons, end = len(labels), len(labels) + len(subjects)
     automata, properties, rerun = found[:lessons], found[lessons:end], found[end:]
-    works = all(row.works for row in automata) and all(row.verdict != "fails" for row in properties)
+    works = all(row["works"] for row in automata) and all(row["verdict"] != "fails" for row in properties)
     works = works and all(row["verdict"] == "passes" for row in rerun)
     return LibraryTestResult(setting.folder, opened.world, works, automata, properties, rerun)
 
@@ -222,14 +150,14 @@ def _open(setting: LibrarySetting) -> _OpenLibraries:
     return _OpenLibraries(setting.world if scenario is None else where.name, known, places, formers)
 
 
-def _test_lesson(setting: LibrarySetting, of: tuple[Path, str]) -> AutomatonTestRow:
+def _test_lesson(setting: LibrarySetting, of: tuple[Path, str]) -> dict[str, Any]:
     """Test an automaton of a folder on its lesson."""
     (place, name), opened = of, _open(setting)
     former = opened.formers[place]
     formers = {each: taught for each, (_, taught) in former.items()}
     seen = run_lesson_test(dict(opened.places)[place], name, formers, opened.known)
     version = former[name][0] if name in former else None
-    return _make_row(str(place.relative_to(setting.folder) / name), seen, version)
+    return _describe_lesson_test(str(place.relative_to(setting.folder) / name), seen, version)
 
 
 def _open_properties(setting: LibrarySetting) -> list[tuple[Property, FittingLibraries]]:
@@ -246,9 +174,9 @@ def _open_world(setting: LibrarySetting, world: str) -> FittingLibraries:
     return FittingLibraries(where, open_team_libraries(where, None, setting.folder, parts))
 
 
-def _test_property(setting: LibrarySetting, subject: Property) -> PropertyRow:
+def _test_property(setting: LibrarySetting, subject: Property) -> dict[str, Any]:
     """Test a property in its worlds."""
-    return _make_property_row(try_property(subject, partial(_open_world, setting)))
+    return _describe_property(try_property(subject, partial(_open_world, setting)))
 
 
 def _rerun(setting: LibrarySetting, failing: FailingWorld) -> dict[str, Any]:
@@ -275,34 +203,40 @@ def _rerun(setting: LibrarySetting, failing: FailingWorld) -> dict[str, Any]:
     }
 
 
-def _make_property_row(result: PropertyResult) -> PropertyRow:
+def _describe_property(result: PropertyResult) -> dict[str, Any]:
+    """Describe the result of a property of the library's file, as `--json` prints it.
 
+    "failure_rate_low" and "failure_rate_high" limit the failure rate at 95 %. Of each world in which it failed,
+    "failed" has the seed, when that was, and how clearly. "leaves_shown" is true if it demands a flag, and this was
+    raised where it was not shown, in any world.
+    """
     tested, outcomes = result.tested, result.outcomes
     low, high = result.failure_interval
-    return PropertyRow(
-        name=tested.name,
-        property=tested.claim,
-        behavior=tested.behavior,
-        world=tested.start.world,
-        verdict=result.verdict,
-        at_least=tested.at_least,
-        worlds=result.worlds,
-        failures=result.failures,
-        failure_rate_low=low,
-        failure_rate_high=high,
-        least_robustness=float(outcomes.robustness.min()) if result.worlds else None,
-        failed=[
-            {
-                "seed": seed,
-                "failed_s": float(outcomes.failed_s[row]),
-                "robustness": float(outcomes.robustness[row]),
-            }
-            for row, seed in enumerate(result.seeds)
-            if not outcomes.held[row]
-        ],
-        leaves_shown=result.raised is not None and result.raised.leaves_shown,
-        sentences=list(describe_result(result)),
-    )
+    failed = [
+        {
+            "seed": seed,
+            "failed_s": float(outcomes.failed_s[row]),
+            "robustness": float(outcomes.robustness[row]),
+        }
+        for row, seed in enumerate(result.seeds)
+        if not outcomes.held[row]
+    ]
+    return {
+        "name": tested.name,
+        "property": tested.claim,
+        "behavior": tested.behavior,
+        "world": tested.start.world,
+        "verdict": result.verdict,
+        "at_least": tested.at_least,
+        "worlds": result.worlds,
+        "failures": result.failures,
+        "failure_rate_low": low,
+        "failure_rate_high": high,
+        "least_robustness": float(outcomes.robustness.min()) if result.worlds else None,
+        "failed": failed,
+        "leaves_shown": result.raised is not None and result.raised.leaves_shown,
+        "sentences": list(describe_result(result)),
+    }
 
 
 def _places(
@@ -334,30 +268,44 @@ def _former(place: Path, library: Library) -> dict[str, tuple[int, TrainedAutoma
     return found
 
 
-def _make_row(label: str, seen: LessonTestResult, former: int | None) -> AutomatonTestRow:
+def _describe_lesson_test(label: str, seen: LessonTestResult, former: int | None) -> dict[str, Any]:
+    """Describe the test of an automaton on its lesson, as `--json` prints it.
 
+    "former" is the number of its former version, and "otherwise" has the numbers of the examples that are decided
+    differently than shown. Of the examples that were "watched", "overruled" are decided otherwise than the robot did.
+    "sentences" say all that differs.
+    """
     replay = seen.replayed
-    return AutomatonTestRow(
-        name=label,
-        works=seen.is_passing,
-        examples=replay.examples,
-        moments_before=replay.before,
-        former=former,
-        changed=seen.changed,
-        affected=seen.affected,
-        no_longer=list(describe_lost_decisions(replay)),
-        different=replay.different,
-        otherwise=[each.number for each in replay.mismatches],
-        watched=replay.watched,
-        overruled=replay.overruled,
-        changes_before=replay.changes,
-        outcomes=[
-            LessonPropertyRow(str(each.tested), each.took_s, each.problem or None, each.was_met)
+    return {
+        "name": label,
+        "works": seen.is_passing,
+        "examples": replay.examples,
+        "moments_before": replay.before,
+        "former": former,
+        "changed": seen.changed,
+        "affected": seen.affected,
+        "no_longer": list(describe_lost_decisions(replay)),
+        "different": replay.different,
+        "otherwise": [each.number for each in replay.mismatches],
+        "watched": replay.watched,
+        "overruled": replay.overruled,
+        "changes_before": replay.changes,
+        "outcomes": [
+            {
+                "outcome": str(each.tested),
+                "took_s": each.took_s,
+                "problem": each.problem or None,
+                "held": each.was_met,
+            }
             for each in seen.properties
         ],
-        failed=[
-            FailedPropertyRow(str(each.result.tested), each.result.problem or None, each.since)
+        "failed": [
+            {
+                "outcome": str(each.result.tested),
+                "problem": each.result.problem or None,
+                "comes_with_former": each.since,
+            }
             for each in seen.failed
         ],
-        sentences=list(describe_test_result(seen, f"version {former}")),
-    )
+        "sentences": list(describe_test_result(seen, f"version {former}")),
+    }

@@ -106,10 +106,10 @@ def lay_out_stick(channels: Sequence[Channel], behaviors: Mapping[str, Behavior]
     names = [each.name for each in usable]
     if not usable:
         raise SettingError(
-            where="--drive",
+            where="drive",
             setting="the robot",
             problem="has no channel that a stick can command",
-            remedy="teach it with presses instead: leave --drive out",
+            remedy="teach it with presses instead: understudy studio",
         )
     if DRIVE in names or TURN in names:
         sides, ahead = (next((each for each in usable if each.name == name), None) for name in (TURN, DRIVE))

@@ -90,7 +90,7 @@ class SessionDriver:
         if isinstance(ground, DigitalTwin):
             raise SessionError(
                 "a notebook cannot stop real robots while a cell runs: teach them in the studio, with understudy "
-                "studio --robot FILE"
+                "robots studio FILE"
             )
         self.session, self.folder, self._wall = session, folder, wall
         self._tick_s = _check_tick(session)

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
 from understudy.addons.checks.falsification.directed_search import DirectedSearch, search_directed
+from understudy.addons.checks.falsification.failing_world import (
+    FailingWorld,
+    FailureFacts,
+    write_failing_world,
+)
+from understudy.addons.checks.falsification.failure_replay import compute_end_hash, replay_failure
 from understudy.addons.checks.falsification.joint_worlds import Trial
 from understudy.addons.checks.falsification.random_search import RandomSearch, measure_seeds, search_at_random
 from understudy.addons.checks.falsification.search_space import ASPECTS, SearchSpace
 from understudy.addons.checks.falsification.shrink import Shrinking, shrink_failure
+from understudy.addons.checks.falsification.simpler_worlds import strip_for_file
 from understudy.addons.checks.falsification.trial import TrialMeasure
 from understudy.clock import REAL_TIME
 from understudy.errors import SettingError
 from understudy.extras import ExtraMissing, import_cma
 from understudy.sim.scenario.schema import Scenario
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 
 AT_RANDOM, DIRECTED = "random", "directed"
@@ -170,3 +179,63 @@ def _search_directed(
         return None
     found.found_by = DIRECTED
     return found.directed.failures[0][1]
+
+
+def keep_failure(
+    folder: Path | str,
+    found: Shrinking,
+    measure: TrialMeasure,
+    libraries: Libraries,
+    roots: Mapping[str, tuple[str, Mapping[str, str]]],
+    *,
+    about: str,
+    command: str,
+    found_by: str = AT_RANDOM,
+) -> FailingWorld:
+    """Explain a failing world, and write it to a new folder.
+
+    Parameters
+    ----------
+    folder
+        A folder that does not exist. FileError if it cannot be written.
+    found
+        The world, as simple as it was made.
+    measure
+        Runs the behavior.
+    libraries
+        The library of each sort of agents.
+    roots
+        What each sort of agents runs by itself: the same behavior with the same targets.
+    about
+        What the file of the scenario says about it.
+    command
+        The command that runs it again.
+    found_by
+        The search that found it.
+
+    Returns
+    -------
+    FailingWorld
+        The failing world.
+    """
+    behavior, binding = next(iter(roots.values()))
+    scenario = found.trial.scenario
+    trial = Trial(strip_for_file(scenario, name=scenario.name, about=about), found.trial.seed)
+    replay = replay_failure(measure, trial, libraries, roots, progress_s=found.progress_s)
+    facts = FailureFacts(
+        behavior=behavior,
+        binding=dict(binding),
+        seed=trial.seed,
+        limit_s=measure.get_limit(trial.scenario),
+        robustness=float(found.results.robustness[0]),
+        wrong_s=replay.wrong_s,
+        end_hash=compute_end_hash(measure, trial),
+        robot=replay.robot,
+        property=measure.name_in_file,
+        place=replay.place,
+        states=replay.states,
+        found_by=found_by,
+        steps=tuple(found.steps),
+        why=replay.sentences,
+    )
+    return write_failing_world(folder, trial, facts, replay, command=command)

@@ -106,6 +106,11 @@ class TrialMeasure(ABC):
         order = np.argsort([row for rows, _ in parts for row in rows])
         return TrialResults.concatenate([part for _, part in parts]).select(order)
 
+    @property
+    def name_in_file(self) -> str | None:
+        """The name of the property in the library's file by which runs are judged; None if they are otherwise."""
+        return None
+
     def get_limit(self, scenario: Scenario) -> float:
         """Return the time limit in a scenario, s."""
         return scenario.limit_s if self.limit_s is None else self.limit_s

@@ -63,7 +63,7 @@ class NodeReadings:
                 where="target ros2",
                 setting="reading",
                 problem=f"{join_names(images)} comes from images, which the exported node cannot read",
-                remedy="run it with understudy run --robot, or read the blob from a topic of your own",
+                remedy="run it with understudy robots run, or read the blob from a topic of your own",
             )
         if self.file.camera is not None and self.file.camera.required:
             raise SettingError(

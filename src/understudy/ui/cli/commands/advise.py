@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import isinf
 from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
@@ -31,7 +29,7 @@ from understudy.ui.cli.options import parse_bindings
 from understudy.ui.cli.output import make_console
 
 if TYPE_CHECKING:
-    from understudy.coaching.advice import Advice, AdviceKind, WrongDecisions
+    from understudy.coaching.advice import Advice, WrongDecisions
     from understudy.model.lesson import Lesson
 
 MOST = 8
@@ -67,9 +65,8 @@ def advise(options: AdviseOptions) -> None:
         )
     found = give_advice(lesson, learn(lesson), kit=parts, situations=situations, wrong=wrong)
     if options.as_json:
-        print_json(
-            {"name": options.name, "advice": [_make_row(each, lesson) for each in found[: options.most]]}
-        )
+        advice = [_describe(each, lesson) for each in found[: options.most]]
+        print_json({"name": options.name, "advice": advice})
     else:
         _show(options.name, found, options.most)
 
@@ -110,45 +107,19 @@ def _run_in_new_worlds(
     return find_wrong_decisions(whole, setup, score)
 
 
-@dataclass(frozen=True, kw_only=True)
-class AdviceRow:
-    """One suggestion as `--json` prints it.
-
-    `region` holds the ranges of feature values concerned; `evidence` says in how many new worlds it went wrong so.
-    """
-
-    kind: AdviceKind
-    sentence: str
-    evidence: str | None
-    state: str | None
-    weight: float
-    examples: Sequence[int]
-    region: Mapping[str, Any] | None
-
-
-def _make_row(each: Advice, lesson: Lesson) -> AdviceRow:
-    return AdviceRow(
-        kind=each.kind,
-        sentence=each.sentence,
-        evidence=each.evidence or None,
-        state=each.state or None,
-        weight=round(each.weight, 3),
-        examples=each.examples,
-        region=None if each.region is None else _region(each, lesson),
-    )
-
-
-def _region(each: Advice, lesson: Lesson) -> dict[str, Any]:
-    """Describe the part of the feature space that an advice is about, as JSON.
-
-    For each feature that is restricted there, the result has the ranges of its values, and whether it may be absent.
-    """
-    found = {}
-    for bound, part in zip(lesson.automaton.features, each.region or (), strict=True):
-        if part != make_full_value_set(bound.kind):
-            ends = [[None if isinf(end) else end for end in ends] for ends in part.parts]
-            found[str(bound)] = {"parts": ends, "absent": part.absent}
-    return found
+def _describe(each: Advice, lesson: Lesson) -> dict[str, Any]:
+    """Describe a suggestion for `--json`, with the ranges of the features that are restricted in its region."""
+    bounds = zip(lesson.automaton.features, each.region or (), strict=each.region is not None)
+    ranges = {str(bound): part._asdict() for bound, part in bounds if part != make_full_value_set(bound.kind)}
+    return {
+        "kind": each.kind,
+        "sentence": each.sentence,
+        "evidence": each.evidence or None,
+        "state": each.state or None,
+        "weight": round(each.weight, 3),
+        "examples": each.examples,
+        "region": None if each.region is None else ranges,
+    }
 
 
 def _show(name: str, found: tuple[Advice, ...], most: int) -> None:

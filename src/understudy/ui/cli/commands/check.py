@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +14,7 @@ from understudy.addons.checks.falsification.finding_trials import try_findings
 from understudy.addons.checks.verification.chatter import HELD
 from understudy.addons.checks.verification.check_library import CheckReport, check_library, join_reports
 from understudy.addons.checks.verification.coordinators import SquadMembers
-from understudy.addons.checks.verification.finding import (
-    Finding,
-    FindingCell,
-    FindingKind,
-    FindingTrial,
-    Severity,
-)
+from understudy.addons.checks.verification.finding import Finding, FindingCell, Severity
 from understudy.addons.checks.verification.scenario_facts import NOTHING_ASSUMED, collect_scenario_facts
 from understudy.errors import join_names
 from understudy.learning.fit import learn
@@ -31,6 +23,7 @@ from understudy.model.library import Kit, Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries, collect_libraries, load_type_libraries
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_data import find_listed, find_optional_kit, open_documents
 from understudy.ui.cli.library_options import CheckOptions, FailOn
@@ -53,7 +46,8 @@ def check_automata(options: CheckOptions) -> None:
         each.severity.rank >= _rank(options.fail_on) for each in report.findings
     )
     if options.as_json:
-        print_json(_make_result(options.folder, options.world, report, holds=not failing))
+        facts = {"library": options.folder, "world": options.world, "holds": not failing}
+        print_json({**facts, **_describe_report(report)})
     else:
         _show(options.folder, options.world, report, make_console(), everything=options.everything)
     raise typer.Exit(1 if failing else 0)
@@ -134,98 +128,34 @@ def _find_squads(scenario: Scenario, libraries: Library | Libraries) -> dict[str
     }
 
 
-@dataclass(frozen=True, slots=True)
-class CellRow:
-    """Part of the feature space: the ranges of the features that it restricts, and in words."""
-
-    condition: str
-    ranges: Mapping[str, Any]
-    at: Mapping[str, float | str | None]
-    """Value of each feature that represents the cell."""
+def _describe_report(report: CheckReport) -> dict[str, Any]:
+    """Describe the findings on a library for `--json`, and what was checked."""
+    findings = [_describe_finding(each) for each in report.findings]
+    return select_facts(report, "findings", "checked", "unchecked", "ties", findings=findings)
 
 
-@dataclass(frozen=True, kw_only=True)
-class FindingRow:
-    """One finding as `--json` prints it."""
-
-    automaton: str
-    kind: FindingKind
-    severity: Severity
-    certain: bool
-    sentence: str
-    states: Sequence[str]
-    assumptions: Sequence[str]
-    cells: Sequence[CellRow]
-    examples: Sequence[int]
-    remedy: str
-    trial: FindingTrial | None
-    """How often it happened in worlds; null if it was not tried."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckedRow:
-    """One automaton that was checked: the number of its states, and of the boxes that its trees divide."""
-
-    name: str
-    states: int
-    boxes: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckResult:
-    """Findings on a library; `holds` is false if one is at or above `--fail-on`."""
-
-    library: Path
-    world: str | None
-    holds: bool
-    findings: Sequence[FindingRow]
-    checked: Sequence[CheckedRow]
-    unchecked: Sequence[str]
-    ties: Sequence[str]
-    """Ties between features that the world guarantees and that were assumed."""
-
-
-def _make_result(folder: Path, world: str | None, report: CheckReport, *, holds: bool) -> CheckResult:
-    return CheckResult(
-        library=folder,
-        world=world,
-        holds=holds,
-        findings=[_make_row(each) for each in report.findings],
-        checked=[CheckedRow(name=each.name, states=each.states, boxes=each.boxes) for each in report.checked],
-        unchecked=report.unchecked,
-        ties=report.ties,
+def _describe_finding(finding: Finding) -> dict[str, Any]:
+    names = (
+        "automaton",
+        "kind",
+        "severity",
+        "certain",
+        "sentence",
+        "states",
+        "assumptions",
+        "cells",
+        "examples",
     )
+    cells = [_describe_cell(each) for each in finding.cells]
+    return select_facts(finding, *names, "remedy", "trial", certain=finding.is_certain, cells=cells)
 
 
-def _make_row(each: Finding) -> FindingRow:
-    return FindingRow(
-        automaton=each.automaton,
-        kind=each.kind,
-        severity=each.severity,
-        certain=each.is_certain,
-        sentence=each.sentence,
-        states=each.states,
-        assumptions=each.assumptions,
-        cells=[_make_cell(cell) for cell in each.cells],
-        examples=each.examples,
-        remedy=each.remedy,
-        trial=each.trial,
-    )
-
-
-def _make_cell(cell: FindingCell) -> CellRow:
-    ranges = {
-        str(bound): {
-            "parts": [[None if isinf(end) else end for end in ends] for ends in region.parts],
-            "absent": region.absent,
-        }
-        for bound, region in zip(cell.features, cell.box, strict=True)
-    }
-    at = {
-        str(bound): convert_to_plain(value, bound)
-        for bound, value in zip(cell.features, cell.at, strict=True)
-    }
-    return CellRow(cell.condition, ranges, at)
+def _describe_cell(cell: FindingCell) -> dict[str, Any]:
+    """Describe a part of the feature space: in words, the ranges of its features, and a value of each."""
+    ranges = {str(bound): region._asdict() for bound, region in zip(cell.features, cell.box, strict=True)}
+    values = zip(cell.features, cell.at, strict=True)
+    at = {str(bound): convert_to_plain(value, bound) for bound, value in values}
+    return {"condition": cell.condition, "ranges": ranges, "at": at}
 
 
 COLORS = {"error": "red", "warning": "yellow", "note": "dim"}

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
 from rich.markup import escape
 from rich.padding import Padding
 
@@ -49,24 +48,12 @@ def show_diff(options: DiffOptions) -> None:
         _taught(options.library, options.name, options.after, parts),
     )
     changes, moved = diff_automata(former, later), attribute_condition_changes(former, later)
-    result = DiffResult(
-        name=options.name, before=before, after=options.after or "current", changes=changes, moved=moved
-    )
+    after = options.after or "current"
     if options.as_json:
-        print_json(result)
-    else:
-        _show(result, most=None if options.everything else SHOWN)
-
-
-class DiffResult(Struct, frozen=True, kw_only=True, rename={"before": "from", "after": "to"}):
-    """Differences between two versions of an automaton; versions are numbers or file names."""
-
-    name: str
-    before: str
-    after: str
-    changes: Mapping[str, Sequence[str]]
-    """Descriptions of changes, by topic."""
-    moved: Sequence[ConditionChange]
+        print_json({"name": options.name, "from": before, "to": after, "changes": changes, "moved": moved})
+        return
+    head = f"[bold]{escape(options.name)}[/] from {_called(before)} to {_called(after)}"
+    _show(head, changes, moved, most=None if options.everything else SHOWN)
 
 
 def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> TrainedAutomaton:
@@ -77,18 +64,21 @@ def _taught(library: Path, name: str, which: str | None, kit: Kit | None) -> Tra
     return read_document(Path(which), kit, learn).taught
 
 
-def _show(result: DiffResult, *, most: int | None) -> None:
+def _show(
+    head: str, changes: Mapping[str, Sequence[str]], moved: Sequence[ConditionChange], *, most: int | None
+) -> None:
+    """Show changes by topic, and the examples that caused them."""
     out = make_console()
-    out.print(f"[bold]{escape(result.name)}[/] from {_called(result.before)} to {_called(result.after)}")
-    if not result.changes:
+    out.print(head)
+    if not changes:
         out.print("nothing changed")
-    examples = result.changes.get("examples", ())
-    for group, lines in result.changes.items():
+    examples = changes.get("examples", ())
+    for group, lines in changes.items():
         if lines is not examples:
             _show_lines(group, lines, out)
-    if result.moved:
+    if moved:
         out.print("\n[bold]because of[/]")
-    for each in result.moved:
+    for each in moved:
         out.print(Padding(escape(each.said), (0, 0, 0, 4), expand=False))
     if examples:  # last: in a lesson begun anew they are all others
         _show_lines("examples", examples[:most], out)

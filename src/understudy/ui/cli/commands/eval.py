@@ -11,7 +11,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import typer
-from msgspec import UNSET
 
 from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.errors import SettingError
@@ -123,10 +122,7 @@ def _print_results(
         typer.echo(table if compared is None else compared.to_table(options.layout, names=names), nl=False)
         return
     found = output.summarize_evaluation(
-        one,
-        output.make_world_rows(one) if options.each else UNSET,
-        seconds=seconds,
-        comparison=UNSET if compared is None else output.make_comparison_result(compared, names[1]),
+        one, seconds=seconds, each=options.each, compared=compared, against=names[1]
     )
     if options.prints_json:
         print_json(found)

@@ -39,6 +39,7 @@ from understudy.model.lesson import Lesson
 from understudy.model.library import Kit, Library
 from understudy.sim.catalog import find_scenario
 from understudy.sim.kit import list_readings, make_channels
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli.export_options import ExportOptions, ExportWhyOptions
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_data import find_automaton
@@ -133,16 +134,10 @@ def export_behavior(options: ExportOptions) -> None:
 def _describe(name: str, found: ExportResult) -> dict[str, Any]:
     """Describe an export: bytes by file, ticks of the conformance file, and what could not be exported and why."""
     parts = ("name", "readings", "problem")
-    return {
-        "name": name,
-        "target": found.target,
-        "folder": found.folder,
-        "files": found.files,
-        "ticks": found.ticks,
-        "untranslated": [dict(zip(parts, each, strict=True)) for each in found.untranslated],
-        "rounded_cuts": found.rounded,
-        "notes": found.notes,
-    }
+    untranslated = [dict(zip(parts, each, strict=True)) for each in found.untranslated]
+    names = ("target", "folder", "files", "ticks", "untranslated", "rounded_cuts", "notes")
+    facts = select_facts(found, *names, untranslated=untranslated, rounded_cuts=found.rounded)
+    return {"name": name, **facts}
 
 
 def _show(name: str, found: ExportResult) -> None:
@@ -179,15 +174,6 @@ class ExportedReason:
     examples: Sequence[int]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportedReasons:
-    """The reasons of a tick of exported code, or of all switches."""
-
-    automaton: str
-    ticks: int
-    decisions: Sequence[ExportedReason]
-
-
 def explain_exported(options: ExportWhyOptions) -> None:
     """Explain every switch in a trace of exported code, or all decisions of the tick at --time."""
     read = read_exported_trace(options.trace)
@@ -212,7 +198,7 @@ def explain_exported(options: ExportWhyOptions) -> None:
         if options.time is not None or decision.before != decision.after
     ]
     if options.as_json:
-        print_json(ExportedReasons(automaton=name, ticks=len(read.ticks), decisions=reasons))
+        print_json({"automaton": name, "ticks": len(read.ticks), "decisions": reasons})
         return
     out = make_console()
     for reason in reasons:

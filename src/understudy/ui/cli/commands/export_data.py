@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -36,43 +34,14 @@ TableName: TypeAlias = Annotated[
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class DataExport:
-    """The table that was written: its file, its columns and the number of its rows."""
-
-    source: Path
-    table: str
-    out: Path
-    rows: int
-    columns: Sequence[str]
-
-
-@dataclass(frozen=True, kw_only=True)
-class DataSetExport:
-    """The data set that was written: its format and folder, and how many episodes and ticks it has.
-
-    `left_out` counts the episodes of a single tick, which the format cannot represent.
-    """
-
-    sources: Sequence[Path]
-    to: str
-    out: Path
-    episodes: int
-    ticks: int
-    left_out: int
-
-
 def export_table(options: ExportTableOptions) -> None:
     """Export the data of a lesson, a session or a run as a table."""
     check_table_path(options.out)
     name, made = _make_table(options.source, options.table)
     write_table(made, options.out)
     if options.as_json:
-        print_json(
-            DataExport(
-                source=options.source, table=name, out=options.out, rows=made.rows, columns=list(made.columns)
-            )
-        )
+        facts = {"source": options.source, "table": name, "out": options.out, "rows": made.rows}
+        print_json({**facts, "columns": list(made.columns)})
         return
     size = f"{format_count(made.rows, 'row')}, {format_count(len(made.columns), 'column')}"
     make_console().print(
@@ -93,23 +62,13 @@ def export_dataset(options: ExportDatasetOptions) -> None:
         write_lerobot(episodes, options.out)
     else:
         write_minari(episodes, options.out)
-    written = DataSetExport(
-        sources=options.sources,
-        to=options.to,
-        out=options.out,
-        episodes=len(episodes),
-        ticks=sum(episode.ticks for episode in episodes),
-        left_out=len(found) - len(episodes),
-    )
+    ticks, left_out = sum(episode.ticks for episode in episodes), len(found) - len(episodes)
     if options.as_json:
-        print_json(written)
+        facts = {"sources": options.sources, "to": options.to, "out": options.out, "episodes": len(episodes)}
+        print_json({**facts, "ticks": ticks, "left_out": left_out})
         return
-    size = f"{format_count(written.episodes, 'episode')}, {format_count(written.ticks, 'tick')}"
-    rest = (
-        f" ({format_count(written.left_out, 'episode')} of a single tick left out)"
-        if written.left_out
-        else ""
-    )
+    size = f"{format_count(len(episodes), 'episode')}, {format_count(ticks, 'tick')}"
+    rest = f" ({format_count(left_out, 'episode')} of a single tick left out)" if left_out else ""
     make_console().print(f"[bold]{options.to}[/] in {escape(str(options.out))}: {size}{rest}", soft_wrap=True)
 
 

@@ -4,27 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-from understudy.addons.checks.falsification.failing_world import (
-    SCENARIO_FILE,
-    FailingWorld,
-    FailureFacts,
-    choose_folder,
-    write_failing_world,
-)
-from understudy.addons.checks.falsification.failure_replay import compute_end_hash, replay_failure
-from understudy.addons.checks.falsification.falsify import Falsification, falsify
-from understudy.addons.checks.falsification.joint_worlds import Trial
+from understudy.addons.checks.falsification.failing_world import SCENARIO_FILE, choose_folder
+from understudy.addons.checks.falsification.falsify import Falsification, falsify, keep_failure
 from understudy.addons.checks.falsification.property_measure import (
     PropertyMeasure,
     choose_property,
     make_success_measure,
 )
 from understudy.addons.checks.falsification.search_space import ASPECTS
-from understudy.addons.checks.falsification.simpler_worlds import strip_for_file
 from understudy.errors import SettingError
 from understudy.jit.settings import compile_on_first_call
 from understudy.judging.properties.property_file import FILE, load_properties
@@ -34,9 +25,8 @@ from understudy.sim.scenario.schema import Scenario
 from understudy.ui.cli import INTERRUPTED
 from understudy.ui.cli.commands.falsify_output import (
     FalsifyResult,
-    make_directed_result,
-    make_failure_result,
-    make_random_result,
+    describe_failure,
+    describe_falsification,
     show_falsification,
     show_search,
 )
@@ -61,10 +51,10 @@ def falsify_behavior(options: FalsifyOptions) -> None:
 def report_search(result: FalsifyResult, *, as_json: bool) -> NoReturn:
     """Print what was found, and end with the exit code that says whether a world failed."""
     if as_json:
-        print_json(result)
+        print_json(describe_falsification(result))
     else:
         show_falsification(result)
-    raise typer.Exit(1 if result.failure is not None else INTERRUPTED if result.interrupted else 0)
+    raise typer.Exit(1 if result.failure is not None else INTERRUPTED if result.found.interrupted else 0)
 
 
 def falsify_in_scenario(
@@ -88,21 +78,8 @@ def falsify_in_scenario(
             vary=options.vary or ASPECTS,
             report=report,
         )
-    failure = None
-    if found.shrinking is not None:
-        kept, command = _keep(found, measure, assigned, options, world=named, bind=bind)
-        failure = make_failure_result(kept, command)
-    return FalsifyResult(
-        behavior=assigned.behavior,
-        world=where.name,
-        limit_s=measure.get_limit(where),
-        seconds=round(found.seconds, 3),
-        interrupted=found.interrupted,
-        random=make_random_result(found),
-        directed=make_directed_result(found),
-        failure=failure,
-        notes=found.notes,
-    )
+    failure = _keep(found, measure, assigned, options, world=named, bind=bind)
+    return FalsifyResult(assigned.behavior, where.name, measure.get_limit(where), found, failure)
 
 
 def check_settings(options: SearchOptions) -> None:
@@ -160,38 +137,24 @@ def _keep(
     *,
     world: str,
     bind: Sequence[str],
-) -> tuple[FailingWorld, str]:
-    """Explain the failing world and write it to a new folder; return it with the command that runs it."""
+) -> dict[str, Any] | None:
+    """Explain the failing world and write it to a new folder; describe it for `--json`. None: no world failed."""
     shrinking = found.shrinking
     if shrinking is None or found.found_by is None:
-        raise TypeError("nothing to keep")
-    folder = choose_folder(options.out, assigned.behavior)
-    seed = shrinking.trial.seed
-    about = f"{assigned.behavior} fails here with seed {seed}; found in {world} by a {found.found_by} search."
-    scenario = strip_for_file(shrinking.trial.scenario, name=shrinking.trial.scenario.name, about=about)
-    trial = Trial(scenario, seed)
-    replay = replay_failure(
-        measure, trial, assigned.libraries, assigned.roots, progress_s=shrinking.progress_s
-    )
+        return None
+    folder, seed = choose_folder(options.out, assigned.behavior), shrinking.trial.seed
     words = ["understudy", "run", str(folder / SCENARIO_FILE), "--behavior", assigned.behavior]
     words += ["--library", str(options.library), "--seed", str(seed)]
     words += [] if options.kit is None else ["--kit", options.kit]
     words += [word for pair in bind for word in ("--bind", pair)]
-    command = shlex.join(words)
-    facts = FailureFacts(
-        behavior=assigned.behavior,
-        binding=dict(assigned.binding),
-        seed=seed,
-        limit_s=measure.get_limit(scenario),
-        robustness=float(shrinking.results.robustness[0]),
-        wrong_s=replay.wrong_s,
-        end_hash=compute_end_hash(measure, trial),
-        robot=replay.robot,
-        property=measure.name_in_file if isinstance(measure, PropertyMeasure) else None,
-        place=replay.place,
-        states=replay.states,
+    kept = keep_failure(
+        folder,
+        shrinking,
+        measure,
+        assigned.libraries,
+        assigned.roots,
+        about=f"{assigned.behavior} fails here with seed {seed}; found in {world} by a {found.found_by} search.",
+        command=shlex.join(words),
         found_by=found.found_by,
-        steps=tuple(shrinking.steps),
-        why=replay.sentences,
     )
-    return write_failing_world(folder, trial, facts, replay, command=command), command
+    return describe_failure(kept, shlex.join(words))

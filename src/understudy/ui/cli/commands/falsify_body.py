@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from understudy.addons.bridges.environments.body_maker import find_world
 from understudy.addons.checks.falsification.body_search import BodyMeasure, BodyReplay, falsify_on_body
@@ -18,12 +18,7 @@ from understudy.runtime.body import close_body
 from understudy.sim.scenario.schema import Scenario
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.ui.cli.commands.falsify import check_settings, report_search
-from understudy.ui.cli.commands.falsify_output import (
-    FailureResult,
-    FalsifyResult,
-    make_random_result,
-    show_search,
-)
+from understudy.ui.cli.commands.falsify_output import FalsifyResult, show_search
 from understudy.ui.cli.falsify_options import FalsifyBodyOptions
 from understudy.ui.cli.named_inputs import RunAssignment, assign_run, choose_kit
 from understudy.ui.cli.recorded_runs import describe_body_run, record_ticks
@@ -79,17 +74,7 @@ def falsify_body(options: FalsifyBodyOptions, maker: BodyMaker) -> FalsifyResult
     failure = None
     if found.random.failures:
         failure = _keep(found.random.failures[0][1], task, assigned, options, maker, limit_s)
-    return FalsifyResult(
-        behavior=assigned.behavior,
-        world=maker.name,
-        limit_s=limit_s,
-        seconds=round(found.seconds, 3),
-        interrupted=found.interrupted,
-        random=make_random_result(found),
-        directed=None,
-        failure=failure,
-        notes=found.notes,
-    )
+    return FalsifyResult(assigned.behavior, maker.name, limit_s, found, failure)
 
 
 def _find_limit(options: FalsifyBodyOptions, maker: BodyMaker) -> float:
@@ -113,8 +98,8 @@ def _keep(
     options: FalsifyBodyOptions,
     maker: BodyMaker,
     limit_s: float,
-) -> FailureResult:
-    """Run the failing world again, and write its recording and explanation to a new folder."""
+) -> dict[str, Any]:
+    """Run the failing world again, write its recording and explanation to a new folder, and describe it."""
     folder = choose_folder(options.out, assigned.behavior)
     with convert_os_errors(folder, "writing the failing world", remedy="name a folder that you may write to"):
         folder.mkdir(parents=True)
@@ -130,19 +115,8 @@ def _keep(
     settings += [] if options.kit is None else ["--kit", options.kit]
     bound = [word for pair in options.bind or [] for word in ("--bind", pair)]
     where = ["--world", maker.name]
-    command = shlex.join(
-        [
-            "understudy",
-            "run",
-            *where,
-            "--behavior",
-            assigned.behavior,
-            *settings,
-            *bound,
-            "--seconds",
-            f"{limit_s:g}",
-        ]
-    )
+    words = ["understudy", "run", *where, "--behavior", assigned.behavior, *settings, *bound]
+    command = shlex.join([*words, "--seconds", f"{limit_s:g}"])
     correct = shlex.join(["understudy", "teach", assigned.behavior, *where, *settings])
     lines = [f"{assigned.behavior} fails in {maker.name}, seed {seed}", "", *why]
     lines += ["", "Run it again:", f"  {command}", "Correct it:", f"  {correct}"]
@@ -151,18 +125,18 @@ def _keep(
         lines += ["Explain another moment, in s:", f"  {explain} 1.0"]
     with convert_os_errors(folder, "writing the failing world", remedy="name a folder that you may write to"):
         write_atomically(folder / WHY_FILE, "\n".join([*lines, ""]).encode())
-    return FailureResult(
-        folder=str(folder),
-        scenario=None,
-        seed=seed,
-        found_by=AT_RANDOM,
-        robustness=-1.0,
-        wrong_s=None,
-        steps=[],
-        why=why,
-        command=command,
-        recording=None if recording is None else str(recording),
-    )
+    return {
+        "folder": folder,
+        "scenario": None,
+        "seed": seed,
+        "found_by": AT_RANDOM,
+        "robustness": -1.0,
+        "wrong_s": None,
+        "steps": [],
+        "why": why,
+        "command": command,
+        "recording": recording,
+    }
 
 
 def _record(

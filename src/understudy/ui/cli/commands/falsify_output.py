@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from math import inf
+from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from understudy.addons.checks.falsification.failing_world import SCENARIO_FILE, FailingWorld
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli.output import format_count, make_console
 
 if TYPE_CHECKING:
@@ -18,54 +20,18 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class RandomResult:
-    """The search at random as `--json` prints it; `low` and `high` limit the share that fails, at 95 %."""
-
-    runs: int
-    failed: int
-    low: float
-    high: float
-    seeds: Sequence[int]
-
-
-@dataclass(frozen=True, slots=True)
-class DirectedResult:
-    """The directed search as `--json` prints it; `nearest` is the least robustness."""
-
-    runs: int
-    failed: int
-    nearest: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class FailureResult:
-    """A failing world as `--json` prints it; of a body of one's own, without a scenario and with a recording."""
-
-    folder: str
-    scenario: str | None
-    seed: int
-    found_by: str
-    robustness: float
-    wrong_s: float | None
-    steps: Sequence[str]
-    why: Sequence[str]
-    command: str
-    recording: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class FalsifyResult:
-    """Result of a falsification as `--json` prints it; None where there was no directed search or no failure."""
+    """The result of a falsification, with the time limit, s.
+
+    `failure` describes the failing world that was kept, as `--json` prints it; None if no world failed. Of a body of
+    the user's own, it has no scenario, and a recording.
+    """
 
     behavior: str
     world: str
     limit_s: float
-    seconds: float
-    interrupted: bool
-    random: RandomResult
-    directed: DirectedResult | None
-    failure: FailureResult | None
-    notes: Sequence[str]
+    found: Falsification
+    failure: Mapping[str, Any] | None
 
 
 @contextmanager
@@ -82,57 +48,48 @@ def show_search(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
         yield report
 
 
-def make_random_result(found: Falsification) -> RandomResult:
-    """Return the result of the search at random."""
-    low, high = found.random.interval
-    return RandomResult(
-        found.random.runs, found.random.failed, low, high, [seed for _, seed in found.random.failures]
-    )
+def describe_failure(kept: FailingWorld, command: str) -> dict[str, Any]:
+    """Describe a failing world that was kept for `--json`; `command` runs it again."""
+    names = ("seed", "found_by", "robustness", "wrong_s", "steps", "why")
+    facts = select_facts(kept.facts, *names, wrong_s=round(kept.facts.wrong_s, 6))
+    places = {"folder": kept.folder, "scenario": kept.folder / SCENARIO_FILE}
+    return {**places, **facts, "command": command, "recording": None}
 
 
-def make_directed_result(found: Falsification) -> DirectedResult | None:
-    """Return the result of the directed search; None if there was none."""
-    if found.directed is None:
-        return None
-    nearest = found.directed.nearest
-    return DirectedResult(
-        found.directed.runs, len(found.directed.failures), nearest if nearest < float("inf") else None
-    )
-
-
-def make_failure_result(kept: FailingWorld, command: str) -> FailureResult:
-    """Return the result about a failing world; `command` runs it again."""
-    facts = kept.facts
-    return FailureResult(
-        folder=str(kept.folder),
-        scenario=str(kept.folder / SCENARIO_FILE),
-        seed=facts.seed,
-        found_by=facts.found_by,
-        robustness=facts.robustness,
-        wrong_s=round(facts.wrong_s, 6),
-        steps=facts.steps,
-        why=facts.why,
-        command=command,
-    )
+def describe_falsification(result: FalsifyResult) -> dict[str, Any]:
+    """Describe a result for `--json`, with the 95 % interval of the share of worlds that fail at random."""
+    found, random, directed = result.found, result.found.random, result.found.directed
+    low, high = random.interval
+    seeds = [seed for _, seed in random.failures]
+    near = None
+    if directed is not None:
+        near = select_facts(directed, "runs", "failed", "nearest", failed=len(directed.failures))
+    return {
+        **select_facts(result, "behavior", "world", "limit_s"),
+        **select_facts(found, "seconds", "interrupted", seconds=round(found.seconds, 3)),
+        "random": select_facts(random, "runs", "failed", low=low, high=high, seeds=seeds),
+        "directed": near,
+        "failure": result.failure,
+        "notes": found.notes,
+    }
 
 
 def show_falsification(result: FalsifyResult) -> None:
     """Print the result as text."""
-    out, random = make_console(), result.random
-    if result.interrupted:
+    out, found, random = make_console(), result.found, result.found.random
+    if found.interrupted:
         out.print("[yellow]Interrupted; this is what was found until then.[/]")
-    at_most = f"at most {random.high:.3g} of all worlds at 95 %"
-    share = at_most if not random.failed else f"{random.low:.3g} to {random.high:.3g} of all worlds at 95 %"
+    low, high = random.interval
+    at_most = f"at most {high:.3g} of all worlds at 95 %"
+    share = at_most if not random.failed else f"{low:.3g} to {high:.3g} of all worlds at 95 %"
     runs = format_count(random.runs, "world")
     out.print(f"At random: {random.failed} of {runs} failed: {share}", soft_wrap=True)
-    if result.directed is not None:
-        nearest = result.directed.nearest
-        near = "" if nearest is None else f"; the least robustness was {nearest:.3g}"
-        out.print(
-            f"Directed: {result.directed.failed} of {format_count(result.directed.runs, 'world')} failed{near}",
-            soft_wrap=True,
-        )
-    for note in result.notes:
+    if found.directed is not None:
+        failed, nearest = len(found.directed.failures), found.directed.nearest
+        near = f"; the least robustness was {nearest:.3g}" if nearest < inf else ""
+        runs = format_count(found.directed.runs, "world")
+        out.print(f"Directed: {failed} of {runs} failed{near}", soft_wrap=True)
+    for note in found.notes:
         out.print(f"[dim]No directed search: {escape(note)}[/]", soft_wrap=True)
     failure = result.failure
     if failure is None:
@@ -140,14 +97,12 @@ def show_falsification(result: FalsifyResult) -> None:
             "[green]No failing world was found.[/] That is no proof that there is none.", soft_wrap=True
         )
         return
-    where = failure.scenario or f"{result.world} {failure.seed}"
-    out.print(f"\n[bold]{escape(result.behavior)} fails in {escape(where)}[/]", soft_wrap=True)
-    for sentence in failure.why:
+    where = failure["scenario"] or f"{result.world} {failure['seed']}"
+    out.print(f"\n[bold]{escape(result.behavior)} fails in {escape(str(where))}[/]", soft_wrap=True)
+    for sentence in failure["why"]:
         out.print(f"  {escape(sentence)}", soft_wrap=True)
-    if failure.steps:
-        out.print(
-            f"[dim]  Simpler than the world that was found: {escape(', '.join(failure.steps))}.[/]",
-            soft_wrap=True,
-        )
+    if failure["steps"]:
+        steps = escape(", ".join(failure["steps"]))
+        out.print(f"[dim]  Simpler than the world that was found: {steps}.[/]", soft_wrap=True)
     out.print("\nRun it again:", soft_wrap=True)
-    out.print(f"  {failure.command}", markup=False, soft_wrap=True)
+    out.print(f"  {failure['command']}", markup=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""Command `understudy learn table`, and what all commands do that learn: predict, save, and print what was learned."""
+"""What all commands do that learn from a lesson: predict, save, and print what was learned."""
 
 from __future__ import annotations
 
@@ -10,44 +10,19 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.padding import Padding
 
-from understudy.errors import SettingError
-from understudy.learning.csv_table import QueryRow, read_lesson_table, read_query_rows
+from understudy.learning.csv_table import QueryRow, read_query_rows
 from understudy.learning.fit import predict_next_states
 from understudy.learning.lesson_change import summarize_lesson_change
 from understudy.learning.report import Report, learn_and_report
 from understudy.model.library import Kit, Library, TrainedAutomaton
 from understudy.storage.library_folder import open_each_automaton, save_automaton
 from understudy.ui.cli.json_output import print_json
-from understudy.ui.cli.lesson_options import LearnOptions, LearnTableOptions
-from understudy.ui.cli.options import parse_names
+from understudy.ui.cli.lesson_options import LearnOptions
 from understudy.ui.cli.output import format_count, make_console, make_table
 
 if TYPE_CHECKING:
     from understudy.model.change_summary import ChangeSummary
     from understudy.model.lesson import Lesson
-
-
-def learn_table(options: LearnTableOptions) -> None:
-    """Learn an automaton's transition functions from a table of examples."""
-    check_output_name(options)
-    lesson = read_lesson_table(options.table, name=options.name, flags=parse_names(options.flags))
-    learn_lesson(lesson, options)
-
-
-def check_output_name(options: LearnOptions) -> None:
-    """Refuse a library without a name, and a name without a library.
-
-    No name is assumed: saving would replace an automaton of that name, which may be another one.
-    """
-    if (options.library is None) == (options.name is None):
-        return
-    if options.name is None:
-        missing = "--name"
-        remedy = f"give the name to save the automaton under in {options.library}, such as --name driven"
-    else:
-        missing = "--library"
-        remedy = f"give the folder of the library to save {options.name!r} in, such as --library library"
-    raise SettingError(where="learn", setting=missing, problem="is missing", remedy=remedy)
 
 
 def learn_lesson(

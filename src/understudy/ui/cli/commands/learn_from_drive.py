@@ -26,7 +26,7 @@ from understudy.judging.run_header import is_trace
 from understudy.model.library import Kit, Library
 from understudy.records.reader import has_own_header, read_recording
 from understudy.training.lesson_design import parse_feature
-from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
+from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.lesson_options import DriveOptions, LearnDriveOptions
 from understudy.ui.cli.named_inputs import find_kit, open_behavior_library
 from understudy.ui.cli.options import WORLD, parse_names, parse_targets
@@ -66,7 +66,7 @@ class SegmentedDrive(NamedTuple):
 
 def learn_drive(options: LearnDriveOptions) -> None:
     """Learn from recordings of a person who drove: the commands say which behavior was meant at each tick."""
-    check_output_name(options)
+    options.check_name()
     drive = segment_opened_drives(options.recordings[0], open_drives(options.recordings, options), options)
     made = make_drive_lesson(drive, options, driver=options.driver)
     report = make_drive_report(drive.found, made)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 
@@ -19,7 +19,8 @@ from understudy.addons.recordings.driver_lessons import merge_driver_lessons
 from understudy.addons.recordings.recorded_drive import refuse_other_robot
 from understudy.addons.recordings.segmentation_report import DriveReport, make_drive_report
 from understudy.errors import SettingError, UnknownName
-from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
+from understudy.storage.json_text import select_facts
+from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.commands.learn_from_drive import (
     SegmentedDrive,
     make_drive_lesson,
@@ -37,21 +38,6 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class ContradictionRow:
-    """A contradiction between two drivers: a sentence, what each does in a state, and the numbers of their examples.
-
-    `settled` is True if one of the two was trusted, so that the examples of the other are in quarantine.
-    """
-
-    sentence: str
-    state: str
-    drivers: Sequence[str]
-    nexts: Sequence[str]
-    examples: Sequence[Sequence[int]]
-    settled: bool
-
-
-@dataclass(frozen=True, slots=True)
 class DriversReport:
     """What the drives of several drivers were found to be.
 
@@ -60,7 +46,7 @@ class DriversReport:
     """
 
     drivers: Mapping[str, DriveReport]
-    contradictions: Sequence[ContradictionRow]
+    contradictions: Sequence[DriverContradiction]
     trusted: str | None
     quarantined: int
 
@@ -104,10 +90,12 @@ def group_recordings(
 
 def learn_drivers(options: LearnDriversOptions) -> None:
     """Learn one lesson from drives of several people: it says who showed what, and where they contradict each other."""
-    check_output_name(options)
+    options.check_name()
     grouped = group_recordings(options.recordings, options.driver or (), options.trust)
     lesson, report = learn_from_drivers(grouped, options, options.trust)
-    facts = {each.name: getattr(report, each.name) for each in fields(report)}
+    described = [_describe_contradiction(each, options.trust) for each in report.contradictions]
+    names = ("drivers", "contradictions", "trusted", "quarantined")
+    facts = select_facts(report, *names, contradictions=described)
     learn_lesson(lesson, options, facts, partial(print_drivers_report, report))
 
 
@@ -125,8 +113,7 @@ def learn_from_drivers(
     settled = merged if trust is None else settle_driver_contradictions(merged, trust)
     quarantined = sum(bool(each.quarantined) for each in settled.examples)
     quarantined -= sum(bool(each.quarantined) for each in merged.examples)
-    rows = [_describe(each, trust) for each in contradictions]
-    return settled, DriversReport(reports, rows, trust, quarantined)
+    return settled, DriversReport(reports, contradictions, trust, quarantined)
 
 
 def segment_drivers(
@@ -144,15 +131,11 @@ def segment_drivers(
     }
 
 
-def _describe(contradiction: DriverContradiction, trust: str | None) -> ContradictionRow:
-    return ContradictionRow(
-        str(contradiction),
-        contradiction.state,
-        contradiction.drivers,
-        contradiction.nexts,
-        contradiction.numbers,
-        trust in contradiction.drivers,
-    )
+def _describe_contradiction(each: DriverContradiction, trust: str | None) -> dict[str, Any]:
+    """Describe a contradiction for `--json`; it is settled if the examples of one of the two are in quarantine."""
+    names = ("sentence", "state", "drivers", "nexts", "examples")
+    facts = select_facts(each, *names, sentence=str(each), examples=each.numbers)
+    return {**facts, "settled": trust in each.drivers}
 
 
 def print_drivers_report(report: DriversReport) -> None:
@@ -171,8 +154,8 @@ def _print_contradictions(report: DriversReport, out: Console) -> None:
         return
     out.print(f"[yellow]{format_count(len(report.contradictions), 'contradiction')} between drivers[/]")
     for each in report.contradictions:
-        settled = " [dim]settled[/]" if each.settled else ""
-        out.print(f"  {escape(each.sentence)}{settled}", soft_wrap=True)
+        settled = " [dim]settled[/]" if report.trusted in each.drivers else ""
+        out.print(f"  {escape(str(each))}{settled}", soft_wrap=True)
     if report.trusted is not None:
         left_out = format_count(report.quarantined, "example")
         out.print(f"{escape(report.trusted)} is trusted: {left_out} of others left out", soft_wrap=True)

@@ -20,7 +20,7 @@ from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library
 from understudy.records.reader import RecordedPress, has_own_header, read_recording
 from understudy.training.lesson_design import new_lesson
-from understudy.ui.cli.commands.learn import check_output_name, learn_lesson
+from understudy.ui.cli.commands.learn import learn_lesson
 from understudy.ui.cli.lesson_options import LearnRecordingOptions
 from understudy.ui.cli.named_inputs import open_behavior_library
 from understudy.ui.cli.options import parse_names, parse_targets
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def learn_recording(options: LearnRecordingOptions) -> None:
     """Learn from a recording and presses, which have the same effect as in a session."""
-    check_output_name(options)
+    options.check_name()
     learn_lesson(learn_from_recording(options.recording, options), options)
 
 

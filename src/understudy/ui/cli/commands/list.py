@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import typer
 from rich.markup import escape
 
@@ -17,7 +15,7 @@ def list_automata(options: ListOptions) -> None:
     """List the automata of a library; those of squads and robot types are named SORT/NAME."""
     listings = open_listings(options, lambda _: {})  # it needs no trees
     rows = [
-        replace(summarize_automaton(listing.folder, listing.library, opened), name=f"{prefix}{name}")
+        summarize_automaton(listing.folder, listing.library, opened) | {"name": f"{prefix}{name}"}
         for prefix, listing in listings.items()
         for name, opened in listing.opened.items()
     ]
@@ -32,10 +30,11 @@ def list_automata(options: ListOptions) -> None:
         made = make_table("automaton", "#states", "#shown", "#watched", "runs", "#former", "saved")
         made.columns[4].no_wrap = False
         for row in rows:
-            name = f"{row.name}({', '.join(row.parameters)})" if row.parameters else row.name
-            numbers = [str(number or "") for number in (row.states, row.examples, row.watched)]
-            saved = format_saved_time(row.saved)
-            made.add_row(escape(name), *numbers, escape(", ".join(row.uses)), str(row.versions or ""), saved)
+            parameters = f"({', '.join(row['parameters'])})" if row["parameters"] else ""
+            numbers = [str(row[name] or "") for name in ("states", "examples", "watched")]
+            uses, versions = escape(", ".join(row["uses"])), str(row["versions"] or "")
+            saved = format_saved_time(row["saved"])
+            made.add_row(escape(row["name"] + parameters), *numbers, uses, versions, saved)
         out = make_console()
         out.print(
             f"[bold]{escape(str(options.library))}[/]: {format_count(len(rows), 'automaton', 'automata')}",

@@ -1,28 +1,27 @@
-"""Command `understudy replay`: decide again over a recording, and show where decisions differ."""
+"""Decisions made again over a recording for `understudy replay`, and where they differ."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.markup import escape
 
-from understudy.errors import SettingError, join_names
+from understudy.errors import join_names
 from understudy.judging.explain_run import (
     DecisionDiff,
-    ReplayDiff,
     RunNotReproducible,
     diff_replayed_decisions,
 )
 from understudy.judging.explanation_text import DIGITS, DecisionData
 from understudy.judging.rerun import Rerun
-from understudy.records.reader import Recording, read_recording
 from understudy.sim.team.libraries import Libraries, find_behavior_sort, list_running_sorts
 from understudy.storage.document import fingerprint_automaton
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli.commands.why_team import print_decision, round_values
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import choose_behavior
@@ -41,73 +40,44 @@ if TYPE_CHECKING:
 
     from understudy.model.library import Kit
     from understudy.records.header import RunInfo
+    from understudy.records.reader import Recording
     from understudy.sim.scenario.schema import Scenario
 
 DIFFERENT = 1
 MOST_SHOWN = 12
 
 
-@dataclass(frozen=True, slots=True)
-class DifferenceData:
-    """Consecutive ticks in which a robot's states differ from those recorded, as `--json` prints them."""
-
-    robot: int
-    time_s: float
-    until_s: float
-    ticks: int
-    recorded: tuple[str, ...]
-    now: tuple[str, ...]
-    decision: DecisionData | None
-
-    @classmethod
-    def from_difference(cls, each: DecisionDiff) -> DifferenceData:
-        """Convert a difference to plain data, with times rounded."""
-        from_s, until_s = round(each.from_s, DIGITS), round(each.until_s, DIGITS)
-        decision = DecisionData.from_optional_reason(each.reason)
-        return cls(each.agent, from_s, until_s, each.ticks, each.recorded, each.now, decision)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayResult:
-    """Result of deciding again over a recording, as `--json` prints it."""
+    """Result of deciding again over a recording."""
 
-    recording: str
+    recording: Path
     whole: bool
-    library: str
+    library: Path
     behavior: str
     robots: int
     ticks: int
     seconds: float
     decisions: int
     same: int
-    differences: list[DifferenceData]
+    differences: Sequence[DecisionDiff]
     changed: list[str]
     former: dict[str, int]
 
 
-def replay_recording(options: ReplayOptions) -> None:
+def decide_again(recording: Recording, options: ReplayOptions) -> None:
     """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
-    recording = read_recording(options.recording)
-    _check_taught(recording, options)
-    result, again = _decided_again(recording, options)
+    result = _decided_again(recording, options)
     if options.as_json:
-        print_json(result)
+        names = (each.name for each in fields(result))
+        print_json(select_facts(result, *names, differences=[*map(_describe_difference, result.differences)]))
     else:
-        _show(result, again.differences, make_console())
-    if again.differences:
+        _show(result, make_console())
+    if result.differences:
         raise typer.Exit(DIFFERENT)
 
 
-def _check_taught(recording: Recording, options: ReplayOptions) -> None:
-    """Refuse a recording of a teaching session unless the options name an automaton and its library."""
-    if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
-        missing = "--behavior" if options.behavior is None else "--library"
-        problem = "is missing: nothing ran, a person taught"
-        remedy = "name the automaton and its library"
-        raise SettingError(where=str(options.recording), setting=missing, problem=problem, remedy=remedy)
-
-
-def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[ReplayResult, ReplayDiff]:
+def _decided_again(recording: Recording, options: ReplayOptions) -> ReplayResult:
     ran, where = recording.head.ran, read_recorded_scenario(recording)
     parts = choose_recording_kit(recording, options.kit, where)
     named = options.behavior or ran.behavior
@@ -127,21 +97,27 @@ def _decided_again(recording: Recording, options: ReplayOptions) -> tuple[Replay
     )
     again = diff_replayed_decisions(rerun)
     times = recording.times
-    result = ReplayResult(
-        recording=str(recording.path),
+    return ReplayResult(
+        recording=recording.path,
         whole=recording.whole,
-        library=str(folder),
+        library=folder,
         behavior=name,
         robots=len(recording.head.names),
         ticks=recording.ticks,
         seconds=round(float(times[-1] - times[0]) + recording.head.tick_s, 6),
         decisions=again.decisions,
         same=again.same,
-        differences=[DifferenceData.from_difference(each) for each in again.differences],
+        differences=again.differences,
         changed=_changed(ran, known),
         former=former,
     )
-    return result, again
+
+
+def _describe_difference(each: DecisionDiff) -> dict[str, Any]:
+    """Describe consecutive ticks in which a robot's states differ from those recorded for `--json`, times rounded."""
+    times = {"time_s": round(each.from_s, DIGITS), "until_s": round(each.until_s, DIGITS)}
+    decision = DecisionData.from_optional_reason(each.reason)
+    return {"robot": each.agent, **times, **select_facts(each, "ticks", "recorded", "now", decision=decision)}
 
 
 def _known(
@@ -171,7 +147,8 @@ def _changed(ran: RunInfo, known: Libraries) -> list[str]:
     return found
 
 
-def _show(result: ReplayResult, differences: Sequence[DecisionDiff], out: Console) -> None:
+def _show(result: ReplayResult, out: Console) -> None:
+    differences = result.differences
     if not result.whole:
         out.print(
             "[yellow]It was not closed:[/] what was recorded until then is all there is.", soft_wrap=True

@@ -103,7 +103,7 @@ def _see_person(fleet: Fleet) -> None:
     """Refuse to run without a terminal, or on robots that need a held key: a person has to arm and stop them."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         raise SettingError(
-            where="understudy run --robot",
+            where="understudy robots run",
             setting="its input or output",
             problem="is not a terminal, so a robot could not be armed or stopped",
             remedy="run it in one (ssh -t HOST for another machine), or arm it from Python with Robot.arm",
@@ -113,7 +113,7 @@ def _see_person(fleet: Fleet) -> None:
             where=fleet.name,
             setting="safety.hold_to_run",
             problem="needs a key that is held, and a terminal does not report released keys",
-            remedy="let it go in the studio: understudy studio --robot FILE",
+            remedy="let it go in the studio: understudy robots studio FILE",
         )
 
 

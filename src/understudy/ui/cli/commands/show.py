@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import degrees
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
 from rich.columns import Columns
 from rich.markup import escape
 from rich.padding import Padding
@@ -17,10 +16,9 @@ from understudy.model.describe import around_zero
 from understudy.storage.atomic_write import convert_os_errors, write_atomically
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_data import (
-    AutomatonDescription,
-    ExampleRow,
     describe_automaton,
     find_automaton,
+    list_plain_values,
     open_listings,
 )
 from understudy.ui.cli.library_options import DrawOptions, ShowOptions
@@ -31,6 +29,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.model.automaton import Automaton
+    from understudy.model.lesson import Example
     from understudy.model.library import Library
 
 
@@ -46,20 +45,22 @@ def show_automaton(options: ShowOptions) -> None:
         print_json(facts)
         return
     out = make_console()
-    _head(facts, out)
+    _head(automaton, facts, out)
     _structure(automaton, listing.library, out)
-    _conditions(automaton, facts.conditions, out)
-    _examples(facts, out, everything=options.everything)
+    _conditions(automaton, facts["conditions"], out)
+    lesson = listing.opened[name].taught.lesson
+    if lesson is not None and lesson.examples:
+        _examples(automaton, lesson.examples, out, everything=options.everything)
 
 
-def _head(facts: AutomatonDescription, out: Console) -> None:
-    called = facts.name + (f"({', '.join(facts.parameters)})" if facts.parameters else "")
-    out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if facts.stateless else ""))
-    kept = format_count(len(facts.versions), "former version")
-    lines = [f"saved {format_saved_time(facts.saved)}, {kept}"]
-    if facts.used_by:
-        lines.append(f"used by {', '.join(facts.used_by)}")
-    chosen = facts.options
+def _head(automaton: Automaton, facts: Mapping[str, Any], out: Console) -> None:
+    called = automaton.name + (f"({', '.join(automaton.parameters)})" if automaton.parameters else "")
+    out.print(f"[bold]{escape(called)}[/]" + (" [dim]stateless[/]" if automaton.stateless else ""))
+    kept = format_count(len(facts["versions"]), "former version")
+    lines = [f"saved {format_saved_time(facts['saved'])}, {kept}"]
+    if facts["used_by"]:
+        lines.append(f"used by {', '.join(facts['used_by'])}")
+    chosen = facts["options"]
     if chosen is None:
         lines.append("written by hand: it has no examples")
     else:
@@ -103,21 +104,19 @@ def _conditions(automaton: Automaton, conditions: Mapping[str, Sequence[str]], o
                 )
 
 
-def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) -> None:
-    rows = [row for row in facts.examples if everything or row.kind != "watched"]
-    if not facts.examples:
-        return
-    beside = f" [dim]beside {format_count(facts.watched, 'watched example')}[/]" if facts.watched else ""
+def _examples(automaton: Automaton, examples: Sequence[Example], out: Console, *, everything: bool) -> None:
+    rows = [row for row in examples if everything or row.is_from_press]
+    watched = sum(not row.is_from_press for row in examples)
+    beside = f" [dim]beside {format_count(watched, 'watched example')}[/]" if watched else ""
     out.print(f"\n[bold]What was shown[/]{'' if everything else beside}")
     recorded = ["from"] if any(row.source is not None for row in rows) else []
-    labels = (f"#{feature.name}" for feature in facts.features)
+    labels = (f"#{feature}" for feature in automaton.features)
     made = make_table("#", "state", "next", "kind", *recorded, *labels)
     made.columns[0].justify = "right"
     for row in rows if everything else rows[:SHOWN]:
         kind = row.kind + "*" * row.correction + "†" * row.edited + "‡" * bool(row.quarantined)
         following = "[dim]stay[/]" if row.next == row.state else escape(row.next)
-        values = zip(row.values.values(), facts.features, strict=True)
-        told = (_value(value, feature.unit) for value, feature in values)
+        told = (_value(value, bound.feature.unit) for bound, value in list_plain_values(row, automaton))
         places = ["" if row.source is None else escape(str(row.source))] * len(recorded)
         made.add_row(str(row.number), escape(row.state), following, kind, *places, *told)
     for column in made.columns[4:]:
@@ -135,7 +134,7 @@ def _examples(facts: AutomatonDescription, out: Console, *, everything: bool) ->
         out.print(f"[dim]{len(rows) - SHOWN} more: --all[/]")
 
 
-def _reasons(rows: list[ExampleRow], out: Console) -> None:
+def _reasons(rows: Sequence[Example], out: Console) -> None:
     """Print why examples are in quarantine, one line per reason."""
     why: dict[str, list[str]] = {}
     for row in rows:
@@ -166,18 +165,9 @@ def draw_automata(options: DrawOptions) -> None:
     with convert_os_errors(options.out, "writing the picture"):
         write_atomically(options.out, data)
     if options.as_json:
-        print_json(DrawResult(name=name, file=str(options.out), automata=names, bytes=len(data)))
+        print_json({"name": name, "file": options.out, "automata": names, "bytes": len(data)})
     else:
         make_console().print(f"Drawn in {options.out}", markup=False, soft_wrap=True)
-
-
-class DrawResult(Struct, frozen=True, kw_only=True):
-    """What was drawn: the automata, outermost first, and the file with its size."""
-
-    name: str
-    file: str
-    automata: Sequence[str]
-    bytes: int
 
 
 def list_automata_below(library: Library, name: str) -> list[str]:

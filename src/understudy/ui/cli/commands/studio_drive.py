@@ -111,7 +111,7 @@ def make_drive_server(
     candidates = make_candidates(library, blank, parse_names(options.behaviors))
     if not candidates:
         raise SettingError(
-            where="studio",
+            where="drive",
             setting="--behaviors",
             problem="are none that could explain a drive",
             remedy="give --kit MODULE:NAME with your own",
@@ -146,13 +146,13 @@ def _open(options: DrivingOptions) -> tuple[DrivenWorld, Kit]:
         world = BodyWorld(opened, options.seed, name=options.world_name)
     if options.agent >= world.robots:
         problem, remedy = f"is {options.agent}", f"count from 0 to {world.robots - 1}"
-        raise SettingError(where="studio", setting="--agent", problem=problem, remedy=remedy)
+        raise SettingError(where="drive", setting="--agent", problem=problem, remedy=remedy)
     return world, kit
 
 
 def review_recordings(options: ReviewOptions) -> None:
     """Review recordings of a driven robot in the browser: correct labels and boundaries, answer doubts, and learn."""
-    recordings = group_recordings(options.recordings, options.driver or (), options.trust, where="studio")
+    recordings = group_recordings(options.recordings, options.driver or (), options.trust, where="review")
     drives = segment_drivers(recordings, choose_options(DriveOptions, options))
     first = next(iter(drives.values()))
     review = RecordingReview(

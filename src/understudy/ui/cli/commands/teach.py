@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from understudy.errors import SettingError, UnderstudyError
 from understudy.model.library import Library
 from understudy.sim.body_world import BodyWorld
 from understudy.sim.scenario.schema import Scenario
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli import FAULT
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.named_inputs import choose_kit, open_library_with_notes
@@ -84,20 +84,8 @@ def _see_hold(twin: DigitalTwin) -> None:
             where=twin.fleet.name,
             setting="safety.hold_to_run",
             problem="needs a key that is held, and a terminal does not report released keys",
-            remedy="teach it in the studio: understudy studio --robot FILE",
+            remedy="teach it in the studio: understudy robots studio FILE",
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class TeachResult:
-    """Result of a teaching session in the terminal."""
-
-    name: str
-    library: Path
-    examples: int
-    saved: bool
-    journal: Path | None
-    """Path of the session's journal; None if no session began."""
 
 
 def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json: bool) -> None:
@@ -115,14 +103,9 @@ def _teach(plan: TrainingPlan, ground: Ground | None, failures: Path, *, as_json
     if trainer.return_code:
         raise typer.Exit(trainer.return_code)
     if as_json:
-        result = TeachResult(
-            name=plan.name,
-            library=plan.folder,
-            examples=0 if ended is None else ended.examples,
-            saved=ended is not None and ended.saved,
-            journal=None if ended is None else ended.journal,
-        )
-        print_json(result)
+        begun = {"examples": 0, "saved": False, "journal": None}
+        begun = begun if ended is None else select_facts(ended, "examples", "saved", "journal")
+        print_json({"name": plan.name, "library": plan.folder, **begun})
     elif ended is None:
         make_console().print(f"Nothing was begun of {plan.name}.")
     elif ended.saved:
@@ -147,5 +130,5 @@ def _see_terminal() -> None:
             setting="its input or output",
             problem="is not a terminal",
             remedy="run it in one (ssh -t HOST for another machine); without a person, teach from "
-            "Python with understudy.training.session.Session, or from a table with understudy learn",
+            "Python with understudy.training.session.Session, or from a table with understudy learn table",
         )

@@ -106,7 +106,7 @@ def push_to_team(options: TeamPushOptions) -> None:
 
 
 def _say_nobody(team: str) -> str:
-    return f"No agent of team {team} is there; start them with understudy agent, or correct [agents.network]."
+    return f"No agent of team {team} is there; start them with understudy team agent, or correct [agents.network]."
 
 
 @contextmanager

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.markup import escape
@@ -15,7 +15,7 @@ from understudy.errors import FileError, SettingError
 from understudy.storage.library_folder import list_documents
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.library_options import LibraryTestOptions
-from understudy.ui.cli.library_tests import LibrarySetting, LibraryTestResult, PropertyRow, test_library
+from understudy.ui.cli.library_tests import LibrarySetting, LibraryTestResult, test_library
 from understudy.ui.cli.options import LIBRARY, WORLD
 from understudy.ui.cli.output import format_count, make_console
 from understudy.ui.cli.world_libraries import find_fitting_world
@@ -61,31 +61,30 @@ def _list_failures(folder: Path | None) -> Sequence[FailingWorld]:
 
 def _show(result: LibraryTestResult, out: Console) -> None:
     for each in result.automata:
-        lines = each.sentences
-        mark = "[red]✗[/]" if not each.works else "[yellow]•[/]" if lines else "[green]✓[/]"
-        about = format_count(each.examples, "example") if each.examples else "nothing recorded"
-        if each.outcomes:
-            about += f", {format_count(len(each.outcomes), 'property', 'properties')}"
-        out.print(f"{mark} [bold]{escape(each.name)}[/] [dim]{about}[/]")
+        lines = each["sentences"]
+        mark = "[red]✗[/]" if not each["works"] else "[yellow]•[/]" if lines else "[green]✓[/]"
+        about = format_count(each["examples"], "example") if each["examples"] else "nothing recorded"
+        if each["outcomes"]:
+            about += f", {format_count(len(each['outcomes']), 'property', 'properties')}"
+        out.print(f"{mark} [bold]{escape(each['name'])}[/] [dim]{about}[/]")
         for line in lines:
             out.print(Padding(escape(line), (0, 0, 0, 4), expand=False))
     for row in result.properties:
-        mark = {"fails": "[red]✗[/]", "undecided": "[yellow]•[/]"}.get(row.verdict, "[green]✓[/]")
-        about = f"{row.behavior} in {row.world}: {row.property}"
-        out.print(f"{mark} [bold]{escape(row.name)}[/] [dim]{escape(about)}[/]", soft_wrap=True)
-        for number, line in enumerate(row.sentences, 1):
-            is_marked = row.leaves_shown and number == len(
-                row.sentences
-            )  # where the flag was raised comes last
+        mark = {"fails": "[red]✗[/]", "undecided": "[yellow]•[/]"}.get(row["verdict"], "[green]✓[/]")
+        about, lines = f"{row['behavior']} in {row['world']}: {row['property']}", row["sentences"]
+        out.print(f"{mark} [bold]{escape(row['name'])}[/] [dim]{escape(about)}[/]", soft_wrap=True)
+        for number, line in enumerate(lines, 1):
+            # Where the flag was raised comes last.
+            is_marked = row["leaves_shown"] and number == len(lines)
             text = f"[yellow]{escape(line)}[/]" if is_marked else escape(line)
             out.print(Padding(text, (0, 0, 0, 4), expand=False))
     for failure in result.failures:
         mark = "[green]✓[/]" if failure["verdict"] == "passes" else "[red]✗[/]"
         about = "passes now" if failure["verdict"] == "passes" else failure["why"]
         out.print(f"{mark} [bold]{escape(failure['name'])}[/] [dim]{escape(about)}[/]", soft_wrap=True)
-    bad = sum(not each.works for each in result.automata)
-    otherwise = sum(len(each.otherwise) + each.overruled for each in result.automata)
-    anew = sum(change.moments for each in result.automata for change in each.changes_before)
+    bad = sum(not each["works"] for each in result.automata)
+    otherwise = sum(len(each["otherwise"]) + each["overruled"] for each in result.automata)
+    anew = sum(change.moments for each in result.automata for change in each["changes_before"])
     said = "[green]all as shown[/]"
     if anew:
         said = (
@@ -104,9 +103,9 @@ def _show(result: LibraryTestResult, out: Console) -> None:
         out.print(f"{format_count(len(result.failures), 'failing world')}: {passed} now pass", soft_wrap=True)
 
 
-def _count_verdicts(rows: Sequence[PropertyRow]) -> str:
+def _count_verdicts(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return how many properties hold, fail, and are undecided, with colors."""
-    verdicts = [row.verdict for row in rows]
+    verdicts = [row["verdict"] for row in rows]
     parts = []
     if fails := verdicts.count("fails"):
         parts.append(f"[red]{format_count(fails, 'fails', 'fail')}[/]")

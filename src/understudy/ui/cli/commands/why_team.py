@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
 from rich.padding import Padding
@@ -19,6 +18,7 @@ from understudy.judging.explanation_text import (
     describe_source,
     describe_values,
 )
+from understudy.storage.json_text import select_facts
 from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.output import make_console
 from understudy.ui.cli.recorded_runs import (
@@ -64,30 +64,6 @@ def round_values(time_s: float) -> str:
     return f"{round(time_s, DIGITS):g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgentMomentData:
-    """An agent at a moment, as `--json` prints it: what it did, its order, and what it had heard of its members."""
-
-    agent: str
-    host: str
-    time_s: float
-    error_s: float
-    doing: tuple[str, ...]
-    order: OrderSummary | None
-    levels: Sequence[DecisionLevelData]
-    reports: Sequence[ReportSummary]
-    missing: str
-
-
-@dataclass(frozen=True, slots=True)
-class TeamWhyData:
-    """The explanation of an agent's decisions and of those above it, as `--json` prints it."""
-
-    recording: str
-    reference: str
-    agents: list[AgentMomentData]
-
-
 def explain_agents(
     team: TeamRecording,
     agent: str,
@@ -121,8 +97,8 @@ def explain_agents(
 
     moments = explain_team_moment(team, agent, time_s, load)
     if as_json:
-        said = [_make_data(each) for each in moments]
-        print_json(TeamWhyData(str(team.path), team.clock.reference, said))
+        agents = [_describe_moment(each) for each in moments]
+        print_json({"recording": team.path, "reference": team.clock.reference, "agents": agents})
     else:
         _show(team, moments, former, make_console())
 
@@ -139,18 +115,11 @@ def _load_libraries(
     return known
 
 
-def _make_data(each: AgentMoment) -> AgentMomentData:
-    return AgentMomentData(
-        agent=each.agent,
-        host=each.host,
-        time_s=each.time_s,
-        error_s=each.error_s,
-        doing=each.doing,
-        order=each.order,
-        levels=[DecisionLevelData.from_level(level) for level in each.explanation.levels],
-        reports=each.reports,
-        missing=each.missing,
-    )
+def _describe_moment(moment: AgentMoment) -> dict[str, Any]:
+    """Describe an agent at a moment for `--json`: what it did, its order, and what it had heard of its members."""
+    names = ("agent", "host", "time_s", "error_s", "doing", "order", "levels", "reports", "missing")
+    levels = [DecisionLevelData.from_level(level) for level in moment.explanation.levels]
+    return select_facts(moment, *names, levels=levels)
 
 
 def _show(team: TeamRecording, moments: Sequence[AgentMoment], former: dict[str, int], out: Console) -> None:

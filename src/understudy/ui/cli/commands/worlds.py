@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.markup import escape
@@ -23,6 +23,7 @@ from understudy.ui.cli.run_options import WorldsOptions
 
 if TYPE_CHECKING:
     from understudy.addons.bridges.environments.body_maker import BodyMaker
+    from understudy.runtime.body import Channel, Reading
 
 
 def list_worlds(options: WorldsOptions) -> None:
@@ -56,109 +57,68 @@ def list_worlds(options: WorldsOptions) -> None:
     made = make_table("scenario", "#robots", "about")
     made.columns[-1].no_wrap = False
     for row in rows:
-        made.add_row(row.name, str(row.robots), row.about)
+        made.add_row(row["name"], str(row["robots"]), row["about"])
     make_console().print(made)
     for body in list_bodies():
         make_console().print(f"[dim]A body of an installed package: understudy worlds {body}[/]")
     make_console().print("[dim]A file of your own: understudy worlds forage > mine.toml[/]")
 
 
-@dataclass(frozen=True, kw_only=True)
-class WorldSummary:
-    """Summary of a scenario: its purpose, and the features, behaviors and targets of its robots."""
-
-    name: str
-    robots: int
-    about: str
-    goal: bool
-    """Whether the scenario has a goal."""
-    limit_s: float
-    features: tuple[str, ...]
-    behaviors: tuple[str, ...]
-    targets: tuple[str, ...]
-
-
-def _summarize(scenario: Scenario) -> WorldSummary:
+def _summarize(scenario: Scenario) -> dict[str, Any]:
+    """Summarize a scenario: its purpose, and the features, behaviors and targets of its robots."""
     kit = make_scenario_kit(scenario)
-    return WorldSummary(
-        name=scenario.name,
-        robots=make_world_params(scenario).robots,
-        about=scenario.about,
-        goal=scenario.goal is not None,
-        limit_s=scenario.limit_s,
-        features=tuple(kit.features),
-        behaviors=tuple(kit.behaviors),
-        targets=tuple(kit.targets),
-    )
+    return {
+        "name": scenario.name,
+        "robots": make_world_params(scenario).robots,
+        "about": scenario.about,
+        "goal": scenario.goal is not None,
+        "limit_s": scenario.limit_s,
+        "features": list(kit.features),
+        "behaviors": list(kit.behaviors),
+        "targets": list(kit.targets),
+    }
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodySummary:
-    """Summary of a body of one's own; `features` and `behaviors` are those of its kit, none if it has no kit."""
-
-    name: str
-    robots: int
-    tick_s: float
-    readings: tuple[PartSummary, ...]
-    channels: tuple[PartSummary, ...]
-    targets: tuple[str, ...]
-    features: tuple[str, ...]
-    behaviors: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class PartSummary:
-    """A reading or a channel of a body; `of_targets` is true for a reading of each target."""
-
-    name: str
-    unit: str
-    about: str
-    of_targets: bool = False
-
-
-def _summarize_body(maker: BodyMaker) -> BodySummary:
-    """Make a body and describe what it offers."""
+def _summarize_body(maker: BodyMaker) -> dict[str, Any]:
+    """Make a body and summarize what it offers; features and behaviors are those of its kit, none if it has no kit."""
     body = maker(0)
     try:
         kit = getattr(body, "kit", None)
-        return BodySummary(
-            name=maker.name,
-            robots=body.agents,
-            tick_s=body.tick_s,
-            readings=tuple(
-                PartSummary(each.name, each.unit, each.doc, each.of_targets) for each in body.readings
-            ),
-            channels=tuple(PartSummary(each.name, each.unit, each.doc) for each in body.channels),
-            targets=tuple(body.targets),
-            features=tuple(kit.features) if isinstance(kit, Kit) else (),
-            behaviors=tuple(kit.behaviors) if isinstance(kit, Kit) else (),
-        )
+        kit = kit if isinstance(kit, Kit) else Kit.from_parts()
+        return {
+            "name": maker.name,
+            "robots": body.agents,
+            "tick_s": body.tick_s,
+            "readings": [_describe_part(each, of_targets=each.of_targets) for each in body.readings],
+            "channels": [_describe_part(each, of_targets=False) for each in body.channels],
+            "targets": list(body.targets),
+            "features": list(kit.features),
+            "behaviors": list(kit.behaviors),
+        }
     finally:
         close_body(body)
 
 
-def _show_body(body: BodySummary) -> None:
+def _describe_part(part: Reading | Channel, *, of_targets: bool) -> dict[str, Any]:
+    return {"name": part.name, "unit": part.unit, "about": part.doc, "of_targets": of_targets}
+
+
+def _show_body(body: Mapping[str, Any]) -> None:
     """Print what a body offers as a table."""
     out, table = make_console(), make_table("", "name", "unit", "about")
     table.columns[-1].no_wrap = False
-    for reading in body.readings:
-        table.add_row(
-            "reading",
-            f"{reading.name}(…)" if reading.of_targets else reading.name,
-            reading.unit,
-            reading.about,
-        )
-    for channel in body.channels:
-        table.add_row("channel", channel.name, channel.unit, escape(channel.about))
-    for sort, names in (("target", body.targets), ("feature", body.features), ("behavior", body.behaviors)):
-        for name in names:
+    for each in body["readings"]:
+        name = f"{each['name']}(…)" if each["of_targets"] else each["name"]
+        table.add_row("reading", name, each["unit"], each["about"])
+    for each in body["channels"]:
+        table.add_row("channel", each["name"], each["unit"], escape(each["about"]))
+    for sort in ("target", "feature", "behavior"):
+        for name in body[f"{sort}s"]:
             table.add_row(sort, name, "", "")
-    out.print(
-        f"[bold]{body.name}[/]: {format_count(body.robots, 'robot')}, a tick of {body.tick_s:g} s",
-        soft_wrap=True,
-    )
+    robots = format_count(body["robots"], "robot")
+    out.print(f"[bold]{body['name']}[/]: {robots}, a tick of {body['tick_s']:g} s", soft_wrap=True)
     out.print(table)
-    if not body.behaviors:
+    if not body["behaviors"]:
         out.print(
             "[dim]It has no kit of features and behaviors: give one with --kit MODULE:NAME[/]", soft_wrap=True
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -36,10 +36,10 @@ class OldSpelling:
     name: str = ""
     """What the usage calls it, if that is another name."""
 
-    def applies(self, arguments: Sequence[str], commands: Collection[str]) -> bool:
-        """Return whether arguments are of the old spelling; `commands` are those of the group."""
-        if commands:
-            return bool(arguments) and arguments[0] not in (*commands, *HELP)
+    def applies(self, arguments: Sequence[str], commands: Container[str] | None) -> bool:
+        """Return whether arguments are of the old spelling; `commands` are those of the group, if it is one now."""
+        if commands is not None:
+            return bool(arguments) and arguments[0] not in HELP and arguments[0] not in commands
         return any(self._names(argument) for argument in arguments)
 
     def _names(self, argument: str) -> bool:
@@ -52,7 +52,7 @@ class OldSpelling:
 class ExportSpelling(OldSpelling):
     """`export NAME --to TARGET` for `export automaton NAME ...`, where NAME may be that of a command."""
 
-    def applies(self, arguments: Sequence[str], commands: Collection[str]) -> bool:
+    def applies(self, arguments: Sequence[str], commands: Container[str] | None) -> bool:
         """Return whether the command is left out, which the option `--to` tells where an automaton has its name."""
         if not arguments or arguments[0] in HELP:
             return False
@@ -60,7 +60,7 @@ class ExportSpelling(OldSpelling):
         has_argument = bool(after) and not after[0].startswith("-")
         if word == AUTOMATON:
             return not (has_argument or not after or after[0] in HELP)
-        if word not in (*commands, "data"):
+        if word != "data" and (commands is None or word not in commands):
             return True
         return not has_argument and _find_target(arguments) not in DATA_TARGETS
 

@@ -18,8 +18,8 @@ from understudy.ui.cli.commands.falsify import (
     report_search,
 )
 from understudy.ui.cli.commands.falsify_body import falsify_body
+from understudy.ui.cli.commands.replay import replay_recording
 from understudy.ui.cli.commands.run import run_behavior
-from understudy.ui.cli.commands.run_replay import replay_recording
 from understudy.ui.cli.commands.run_robot import run_on_twin
 from understudy.ui.cli.export_options import ExportDatasetOptions, ExportTableOptions, TableName
 from understudy.ui.cli.falsify_options import FalsifyBodyOptions, FalsifyOptions, GoalName

@@ -10,10 +10,10 @@ import typer
 
 from understudy.errors import SettingError
 from understudy.judging.run_header import is_trace
-from understudy.ui.cli.commands.learn import check_output_name, learn_table
 from understudy.ui.cli.commands.learn_from_drive import learn_drive
 from understudy.ui.cli.commands.learn_from_drivers import group_recordings, learn_drivers
 from understudy.ui.cli.commands.learn_from_recording import learn_recording
+from understudy.ui.cli.commands.learn_table import learn_table
 from understudy.ui.cli.commands.studio import serve_robots_studio, start_studio
 from understudy.ui.cli.commands.studio_drive import drive_robot, review_recordings
 from understudy.ui.cli.commands.teach import teach, teach_on_robot
@@ -65,7 +65,7 @@ class OldLearnOptions(OldOptions, DriveOptions):
 
 def old_learn(options: OldLearnOptions) -> None:
     """Learn from a table, or from recordings with or without presses."""
-    check_output_name(options)  # what is missing comes first
+    options.check_name()  # what is missing comes first
     lesson, recordings = options.lesson, options.recording
     if (lesson is None) != bool(recordings):
         problem = "is missing" if lesson is None else "is one too many beside a recording"

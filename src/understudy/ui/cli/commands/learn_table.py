@@ -1,0 +1,17 @@
+"""Command `understudy learn table`: learn from a table of examples, which is read before the learner is imported."""
+
+from __future__ import annotations
+
+from understudy.learning.csv_table import read_lesson_table
+from understudy.ui.cli.lesson_options import LearnTableOptions
+from understudy.ui.cli.loading import import_on_call
+from understudy.ui.cli.options import parse_names
+
+learn_lesson = import_on_call("understudy.ui.cli.commands.learn:learn_lesson")
+
+
+def learn_table(options: LearnTableOptions) -> None:
+    """Learn an automaton's transition functions from a table of examples."""
+    options.check_name()
+    lesson = read_lesson_table(options.table, name=options.name, flags=parse_names(options.flags))
+    learn_lesson(lesson, options)

@@ -1,0 +1,26 @@
+"""Command `understudy replay`: decide again over a recording, which is read before what decides is imported."""
+
+from __future__ import annotations
+
+from understudy.errors import SettingError
+from understudy.records.reader import Recording, read_recording
+from understudy.ui.cli.loading import import_on_call
+from understudy.ui.cli.run_options import ReplayOptions
+
+decide_again = import_on_call("understudy.ui.cli.commands.run_replay:decide_again")
+
+
+def replay_recording(options: ReplayOptions) -> None:
+    """Decide again over a recording, and show where decisions differ; exit with code 1 if any does."""
+    recording = read_recording(options.recording)
+    _check_taught(recording, options)
+    decide_again(recording, options)
+
+
+def _check_taught(recording: Recording, options: ReplayOptions) -> None:
+    """Refuse a recording of a teaching session unless the options name an automaton and its library."""
+    if recording.head.ran.behavior is None and (options.behavior is None or options.library is None):
+        missing = "--behavior" if options.behavior is None else "--library"
+        problem = "is missing: nothing ran, a person taught"
+        remedy = "name the automaton and its library"
+        raise SettingError(where=str(options.recording), setting=missing, problem=problem, remedy=remedy)
