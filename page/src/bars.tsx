@@ -1,5 +1,6 @@
 /** Bars under the header: the connection is lost; another person directs. */
 
+import { Button } from "./button";
 import { useStudio } from "./context";
 
 export function Bars() {
@@ -30,9 +31,9 @@ export function Bars() {
           : "No one is in control. Take control to teach the robot."}
       </span>
       {studio.status.can_take_control && (
-        <button type="button" class="small" onClick={() => void studio.ask({ do: "take_control" })}>
+        <Button class="small" onClick={() => void studio.ask({ do: "take_control" })}>
           Take control
-        </button>
+        </Button>
       )}
     </div>
   );

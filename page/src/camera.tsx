@@ -1,6 +1,7 @@
 /** What a real robot's camera sees, and teaching it a color by clicking on a thing. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { Button } from "./button";
 import { useStudio } from "./context";
 import type { Studio } from "./studio";
 import { className, plain } from "./words";
@@ -24,9 +25,9 @@ export function CameraView() {
   if (robot === undefined) return null;
   return (
     <section class="camera" aria-label="Camera">
-      <button type="button" class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
+      <Button class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
         Camera{eyes.length > 1 && ` of ${studio.scene?.real_robots[robot] ?? ""}`}
-      </button>
+      </Button>
       {open && <Picture key={robot} studio={studio} robot={robot} />}
     </section>
   );

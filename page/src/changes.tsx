@@ -1,6 +1,7 @@
 /** Changed decisions after a press or an edit, beyond its own: a line beside the world, and every change in full. */
 
 import { useState } from "preact/hooks";
+import { Button } from "./button";
 import { usePanel, useStudio } from "./context";
 import { edgeOf } from "./graph";
 import type { ChangeSummary } from "./protocol";
@@ -21,17 +22,11 @@ export function ChangeLine() {
       <span>
         <b>Changed:</b> {plain(line)}
       </span>
-      {studio.hasControl && (
-        <button type="button" onClick={() => void studio.ask({ do: "undo" })}>
-          undo
-        </button>
-      )}
-      <button type="button" onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>
-        show me
-      </button>
-      <button type="button" aria-label="Close" onClick={() => close(now)}>
+      {studio.hasControl && <Button onClick={() => void studio.ask({ do: "undo" })}>undo</Button>}
+      <Button onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>show me</Button>
+      <Button aria-label="Close" onClick={() => close(now)}>
         ×
-      </button>
+      </Button>
     </div>
   );
 }
@@ -43,14 +38,9 @@ export function ChangeCard() {
   if (!panel.showsChanges || session === null || session.changed === null) return null;
   return (
     <section class="reasons changes" aria-label="What changed">
-      <button
-        type="button"
-        class="link close"
-        aria-label="Close what changed"
-        onClick={() => panel.hideChanges()}
-      >
+      <Button class="link close" aria-label="Close what changed" onClick={() => panel.hideChanges()}>
         ×
-      </button>
+      </Button>
       <DecisionChanges summary={session.changed} />
     </section>
   );

@@ -1,5 +1,6 @@
 /** A question in place of a button: what would happen, and the two answers. */
 
+import { Button } from "./button";
 import type { ComponentChildren } from "preact";
 
 interface ConfirmProps {
@@ -17,8 +18,7 @@ export function Confirm({ children, label, disabled = false, onConfirm, onClose 
   return (
     <>
       {children}
-      <button
-        type="button"
+      <Button
         class="primary"
         disabled={disabled}
         onClick={() => {
@@ -27,10 +27,8 @@ export function Confirm({ children, label, disabled = false, onConfirm, onClose 
         }}
       >
         {label}
-      </button>
-      <button type="button" onClick={onClose}>
-        Cancel
-      </button>
+      </Button>
+      <Button onClick={onClose}>Cancel</Button>
     </>
   );
 }

@@ -1,7 +1,7 @@
 /** The header: what is trained and where, time, mode, saving. */
 
 import { useRef, useState } from "preact/hooks";
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { useStudio } from "./context";
 import { TimeControls } from "./timecontrols";
 import type { Studio } from "./studio";
@@ -49,14 +49,9 @@ function Views({ studio }: { studio: Studio }) {
   return (
     <div class="views" role="group" aria-label="View">
       {(["team", "training"] as const).map((each) => (
-        <button
-          type="button"
-          key={each}
-          aria-pressed={studio.view === each}
-          onClick={() => studio.switchView(each)}
-        >
+        <Button key={each} aria-pressed={studio.view === each} onClick={() => studio.switchView(each)}>
           {each === "team" ? "Team" : "Training"}
-        </button>
+        </Button>
       ))}
     </div>
   );
@@ -166,13 +161,9 @@ function SaveControls({ studio }: { studio: Studio }) {
         </span>
       )}
       {(status?.viewers ?? 1) > 1 && studio.hasControl && (
-        <button
-          type="button"
-          title="Hand over control"
-          onClick={() => void studio.ask({ do: "release_control" })}
-        >
+        <Button title="Hand over control" onClick={() => void studio.ask({ do: "release_control" })}>
           Hand over
-        </button>
+        </Button>
       )}
       {session !== null && (
         <ControlButton

@@ -1,7 +1,7 @@
 /** A running team whose agents have computers of their own: leaders, duties by order, and missing agents. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import type { Studio } from "./studio";
@@ -124,14 +124,13 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
             <ControlButton disabled={!here || agent.armed === true} onClick={() => setAsks(true)}>
               {agent.armed === true ? "Armed" : "Arm…"}
             </ControlButton>
-            <button
-              type="button"
+            <Button
               class="halt"
               aria-label={`Stop ${agent.name}`}
               onClick={() => void studio.ask({ do: "stop_robot", name: agent.name })}
             >
               Stop
-            </button>
+            </Button>
             <Train agent={agent} />
           </>
         )}

@@ -1,6 +1,6 @@
 /** Time: reset, pause, step, speed. */
 
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { useQuietStudio } from "./context";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
@@ -16,8 +16,7 @@ export function TimeControls({ studio }: { studio: Studio }) {
   return (
     <div class="time-controls" role="toolbar" aria-label="Time">
       {!real && <Worlds studio={studio} />}
-      <button
-        type="button"
+      <Button
         class="pause"
         disabled={off}
         aria-label={paused ? "Resume" : "Pause"}
@@ -25,25 +24,23 @@ export function TimeControls({ studio }: { studio: Studio }) {
         onClick={() => void studio.ask({ do: "pause", paused: !paused })}
       >
         {paused ? "▶" : "❚❚"} <kbd>␣</kbd>
-      </button>
-      <button
-        type="button"
+      </Button>
+      <Button
         disabled={off || !paused}
         aria-label="Step"
         title="One tick"
         onClick={() => void studio.ask({ do: "step" })}
       >
         Step <kbd>.</kbd>
-      </button>
+      </Button>
       {!real && studio.session !== null && studio.session.mode !== "training" && (
-        <button
-          type="button"
+        <Button
           disabled={off}
           title="Skip to where it needs you: nothing is learned on the way"
           onClick={() => void studio.ask({ do: "skip" })}
         >
           Skip <kbd>F</kbd>
-        </button>
+        </Button>
       )}
       {!real && <SpeedSelect studio={studio} />}
       <Time />

@@ -1,6 +1,7 @@
 /** The stick on the page, the behaviors that are held as buttons, and the label of the moment. */
 
 import { useRef } from "preact/hooks";
+import { Button } from "../button";
 import { useNews } from "../news";
 import { swatch } from "../recording/scale";
 import { className, hasKeys, plain } from "../words";
@@ -22,8 +23,7 @@ export function Controls({ driving }: { driving: DriveController }) {
       <StickPad driving={driving} />
       <div class="held">
         {held.map((name, index) => (
-          <button
-            type="button"
+          <Button
             key={name}
             aria-pressed={now.has(index)}
             class={className(now.has(index) && "on")}
@@ -41,7 +41,7 @@ export function Controls({ driving }: { driving: DriveController }) {
           >
             <span class="cut">{plain(name)}</span>
             {hasKeys() && HOLDS[index] !== undefined && <kbd>{HOLDS[index]?.toUpperCase()}</kbd>}
-          </button>
+          </Button>
         ))}
         <Moment driving={driving} />
       </div>

@@ -1,6 +1,7 @@
 /** The page on which a person drives: the timeline that grows, the world, the stick, and the review of the drive. */
 
 import { useEffect } from "preact/hooks";
+import { Button } from "../button";
 import { useNews } from "../news";
 import { listen } from "../recording/page";
 import { ReviewPane } from "../recording/pane";
@@ -63,25 +64,22 @@ function Bar({ driving }: { driving: DriveController }) {
       <span class="soft">{driven.toFixed(0)} s</span>
       <span class="space" />
       {review !== null && (
-        <button
-          type="button"
+        <Button
           disabled={!review.can_undo || busy !== null}
           onClick={() => void recording.ask({ do: "undo" })}
         >
           Undo
-        </button>
+        </Button>
       )}
-      <button
-        type="button"
+      <Button
         disabled={moves || changes}
         title="The same drive goes on in another world"
         onClick={() => driving.send({ do: "new_world" })}
       >
         New world
-      </button>
+      </Button>
       {review !== null && (
-        <button
-          type="button"
+        <Button
           disabled={review.learned === null || busy !== null || driving.lost !== ""}
           title={
             review.learned === null
@@ -94,10 +92,9 @@ function Bar({ driving }: { driving: DriveController }) {
           }}
         >
           Let it drive
-        </button>
+        </Button>
       )}
-      <button
-        type="button"
+      <Button
         class="primary turn"
         disabled={changes || driving.lost !== ""}
         onClick={(event) => {
@@ -106,7 +103,7 @@ function Bar({ driving }: { driving: DriveController }) {
         }}
       >
         {moves ? "Pause" : "Drive"}
-      </button>
+      </Button>
     </header>
   );
 }

@@ -1,7 +1,7 @@
 /** One trained behavior of the library: open it, delete it, export it, and why it is not complete. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel } from "../context";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
@@ -76,17 +76,15 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
             {way}
           </ControlButton>
         ))}
-        <button
-          type="button"
+        <Button
           class="link"
           aria-label={`Versions of ${name}`}
           aria-expanded={openPart === "versions"}
           onClick={() => show("versions")}
         >
           {versions === 0 ? "versions" : formatCount(versions, "former version")}
-        </button>
-        <button
-          type="button"
+        </Button>
+        <Button
           class="link"
           aria-label={`Export ${name}`}
           aria-expanded={openPart === "export"}
@@ -94,7 +92,7 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
           onClick={() => show("export")}
         >
           export
-        </button>
+        </Button>
       </p>
       {(openPart === "rename" || openPart === "duplicate") && (
         <NameForm key={openPart} way={openPart} name={name} studio={studio} close={() => setOpenPart(null)} />

@@ -1,6 +1,7 @@
 /** What changed between two versions: when it switches, because of whom, and all else. */
 
 import { useEffect, useState } from "preact/hooks";
+import { Button } from "../button";
 import { usePanel } from "../context";
 import type { Answer, Moved, Version } from "../protocol";
 import type { Studio } from "../studio";
@@ -101,9 +102,9 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
           <span key={number}>
             {index > 0 && ", "}
             {numbers.has(number) ? (
-              <button type="button" class="link" onClick={() => panel.openExample(number)}>
+              <Button class="link" onClick={() => panel.openExample(number)}>
                 {number}
-              </button>
+              </Button>
             ) : (
               number
             )}{" "}

@@ -1,7 +1,7 @@
 /** The form for a new automaton, and for changing the choices: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { findDuplicate } from "../calls";
 import { usePanel, useStudio } from "../context";
 import { makeDraft, listOffers, parseReaction, makeRequest, type Draft } from "../draft";
@@ -46,9 +46,9 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
     >
       <div class="choice-head">
         <h3>{fresh ? "New automaton" : `What ${plain(draft.name)} is about`}</h3>
-        <button type="button" class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
+        <Button class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
           ×
-        </button>
+        </Button>
       </div>
       {fresh && (
         <>
@@ -82,22 +82,20 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
         <div class="prompt" role="alert">
           <p>{plain(hasUnsaved(studio, draft.name) ?? "")}</p>
           {studio.session?.unsaved === true && (
-            <button type="button" class="small" onClick={() => void saveFirst()}>
+            <Button class="small" onClick={() => void saveFirst()}>
               Save, then begin
-            </button>
+            </Button>
           )}
-          <button type="button" class="small" onClick={() => void send(true)}>
+          <Button class="small" onClick={() => void send(true)}>
             Begin without it
-          </button>
+          </Button>
         </div>
       ) : (
         <div class="choice-foot">
           <ControlButton type="submit" class="primary" disabled={missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </ControlButton>
-          <button type="button" onClick={() => panel.choose(null)}>
-            Not now
-          </button>
+          <Button onClick={() => panel.choose(null)}>Not now</Button>
           <span class="tiny">{missing ?? (fresh ? "" : "Examples stay where they can.")}</span>
         </div>
       )}

@@ -1,7 +1,7 @@
 /** The tab Coach: whether the robot asks, how late presses come, what to show next, and where behaviors failed. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
@@ -116,9 +116,9 @@ function CoachReportView({ session, studio }: SessionProps) {
       </ol>
       {listed.length < advice.length && (
         <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
+          <Button class="link" onClick={() => setAll(true)}>
             {advice.length - listed.length} more, less useful
-          </button>
+          </Button>
         </p>
       )}
       {findings.length > 0 && <h3>What a check finds</h3>}
@@ -163,9 +163,9 @@ function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
       ))}
       {examples.length > 0 && (
         <p class="advice-more">
-          <button type="button" class="link" onClick={() => panel.showExamples(examples)}>
+          <Button class="link" onClick={() => panel.showExamples(examples)}>
             show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
-          </button>
+          </Button>
         </p>
       )}
       {outcome !== null && <p class="outcome">{plain(outcome)}</p>}
@@ -218,12 +218,12 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
       )}
       <p class="advice-more">
         {examples.length > 0 && (
-          <button type="button" class="link" onClick={show}>
+          <Button class="link" onClick={show}>
             show{" "}
             {examples.length === 1 || slip !== null
               ? `example ${examples[0]}`
               : `${examples.length} examples`}
-          </button>
+          </Button>
         )}
         {OF_FEATURES.has(kind) && (
           <ControlButton class="link" onClick={() => panel.choose("choose")}>

@@ -1,7 +1,7 @@
 /** An example that is selected: its states and values can be changed, it can be deleted, and gone back to. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
@@ -61,9 +61,9 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
         {example.quarantined === "" ? "Ignore" : "Use it again"}
       </ControlButton>
       {session.features.length > 0 && (
-        <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
+        <Button class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values
-        </button>
+        </Button>
       )}
       {example.source !== "" ? (
         <span class="tiny">from {example.source}</span>

@@ -1,6 +1,7 @@
 /** The table of examples, the latest first; a selected one can be changed and deleted. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { Button } from "../button";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
 import type { Studio } from "../studio";
@@ -64,9 +65,9 @@ export function Examples({ session, panel, studio }: TableProps) {
       </table>
       {rows.length < session.examples.length && (
         <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
+          <Button class="link" onClick={() => setAll(true)}>
             show the {session.examples.length - rows.length} before
-          </button>
+          </Button>
         </p>
       )}
     </>
@@ -91,9 +92,9 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
         onClick={() => panel.selectExample(number)}
       >
         <td class="number">
-          <button type="button" class="link" aria-expanded={picked} aria-label={`Example ${number}`}>
+          <Button class="link" aria-expanded={picked} aria-label={`Example ${number}`}>
             {number}
-          </button>
+          </Button>
         </td>
         <td>{plain(example.state)}</td>
         <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>

@@ -1,6 +1,7 @@
 /** The form that exports a behavior: its target, what its parameters stand for, and a zip as a download. */
 
 import { useRef, useState } from "preact/hooks";
+import { Button } from "../button";
 import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
@@ -73,9 +74,9 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
       {asksFile && (
         <p class="field">
           <span>Robot's file</span>
-          <button type="button" class="cut" onClick={() => field.current?.click()}>
+          <Button class="cut" onClick={() => field.current?.click()}>
             {robot?.name ?? "Choose…"}
-          </button>
+          </Button>
           <input
             ref={field}
             type="file"

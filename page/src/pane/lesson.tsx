@@ -1,6 +1,6 @@
 /** The tab Lesson: all examples, undo and redo. */
 
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Session } from "../protocol";
 import { formatCount } from "../words";
@@ -43,9 +43,9 @@ export function LessonTab() {
       {panel.highlighted.size > 0 && (
         <p class="tiny shown">
           {formatCount(panel.highlighted.size, "example")} marked.{" "}
-          <button type="button" class="link" onClick={() => panel.showExamples([])}>
+          <Button class="link" onClick={() => panel.showExamples([])}>
             unmark
-          </button>
+          </Button>
         </p>
       )}
       {session.examples.length === 0 ? (

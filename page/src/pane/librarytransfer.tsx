@@ -1,7 +1,7 @@
 /** The library as a zip: out as a download, and in again, where nothing is replaced without a question. */
 
 import { useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -31,13 +31,12 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
   return (
     <>
       <p class="padded library-transfer">
-        <button
-          type="button"
+        <Button
           disabled={status === null || status.library.trained.length === 0}
           onClick={() => downloadLibrary(studio)}
         >
           Export library
-        </button>
+        </Button>
         <ControlButton disabled={sending} onClick={() => field.current?.click()}>
           Import…
         </ControlButton>
@@ -60,15 +59,15 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
             {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
             library already, and not the same. What is replaced is kept as a former version.
           </p>
-          <button type="button" class="small" onClick={() => void importFile(conflict.file, "replace")}>
+          <Button class="small" onClick={() => void importFile(conflict.file, "replace")}>
             Replace
-          </button>
-          <button type="button" class="small" onClick={() => void importFile(conflict.file, "keep")}>
+          </Button>
+          <Button class="small" onClick={() => void importFile(conflict.file, "keep")}>
             Import only the others
-          </button>
-          <button type="button" class="link" onClick={() => setConflict(null)}>
+          </Button>
+          <Button class="link" onClick={() => setConflict(null)}>
             not now
-          </button>
+          </Button>
         </div>
       )}
     </>

@@ -2,6 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
+import { Button } from "../button";
 import { usePanel } from "../context";
 import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
@@ -32,20 +33,20 @@ export function useOpenAction(studio: Studio, name: string, left?: InterruptedSe
     if (answer.error === undefined) await send();
   };
   const notNow = (
-    <button type="button" class="link" onClick={() => setQuestion(null)}>
+    <Button class="link" onClick={() => setQuestion(null)}>
       not now
-    </button>
+    </Button>
   );
   const asks = {
     unsaved: (
       <div class="prompt" role="alert">
         <p>{plain(session?.name ?? "")} has changes that are not in the library.</p>
-        <button type="button" class="small" onClick={() => void saveFirst()}>
+        <Button class="small" onClick={() => void saveFirst()}>
           Save, then open
-        </button>
-        <button type="button" class="small" onClick={proceed}>
+        </Button>
+        <Button class="small" onClick={proceed}>
           Open without saving
-        </button>
+        </Button>
         {notNow}
       </div>
     ),
@@ -55,12 +56,12 @@ export function useOpenAction(studio: Studio, name: string, left?: InterruptedSe
           A lesson of {plain(name)} was interrupted before it was saved, with{" "}
           {formatCount(left?.examples ?? 0, "example")}.
         </p>
-        <button type="button" class="small" onClick={() => void send()}>
+        <Button class="small" onClick={() => void send()}>
           Resume it
-        </button>
-        <button type="button" class="small" onClick={() => void openSaved()}>
+        </Button>
+        <Button class="small" onClick={() => void openSaved()}>
           Discard it, and open what is saved
-        </button>
+        </Button>
         {notNow}
       </div>
     ),

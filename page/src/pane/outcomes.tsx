@@ -4,7 +4,7 @@
  */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -43,15 +43,14 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
             + property
           </ControlButton>
         )}
-        <button
-          type="button"
+        <Button
           class="small"
           disabled={lessonTests.testing !== null}
           title="All recorded moments and properties of the library, as everything is now"
           onClick={() => void lessonTests.test()}
         >
           {lessonTests.testing === null ? "Test lessons" : `Testing ${plain(lessonTests.testing)} …`}
-        </button>
+        </Button>
       </div>
       {adding && <PropertyAdder session={session} studio={studio} close={() => add(false)} />}
       <ul>
@@ -225,9 +224,9 @@ function FailedWorlds({
       </ul>
       {listed.length < result.failed.length && (
         <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
+          <Button class="link" onClick={() => setAll(true)}>
             {result.failed.length - listed.length} more
-          </button>
+          </Button>
         </p>
       )}
       {all && result.failed.length < failed && (
@@ -322,14 +321,9 @@ function Results({ studio }: { studio: Studio }) {
           <span class="tiny">before the lesson changed; test it again</span>
         )}
         <span class="space" />
-        <button
-          type="button"
-          class="link"
-          aria-label="Close what was tested"
-          onClick={() => lessonTests.clearResults()}
-        >
+        <Button class="link" aria-label="Close what was tested" onClick={() => lessonTests.clearResults()}>
           ×
-        </button>
+        </Button>
       </div>
       <ul>
         {results.map((each) => (

@@ -1,6 +1,7 @@
 /** Where one teaches: other worlds and libraries, and the world as it stands as one more. */
 
 import { useState } from "preact/hooks";
+import { Button } from "../button";
 import { useStudio } from "../context";
 import type { Request } from "../protocol";
 import type { Studio } from "../studio";
@@ -28,15 +29,15 @@ export function usePlaceChange(studio: Studio) {
   const asks = destination !== null && studio.session !== null && (
     <div class="prompt" role="alert">
       <p>{plain(studio.session.name)} has changes that are not in the library.</p>
-      <button type="button" class="small" onClick={() => void saveFirst(destination)}>
+      <Button class="small" onClick={() => void saveFirst(destination)}>
         Save, then go to {destination.name}
-      </button>
-      <button type="button" class="small" onClick={() => void send(destination)}>
+      </Button>
+      <Button class="small" onClick={() => void send(destination)}>
         Go without saving
-      </button>
-      <button type="button" class="link" onClick={() => setDestination(null)}>
+      </Button>
+      <Button class="link" onClick={() => setDestination(null)}>
         not now
-      </button>
+      </Button>
     </div>
   );
   return { go, asks };

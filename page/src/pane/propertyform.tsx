@@ -2,6 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
+import { Button } from "../button";
 import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
 import type { Studio } from "../studio";
 import { plain } from "../words";
@@ -203,9 +204,9 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         >
           {saving ? "Saving …" : "Save and test"}
         </button>
-        <button type="button" class="small" onClick={close}>
+        <Button class="small" onClick={close}>
           Cancel
-        </button>
+        </Button>
       </p>
     </form>
   );

@@ -1,7 +1,7 @@
 /** The automaton with fewer questions beside the one there is: keep it so, or leave it. */
 
 import { useEffect, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { Panel } from "../panel";
 import type { Session, SimplifyPreview } from "../protocol";
 import type { Studio } from "../studio";
@@ -19,14 +19,13 @@ export function PruningLine({ session, show }: PruningLineProps) {
   if (session.pruning === null || session.edges.length === 0) return null;
   return (
     <span class="pruned">
-      <button
-        type="button"
+      <Button
         class="link"
         title="Shows the automaton with fewer questions, and what it would decide otherwise"
         onClick={show}
       >
         {session.pruning > 0 ? "simplified …" : "simplify …"}
-      </button>
+      </Button>
       {session.pruning > 0 && (
         <ControlButton
           class="link"
@@ -104,9 +103,9 @@ export function SimplifyCard({ session, panel, studio, close }: CardProps) {
             Keep
           </ControlButton>
         )}
-        <button type="button" class="small" onClick={close}>
+        <Button class="small" onClick={close}>
           Leave
-        </button>
+        </Button>
       </p>
     </section>
   );
@@ -121,9 +120,9 @@ function Advice({ preview, suggest }: { preview: SimplifyPreview; suggest: () =>
   const { left_out: all, wrong, wrong_pruned: pruned } = suggested;
   if (suggested.pruning !== pruning) {
     return (
-      <button type="button" class="link" onClick={suggest}>
+      <Button class="link" onClick={suggest}>
         as suggested
-      </button>
+      </Button>
     );
   }
   return (
@@ -174,9 +173,9 @@ function Decisions({ preview, panel }: { preview: SimplifyPreview; panel: Panel 
       </p>
       {decisions.slice(0, MOST_DECISIONS).map(({ number, state, shown: example, before, after }) => (
         <p key={number} class="tiny">
-          <button type="button" class="link" onClick={() => panel.openExample(number)}>
+          <Button class="link" onClick={() => panel.openExample(number)}>
             {number}
-          </button>{" "}
+          </Button>{" "}
           in {plain(state)}: {plain(before ?? "")} → {plain(after ?? "")} (
           {after === example ? "as shown" : `shown: ${plain(example)}`})
         </p>
@@ -184,13 +183,9 @@ function Decisions({ preview, panel }: { preview: SimplifyPreview; panel: Panel 
       {decisions.length > MOST_DECISIONS && (
         <p class="tiny">
           and{" "}
-          <button
-            type="button"
-            class="link"
-            onClick={() => panel.showExamples(decisions.map(({ number }) => number))}
-          >
+          <Button class="link" onClick={() => panel.showExamples(decisions.map(({ number }) => number))}>
             {decisions.length - MOST_DECISIONS} more
-          </button>
+          </Button>
         </p>
       )}
     </div>

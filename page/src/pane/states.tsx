@@ -1,6 +1,7 @@
 /** The states of a form: behaviors to choose from and, on request, their names and further states with one behavior. */
 
 import { useState } from "preact/hooks";
+import { Button } from "../button";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
 import { Choices } from "./fields";
 import { plain } from "../words";
@@ -25,8 +26,7 @@ export function States({ offers, chosen, choose }: StatesProps) {
       {chosen.length > 0 && (
         <>
           {" · "}
-          <button
-            type="button"
+          <Button
             class="link"
             aria-label="Names of the states"
             aria-expanded={showsNames}
@@ -34,7 +34,7 @@ export function States({ offers, chosen, choose }: StatesProps) {
             onClick={() => setOpened(!opened)}
           >
             names
-          </button>
+          </Button>
         </>
       )}
     </>
@@ -70,23 +70,21 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
             onInput={(event) => change(index, event.currentTarget.value)}
           />
           <span class="tiny cut">runs {plain(state.runs)}</span>
-          <button
-            type="button"
+          <Button
             class="link"
             aria-label={`${plain(state.runs)} once more`}
             title="Duplicate state"
             onClick={() => choose(duplicateState(chosen, index))}
           >
             once more
-          </button>
-          <button
-            type="button"
+          </Button>
+          <Button
             class="link"
             aria-label={`Leave out ${plain(names[index] ?? "")}`}
             onClick={() => choose(chosen.filter((_, at) => at !== index))}
           >
             ×
-          </button>
+          </Button>
         </li>
       ))}
     </ul>

@@ -1,7 +1,7 @@
 /** Former versions of a trained behavior: what changed after each, and going back to one. */
 
 import { useEffect, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { Version } from "../protocol";
 import type { Studio } from "../studio";
 import { formatMoment } from "../words";
@@ -22,14 +22,13 @@ export function Versions({ name, count, studio }: { name: string; count: number;
       {versions.map(({ number, saved }) => (
         <li key={number}>
           <div class="behavior-head">
-            <button
-              type="button"
+            <Button
               class="link"
               aria-expanded={picked === number}
               onClick={() => setPicked(picked === number ? null : number)}
             >
               version {number}
-            </button>
+            </Button>
             <span class="tiny">{formatMoment(saved)}</span>
             <span class="space" />
             <ControlButton

@@ -1,7 +1,7 @@
 /** The explanation of the present decision: for each level, its conditions and the examples behind it. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
@@ -18,15 +18,14 @@ export function Why() {
   const isOpen = name !== null && panel.why === name;
   return (
     <div class="why">
-      <button
-        type="button"
+      <Button
         class="small"
         aria-expanded={isOpen}
         title="Explains what it decides now, and why it last switched"
         onClick={() => panel.askWhy(isOpen ? null : name)}
       >
         why?
-      </button>
+      </Button>
       <ControlButton
         class="small"
         title="The automaton from its start state, the robot where it is"
@@ -72,9 +71,9 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
   const { levels, last } = answer;
   return (
     <section class="reasons" aria-label="Why">
-      <button type="button" class="link close" aria-label="Close the explanation" onClick={close}>
+      <Button class="link close" aria-label="Close the explanation" onClick={close}>
         ×
-      </button>
+      </Button>
       {levels.map((level, depth) => (
         <div key={depth} class="reason" style={{ marginLeft: `${9 * depth}px` }}>
           <p class="tiny">
@@ -118,15 +117,14 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
           shown by{" "}
           {examples.map((example) =>
             in_lesson ? (
-              <button
-                type="button"
+              <Button
                 key={example.number}
                 class="link"
                 title={`Open example ${example.number} in the lesson`}
                 onClick={() => panel.openExample(example.number)}
               >
                 <ExampleLink example={example} />
-              </button>
+              </Button>
             ) : (
               <span key={example.number}>
                 <ExampleLink example={example} />
@@ -135,9 +133,9 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
           )}
           {omitted > 0 && <span>and {omitted} more</span>}
           {!in_lesson && (
-            <button type="button" class="link" onClick={() => panel.showBehavior(behavior)}>
+            <Button class="link" onClick={() => panel.showBehavior(behavior)}>
               of {plain(behavior)}
-            </button>
+            </Button>
           )}
         </p>
       )}

@@ -1,5 +1,6 @@
 /** Where drivers contradict each other, and who is right: for one contradiction, or for all. */
 
+import { Button } from "../button";
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { around, type Recording } from "./recording";
@@ -76,22 +77,21 @@ function Row({ recording, review, contradiction, index }: RowProps) {
     <li class={className(trust !== null && "settled")}>
       {choices.map(({ driver, description, tick }) => (
         <p key={driver}>
-          <button type="button" class="link" onClick={() => recording.select(around(review, tick))}>
+          <Button class="link" onClick={() => recording.select(around(review, tick))}>
             {plain(description)}
-          </button>
+          </Button>
         </p>
       ))}
       {trust === null ? (
         <div class="answers">
           {choices.map(({ driver }) => (
-            <button
-              type="button"
+            <Button
               key={driver}
               disabled={recording.busy !== null}
               onClick={() => void recording.ask({ do: "settle", contradiction: index, trust: driver })}
             >
               {driver} is right
-            </button>
+            </Button>
           ))}
         </div>
       ) : (

@@ -1,6 +1,7 @@
 /** The page of a recording: its timeline, what is selected, questions, and what was learned. */
 
 import { useEffect } from "preact/hooks";
+import { Button } from "../button";
 import { useNews } from "../news";
 import { PathView } from "./path";
 import { filesIn, type Recording } from "./recording";
@@ -22,13 +23,12 @@ export function RecordingPage({ recording }: { recording: Recording }) {
         <b class="cut">{files.join(", ")}</b>
         <span class="soft">{seconds.toFixed(0)} s</span>
         <span class="space" />
-        <button
-          type="button"
+        <Button
           disabled={!review.can_undo || recording.busy !== null}
           onClick={() => void recording.ask({ do: "undo" })}
         >
           Undo
-        </button>
+        </Button>
       </header>
       {error !== "" && (
         <p class="error" role="alert">

@@ -1,6 +1,7 @@
 /** Beside the timeline: what is selected, what is in doubt, and what was learned. */
 
 import { useState } from "preact/hooks";
+import { Button } from "../button";
 import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
@@ -54,8 +55,7 @@ function SelectedSpan({ recording, review }: PaneProps) {
         {review.labels.map((label, index) => {
           const none = index === review.labels.length - 1;
           return (
-            <button
-              type="button"
+            <Button
               key={label}
               disabled={selected === null || recording.busy !== null}
               class={className("label", ((whole && span.label === index) || now === index) && "on")}
@@ -65,7 +65,7 @@ function SelectedSpan({ recording, review }: PaneProps) {
               <span class="swatch" style={{ background: swatch(index, review.labels.length) }} />
               <span class="cut">{none ? "none of these" : plain(label)}</span>
               {(none || index < 9) && <kbd>{none ? 0 : index + 1}</kbd>}
-            </button>
+            </Button>
           );
         })}
       </div>
@@ -84,17 +84,15 @@ function Questions({ recording, review }: PaneProps) {
       <ul class="questions">
         {review.questions.map((question) => (
           <li key={question.first}>
-            <button
-              type="button"
+            <Button
               class="link"
               onClick={() => recording.select({ first: question.first, end: question.end })}
             >
               {recording.period(question)}
-            </button>
+            </Button>
             <div class="answers">
               {question.labels.map((label, index) => (
-                <button
-                  type="button"
+                <Button
                   key={label}
                   disabled={recording.busy !== null}
                   onClick={() => {
@@ -111,7 +109,7 @@ function Questions({ recording, review }: PaneProps) {
                   <span class="swatch" style={{ background: swatch(label, review.labels.length) }} />
                   {label === review.labels.length - 1 ? "none of these" : plain(review.labels[label] ?? "")}
                   <span class="soft"> {(100 * (question.chances[index] ?? 0)).toFixed(0)} %</span>
-                </button>
+                </Button>
               ))}
             </div>
           </li>
@@ -145,13 +143,9 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
       <b>{plain(proposal.description)}</b>
       <p class="tiny soft">
         {proposal.seconds.toFixed(1)} s in {formatCount(proposal.spans, "span")}, the longest{" "}
-        <button
-          type="button"
-          class="link"
-          onClick={() => recording.select({ first: proposal.first, end: proposal.end })}
-        >
+        <Button class="link" onClick={() => recording.select({ first: proposal.first, end: proposal.end })}>
           {recording.period(proposal)}
-        </button>
+        </Button>
       </p>
       <form
         class="save"
@@ -184,15 +178,14 @@ function Splits({ recording, learned }: { recording: Recording; learned: Learned
       {learned.splits.map((split) => (
         <div key={split.state} class="split">
           <p>{plain(split.evidence.charAt(0).toUpperCase() + split.evidence.slice(1))}.</p>
-          <button
-            type="button"
+          <Button
             disabled={recording.busy !== null}
             onClick={() =>
               void recording.ask({ do: "split", state: split.state, entered_from: split.entered_from })
             }
           >
             Split {plain(split.state)} in two
-          </button>
+          </Button>
         </div>
       ))}
     </>
@@ -205,14 +198,13 @@ function LearnedPart({ recording, review }: PaneProps) {
     <section>
       <h3>Automaton</h3>
       {learned === null ? (
-        <button
-          type="button"
+        <Button
           class="primary"
           disabled={recording.busy !== null}
           onClick={() => void recording.ask({ do: "learn" })}
         >
           {recording.busy === "learn" ? "Learning …" : "Learn from these labels"}
-        </button>
+        </Button>
       ) : (
         <>
           <Result learned={learned} />

@@ -1,6 +1,7 @@
 /** The timeline: labels, what the learned automaton does, commands and readings, tick by tick. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { Button } from "../button";
 import type { Review, Series } from "../protocol";
 import { className, formatTime, plain, formatValue } from "../words";
 import { filesIn, turns, type Recording, type Ticks } from "./recording";
@@ -119,12 +120,12 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
         <span class="space" />
         {!live && (
           <>
-            <button type="button" aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
+            <Button aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
               −
-            </button>
-            <button type="button" aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
+            </Button>
+            <Button aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
               +
-            </button>
+            </Button>
           </>
         )}
       </div>

@@ -1,7 +1,7 @@
 /** The coordinators as a tree, the topmost first, and what their robots are at. */
 
 import { useMemo, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
@@ -48,8 +48,7 @@ function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
           <li key={squad.name}>
             <div class="squad-row">
               {squad.below.length > 0 && (
-                <button
-                  type="button"
+                <Button
                   class="fold"
                   aria-expanded={open}
                   aria-label={`What ${squad.name} is made of`}

@@ -1,7 +1,7 @@
 /** Tools on the world: what is overlaid, nearer and farther, adding things, and what was clicked. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { useStudio } from "../context";
 import type { Request } from "../protocol";
 import { className, plain } from "../words";
@@ -32,8 +32,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
     <>
       <div class="tools overlays" role="toolbar" aria-label="Overlays">
         {OVERLAYS.filter((each) => live.mapped && has[each]).map((each) => (
-          <button
-            type="button"
+          <Button
             key={each}
             aria-pressed={stage.overlays.has(each)}
             onClick={() => {
@@ -42,20 +41,20 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
             }}
           >
             {each}
-          </button>
+          </Button>
         ))}
       </div>
       {scene.drawing !== "none" && (
         <div class="tools zoom" role="toolbar" aria-label="View">
-          <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
+          <Button aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
             +
-          </button>
-          <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
+          </Button>
+          <Button aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
             −
-          </button>
-          <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
+          </Button>
+          <Button aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
             ⤢
-          </button>
+          </Button>
         </div>
       )}
       {hasControl && !live.fixed && (
@@ -131,9 +130,9 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
           <ControlButton onClick={() => act(removal(mark))}>Remove</ControlButton>
         </>
       )}
-      <button type="button" aria-label="Close" onClick={close}>
+      <Button aria-label="Close" onClick={close}>
         ×
-      </button>
+      </Button>
     </div>
   );
 }
