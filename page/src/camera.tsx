@@ -3,8 +3,9 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "./button";
 import { useStudio } from "./context";
+import { Select } from "./fields";
 import type { Studio } from "./studio";
-import { className, plain } from "./words";
+import { className } from "./words";
 
 const EVERY_MS = 200;
 const NUMBER = "X-Image";
@@ -72,15 +73,8 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
       )}
       {studio.hasControl && (
         <label class="soft">
-          Click on the{" "}
-          <select value={name} onChange={(event) => choose(event.currentTarget.value)}>
-            {(studio.scene?.targets ?? []).map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>{" "}
-          to show its color
+          Click on the <Select value={name} among={studio.scene?.targets ?? []} change={choose} /> to show its
+          color
         </label>
       )}
     </>

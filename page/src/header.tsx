@@ -3,6 +3,7 @@
 import { useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "./button";
 import { useStudio } from "./context";
+import { ControlSelect } from "./fields";
 import { TimeControls } from "./timecontrols";
 import type { Studio } from "./studio";
 import { className, plain } from "./words";
@@ -81,24 +82,13 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
       {studio.status?.places.can_save === true ? (
         <label class="where">
           in{" "}
-          <select
+          <ControlSelect
             value={scenario}
+            among={studio.status.places.worlds}
             aria-label="Scenario"
-            disabled={!studio.hasControl}
             title="Another scenario; more in the tab Library"
-            onChange={(event) => {
-              const name = event.currentTarget.value;
-              event.currentTarget.value = scenario; // until the server says so
-              event.currentTarget.blur();
-              void studio.ask({ do: "open_world", name, discard: false });
-            }}
-          >
-            {studio.status.places.worlds.map((each) => (
-              <option key={each} value={each}>
-                {plain(each)}
-              </option>
-            ))}
-          </select>
+            change={(name) => void studio.ask({ do: "open_world", name, discard: false })}
+          />
         </label>
       ) : (
         <span class="cut">in {studio.live.mapped ? plain(scenario) : scenario},</span>

@@ -1,7 +1,8 @@
 /** Time: reset, pause, step, speed. */
 
-import { Button, ControlButton } from "./button";
+import { ControlButton } from "./button";
 import { useQuietStudio } from "./context";
+import { ControlSelect } from "./fields";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
 import type { Studio } from "./studio";
@@ -11,36 +12,28 @@ const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
 export function TimeControls({ studio }: { studio: Studio }) {
   const paused = studio.status?.paused ?? false;
-  const off = !studio.hasControl;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
     <div class="time-controls" role="toolbar" aria-label="Time">
       {!real && <Worlds studio={studio} />}
-      <Button
+      <ControlButton
         class="pause"
-        disabled={off}
         aria-label={paused ? "Resume" : "Pause"}
         title={paused ? "Resume" : "Pause"}
-        onClick={() => void studio.ask({ do: "pause", paused: !paused })}
+        request={{ do: "pause", paused: !paused }}
       >
         {paused ? "▶" : "❚❚"} <kbd>␣</kbd>
-      </Button>
-      <Button
-        disabled={off || !paused}
-        aria-label="Step"
-        title="One tick"
-        onClick={() => void studio.ask({ do: "step" })}
-      >
+      </ControlButton>
+      <ControlButton disabled={!paused} aria-label="Step" title="One tick" request={{ do: "step" }}>
         Step <kbd>.</kbd>
-      </Button>
+      </ControlButton>
       {!real && studio.session !== null && studio.session.mode !== "training" && (
-        <Button
-          disabled={off}
+        <ControlButton
           title="Skip to where it needs you: nothing is learned on the way"
-          onClick={() => void studio.ask({ do: "skip" })}
+          request={{ do: "skip" }}
         >
           Skip <kbd>F</kbd>
-        </Button>
+        </ControlButton>
       )}
       {!real && <SpeedSelect studio={studio} />}
       <Time />
@@ -69,22 +62,15 @@ function Worlds({ studio }: { studio: Studio }) {
 
 function SpeedSelect({ studio }: { studio: Studio }) {
   return (
-    <select
+    <ControlSelect
       aria-label="Speed"
-      disabled={!studio.hasControl}
       value={String(studio.status?.speed ?? 1)}
-      onChange={(event) => {
-        const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
+      among={SPEEDS.map((speed) => [String(speed), speed === "fastest" ? speed : `${speed}×`])}
+      change={(wanted) => {
+        const speed = SPEEDS.find((each) => String(each) === wanted);
         if (speed !== undefined) void studio.ask({ do: "speed", speed });
-        event.currentTarget.blur();
       }}
-    >
-      {SPEEDS.map((speed) => (
-        <option key={speed} value={String(speed)}>
-          {speed === "fastest" ? speed : `${speed}×`}
-        </option>
-      ))}
-    </select>
+    />
   );
 }
 

@@ -3,6 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { Button } from "../button";
 import { usePanel } from "../context";
+import { Select } from "../fields";
 import type { Answer, Moved, Version } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, useMinusSign, plain } from "../words";
@@ -32,21 +33,15 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
     <div class="changes" role="region" aria-label={`What changed since version ${version}`}>
       <p class="tiny">
         {lines + moved.length === 0 ? "Nothing changed" : formatCount(lines + moved.length, "change")} up to{" "}
-        <select
+        <Select
           aria-label={`What version ${version} is compared with`}
-          value={to ?? ""}
-          onChange={(event) => {
-            const { value } = event.currentTarget;
-            setTo(value === "" ? null : Number(value));
-          }}
-        >
-          <option value="">the present version</option>
-          {others.map(({ number }) => (
-            <option key={number} value={number}>
-              version {number}
-            </option>
-          ))}
-        </select>
+          value={String(to ?? "")}
+          among={[
+            ["", "the present version"],
+            ...others.map(({ number }) => [String(number), `version ${number}`] as const),
+          ]}
+          change={(number) => setTo(number === "" ? null : Number(number))}
+        />
       </p>
       {moved.length > 0 && <h4>When it switches</h4>}
       {moved.map((each) => (

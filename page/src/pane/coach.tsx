@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
+import { Select } from "../fields";
 import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
@@ -257,20 +258,17 @@ function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProp
       <ControlButton class="small" onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
       </ControlButton>
-      <select
+      <Select
         aria-label={`What example ${number} was meant to say`}
         class="small"
         disabled={!studio.hasControl}
         value=""
-        onChange={(event) => correct(event.currentTarget.value)}
-      >
-        <option value="">No, I meant …</option>
-        {others.map((name) => (
-          <option key={name} value={name}>
-            {name === says.state ? `stay in ${plain(name)}` : plain(name)}
-          </option>
-        ))}
-      </select>
+        among={[
+          ["", "No, I meant …"],
+          ...others.map((name) => (name === says.state ? ([name, `stay in ${plain(name)}`] as const) : name)),
+        ]}
+        change={correct}
+      />
     </p>
   );
 }

@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { Select } from "../fields";
 import type { Example, Feature, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
@@ -90,21 +91,15 @@ interface StateSelectProps {
 
 function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
   return (
-    <select
+    <Select
       value={value}
+      among={names.map((name) => [name, name === stay ? `${plain(name)} (stay)` : plain(name)])}
       disabled={!studio.hasControl}
-      onChange={(event) => {
-        const name = event.currentTarget.value;
-        event.currentTarget.value = value; // until the server says so
+      change={(name, select) => {
+        select.value = value; // until the server says so
         change(name);
       }}
-    >
-      {names.map((name) => (
-        <option key={name} value={name}>
-          {name === stay ? `${plain(name)} (stay)` : plain(name)}
-        </option>
-      ))}
-    </select>
+    />
   );
 }
 

@@ -3,9 +3,9 @@
 import { useRef, useState } from "preact/hooks";
 import { Button } from "../button";
 import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
+import { Field, Form, Option, Select } from "../fields";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
-import { plain } from "../words";
 
 const PATH = "export.zip";
 const MESSAGE_HEADER = "X-Understudy-Message";
@@ -28,48 +28,23 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
     setWorking(false);
   };
   return (
-    <form
-      class="export-form"
-      aria-label={`Export ${name}`}
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (!working) void act();
-      }}
-    >
-      <label class="field">
-        <span>Export as</span>
-        <select value={to} onChange={(event) => setTo(event.currentTarget.value)}>
-          {studio.exports.map((each) => (
-            <option key={each} value={each}>
-              {targetName(each)}
-            </option>
-          ))}
-        </select>
-      </label>
+    <Form class="export-form" aria-label={`Export ${name}`} submit={() => void (working || act())}>
+      <Field label="Export as">
+        <Select value={to} among={studio.exports.map((each) => [each, targetName(each)])} change={setTo} />
+      </Field>
       {parameters.map((parameter) => (
-        <label class="field" key={parameter}>
-          <span>{parameter} stands for</span>
-          <select
-            value={targets[parameter]}
-            onChange={(event) => setChosen({ ...chosen, [parameter]: event.currentTarget.value })}
-          >
-            {offered.map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Field key={parameter} label={`${parameter} stands for`}>
+          <Select
+            value={targets[parameter] ?? ""}
+            among={offered}
+            change={(target) => setChosen({ ...chosen, [parameter]: target })}
+          />
+        </Field>
       ))}
       {offersSingle(to) && (
-        <label class="option">
-          <input
-            type="checkbox"
-            checked={single}
-            onChange={(event) => setSingle(event.currentTarget.checked)}
-          />
+        <Option checked={single} change={setSingle}>
           Single precision, for small microcontrollers
-        </label>
+        </Option>
       )}
       {asksFile && (
         <p class="field">
@@ -100,7 +75,7 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
             : "A zip with a README and a test."}
         </span>
       </p>
-    </form>
+    </Form>
   );
 }
 

@@ -1,34 +1,11 @@
-/** The fields of the form: names, what parameters stand for, chips to choose from, options. */
+/** Parts of the form of an automaton: what parameters stand for, chips to choose from, options. */
 
 import type { ComponentChildren } from "preact";
 import { splitNames, type Offer } from "../calls";
+import { Field, Input, Option, Select } from "../fields";
 import type { Draft } from "../draft";
 import type { Scene } from "../protocol";
 import { plain } from "../words";
-
-interface FieldProps {
-  label: string;
-  value: string;
-  hint: string;
-  about?: string;
-  change: (value: string) => void;
-}
-
-export function Field({ label, value, hint, about, change }: FieldProps) {
-  return (
-    <label class="field">
-      <span>{label}</span>
-      <input
-        value={value}
-        placeholder={hint}
-        spellcheck={false}
-        autocomplete="off"
-        onInput={(event) => change(event.currentTarget.value)}
-      />
-      {about !== undefined && <span class="tiny">{about}</span>}
-    </label>
-  );
-}
 
 interface PartProps {
   draft: Draft;
@@ -39,22 +16,13 @@ export function Bindings({ draft, scene, change }: PartProps & { scene: Scene })
   return (
     <>
       {splitNames(draft.parameters).map((parameter) => (
-        <label class="field" key={parameter}>
-          <span>{parameter} stands for</span>
-          <select
+        <Field key={parameter} label={`${parameter} stands for`} about="while you teach">
+          <Select
             value={draft.targets[parameter] ?? scene.targets[0] ?? ""}
-            onChange={(event) => {
-              change({ targets: { ...draft.targets, [parameter]: event.currentTarget.value } });
-            }}
-          >
-            {scene.targets.map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>
-          <span class="tiny">while you teach</span>
-        </label>
+            among={scene.targets}
+            change={(target) => change({ targets: { ...draft.targets, [parameter]: target } })}
+          />
+        </Field>
       ))}
     </>
   );
@@ -64,39 +32,18 @@ export function Options({ draft, change }: PartProps) {
   return (
     <fieldset>
       <legend>Options</legend>
-      <label class="option">
-        <input
-          type="checkbox"
-          checked={draft.watched}
-          onChange={(event) => change({ watched: event.currentTarget.checked })}
-        />
+      <Option checked={draft.watched} change={(watched) => change({ watched })}>
         Learn from silence: while you watch and do not press, what it does counts as right.
-      </label>
-      <label class="option">
-        <input
-          type="checkbox"
-          checked={draft.unlearning}
-          onChange={(event) => change({ unlearning: event.currentTarget.checked })}
-        />
+      </Option>
+      <Option checked={draft.unlearning} change={(unlearning) => change({ unlearning })}>
         Unlearning: a correction puts bad examples behind the mistake in quarantine.
-      </label>
-      <label class="option">
-        <input
-          type="checkbox"
-          checked={!draft.live}
-          onChange={(event) => change({ live: !event.currentTarget.checked })}
-        />
+      </Option>
+      <Option checked={!draft.live} change={(asInPaper) => change({ live: !asInPaper })}>
         Training as in the paper: it does what you told it last, and decides only when you try it.
-      </label>
-      <label class="field">
-        <span>Reaction time</span>
-        <input
-          value={draft.reaction}
-          inputMode="decimal"
-          onInput={(event) => change({ reaction: event.currentTarget.value })}
-        />
-        <span class="tiny">how late your presses come, s</span>
-      </label>
+      </Option>
+      <Field label="Reaction time" about="how late your presses come, s">
+        <Input value={draft.reaction} inputMode="decimal" change={(reaction) => change({ reaction })} />
+      </Field>
     </fieldset>
   );
 }

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
+import { Form, Input } from "../fields";
 import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
 import { InterruptedLesson } from "./interrupted";
@@ -66,28 +67,20 @@ export function LibraryTab() {
 
 function SaveAs({ studio, name }: { studio: Studio; name: string }) {
   const [wanted, setWanted] = useState("");
+  const save = (): void => {
+    if (wanted.trim() === "") return;
+    void studio.ask({ do: "save", name: wanted.trim() });
+    setWanted("");
+  };
   return (
-    <form
-      class="save-as"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (wanted.trim() === "") return;
-        void studio.ask({ do: "save", name: wanted.trim() });
-        setWanted("");
-      }}
-    >
+    <Form class="save-as" submit={save}>
       <label>
         Save {plain(name)} as{" "}
-        <input
-          value={wanted}
-          placeholder="another name"
-          disabled={!studio.hasControl}
-          onInput={(event) => setWanted(event.currentTarget.value)}
-        />
+        <Input value={wanted} placeholder="another name" disabled={!studio.hasControl} change={setWanted} />
       </label>
-      <button type="submit" class="small" disabled={!studio.hasControl || wanted.trim() === ""}>
+      <ControlButton type="submit" class="small" disabled={wanted.trim() === ""}>
         Save as
-      </button>
-    </form>
+      </ControlButton>
+    </Form>
   );
 }

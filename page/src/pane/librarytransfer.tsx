@@ -2,6 +2,7 @@
 
 import { useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { Prompt } from "../confirm";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -54,21 +55,16 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
         />
       </p>
       {conflict !== null && (
-        <div class="prompt" role="alert">
-          <p>
-            {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
-            library already, and not the same. What is replaced is kept as a former version.
-          </p>
-          <Button class="small" onClick={() => void importFile(conflict.file, "replace")}>
-            Replace
-          </Button>
-          <Button class="small" onClick={() => void importFile(conflict.file, "keep")}>
-            Import only the others
-          </Button>
-          <Button class="link" onClick={() => setConflict(null)}>
-            not now
-          </Button>
-        </div>
+        <Prompt
+          answers={{
+            Replace: () => void importFile(conflict.file, "replace"),
+            "Import only the others": () => void importFile(conflict.file, "keep"),
+          }}
+          onClose={() => setConflict(null)}
+        >
+          {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
+          library already, and not the same. What is replaced is kept as a former version.
+        </Prompt>
       )}
     </>
   );

@@ -1,6 +1,7 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { Form, Input } from "../fields";
 import type { Studio } from "../studio";
 
 export type Way = "rename" | "duplicate";
@@ -34,23 +35,17 @@ export function NameForm({ way, name, studio, close }: Props) {
     if (answer.error === undefined) close();
   };
   return (
-    <form
-      class="name-form"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (!useless) void act();
-      }}
-    >
-      <input
+    <Form class="name-form" submit={() => void (useless || act())}>
+      <Input
         ref={field}
         value={to}
         maxLength={150}
         aria-label={way === "rename" ? `New name of ${name}` : `Name of the copy of ${name}`}
-        onInput={(event) => setTo(event.currentTarget.value)}
+        change={setTo}
       />
       <button type="submit" class="small" disabled={useless}>
         {way === "rename" ? "Rename" : "Duplicate"}
       </button>
-    </form>
+    </Form>
   );
 }

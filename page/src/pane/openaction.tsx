@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
-import { Button } from "../button";
+import { Prompt } from "../confirm";
 import { usePanel } from "../context";
 import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
@@ -32,38 +32,27 @@ export function useOpenAction(studio: Studio, name: string, left?: InterruptedSe
     const answer = await studio.ask({ do: "discard", name });
     if (answer.error === undefined) await send();
   };
-  const notNow = (
-    <Button class="link" onClick={() => setQuestion(null)}>
-      not now
-    </Button>
-  );
+  const close = (): void => setQuestion(null);
   const asks = {
     unsaved: (
-      <div class="prompt" role="alert">
-        <p>{plain(session?.name ?? "")} has changes that are not in the library.</p>
-        <Button class="small" onClick={() => void saveFirst()}>
-          Save, then open
-        </Button>
-        <Button class="small" onClick={proceed}>
-          Open without saving
-        </Button>
-        {notNow}
-      </div>
+      <Prompt
+        answers={{ "Save, then open": () => void saveFirst(), "Open without saving": proceed }}
+        onClose={close}
+      >
+        {plain(session?.name ?? "")} has changes that are not in the library.
+      </Prompt>
     ),
     "cut off": (
-      <div class="prompt" role="alert">
-        <p>
-          A lesson of {plain(name)} was interrupted before it was saved, with{" "}
-          {formatCount(left?.examples ?? 0, "example")}.
-        </p>
-        <Button class="small" onClick={() => void send()}>
-          Resume it
-        </Button>
-        <Button class="small" onClick={() => void openSaved()}>
-          Discard it, and open what is saved
-        </Button>
-        {notNow}
-      </div>
+      <Prompt
+        answers={{
+          "Resume it": () => void send(),
+          "Discard it, and open what is saved": () => void openSaved(),
+        }}
+        onClose={close}
+      >
+        A lesson of {plain(name)} was interrupted before it was saved, with{" "}
+        {formatCount(left?.examples ?? 0, "example")}.
+      </Prompt>
     ),
   };
   return {

@@ -5,6 +5,7 @@
 
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { Form, Input, Select } from "../fields";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -262,31 +263,17 @@ function PropertyAdder({ session, studio, close }: { session: Session; studio: S
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);
   const sensible = seconds.trim() !== "" && within > 0;
-  const addProperty = async (event: Event): Promise<void> => {
-    event.preventDefault();
+  const addProperty = async (): Promise<void> => {
     if (!sensible) return;
     const answer = await studio.change({ do: "add_property", flag, within_s: within }, { do: "undo" });
     if (answer.error === undefined) close();
   };
   return (
-    <form class="property-adder" onSubmit={(event) => void addProperty(event)}>
+    <Form class="property-adder" submit={() => void addProperty()}>
       <span>From here,</span>
-      <select aria-label="flag" value={flag} onChange={(event) => setFlag(event.currentTarget.value)}>
-        {session.flags.map((each) => (
-          <option key={each} value={each}>
-            {plain(each)}
-          </option>
-        ))}
-      </select>
+      <Select aria-label="flag" value={flag} among={session.flags} change={setFlag} />
       <label>
-        within{" "}
-        <input
-          value={seconds}
-          inputMode="decimal"
-          aria-label="seconds"
-          onInput={(event) => setSeconds(event.currentTarget.value)}
-        />{" "}
-        s
+        within <Input value={seconds} inputMode="decimal" aria-label="seconds" change={setSeconds} /> s
       </label>
       <ControlButton type="submit" class="small primary" disabled={!sensible}>
         Add property
@@ -294,7 +281,7 @@ function PropertyAdder({ session, studio, close }: { session: Session; studio: S
       <p class="tiny">
         Where everything stands now is kept with the lesson; the automaton starts afresh there.
       </p>
-    </form>
+    </Form>
   );
 }
 

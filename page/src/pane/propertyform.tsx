@@ -2,10 +2,10 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
-import { Button } from "../button";
+import { Button, ControlButton } from "../button";
+import { Field as FormField, Form, Input, Select } from "../fields";
 import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
 import type { Studio } from "../studio";
-import { plain } from "../words";
 
 const KINDS: Readonly<Record<PropertyKindName, readonly [kind: string, condition: string]>> = {
   never: ["never", "Never"],
@@ -101,22 +101,14 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
   };
   const mistakeOf = (field: string) => (mistake?.field === field ? mistake.mistake : null);
   return (
-    <form
+    <Form
       class="property-form"
       aria-label={name === null ? "New property" : `Property ${name}`}
-      onSubmit={(event) => {
-        event.preventDefault();
-        void save();
-      }}
+      submit={() => void save()}
     >
       {name === null && (
         <Field label="Name" mistake={mistakeOf("name")}>
-          <input
-            value={called}
-            placeholder="clear-of-the-station"
-            maxLength={150}
-            onInput={(event) => call(event.currentTarget.value)}
-          />
+          <Input value={called} placeholder="clear-of-the-station" maxLength={150} change={call} />
         </Field>
       )}
       <Field label="Behavior" mistake={mistakeOf("behavior")}>
@@ -139,20 +131,15 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         <Choice value={draft.world} among={choices?.worlds ?? []} choose={(world) => set({ world })} />
       </Field>
       <Field label="Claim" mistake={mistakeOf("kind")}>
-        <select
+        <Select
           value={draft.kind}
-          onChange={(event) => {
-            const kind = event.currentTarget.value as PropertyKindName;
+          among={Object.entries(KINDS).map(([kind, [name]]) => [kind, name])}
+          change={(chosen) => {
+            const kind = chosen as PropertyKindName;
             const seconds = TIMES[kind] === null ? null : (draft.seconds ?? TIMES[kind]);
             set({ kind, seconds, limit_s: kind === "always" ? null : draft.limit_s });
           }}
-        >
-          {(Object.keys(KINDS) as PropertyKindName[]).map((kind) => (
-            <option key={kind} value={kind}>
-              {KINDS[kind][0]}
-            </option>
-          ))}
-        </select>
+        />
       </Field>
       {draft.kind !== "never" && (
         <Field label="Time, s" mistake={mistakeOf("seconds")}>
@@ -173,7 +160,7 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
         hint="A number of worlds, [1, 4], or { first = 1000, count = 500 }"
         mistake={mistakeOf("seeds")}
       >
-        <input value={draft.seeds} onInput={(event) => set({ seeds: event.currentTarget.value })} />
+        <Input value={draft.seeds} change={(seeds) => set({ seeds })} />
       </Field>
       {draft.kind !== "always" && (
         <Field
@@ -191,24 +178,16 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
       >
         <NumberInput value={draft.at_least} change={(at_least) => set({ at_least })} />
       </Field>
-      {mistakeOf("") !== null && (
-        <p class="warn" role="alert">
-          {mistakeOf("")}
-        </p>
-      )}
+      <MistakeLine mistake={mistakeOf("")} />
       <p class="choices">
-        <button
-          type="submit"
-          class="small primary"
-          disabled={!studio.hasControl || saving || called.trim() === ""}
-        >
+        <ControlButton type="submit" class="small primary" disabled={saving || called.trim() === ""}>
           {saving ? "Saving …" : "Save and test"}
-        </button>
+        </ControlButton>
         <Button class="small" onClick={close}>
           Cancel
         </Button>
       </p>
-    </form>
+    </Form>
   );
 }
 
@@ -222,17 +201,19 @@ interface FieldProps {
 function Field({ label, hint, mistake, children }: FieldProps) {
   return (
     <>
-      <label class="field">
-        <span>{label}</span>
-        {children}
-      </label>
+      <FormField label={label}>{children}</FormField>
       {hint !== undefined && <p class="tiny">{hint}</p>}
-      {mistake !== null && (
-        <p class="warn" role="alert">
-          {mistake}
-        </p>
-      )}
+      <MistakeLine mistake={mistake} />
     </>
+  );
+}
+
+function MistakeLine({ mistake }: { mistake: string | null }) {
+  if (mistake === null) return null;
+  return (
+    <p class="warn" role="alert">
+      {mistake}
+    </p>
   );
 }
 
@@ -262,8 +243,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
           onInput={(event) => change(event.currentTarget.value.replaceAll("\n", " "))}
         />
       </Field>
-      <label class="field">
-        <span />
+      <Field label="" mistake={mistake}>
         <select
           class="small"
           aria-label="Add to the condition"
@@ -286,12 +266,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
             </optgroup>
           ))}
         </select>
-      </label>
-      {mistake !== null && (
-        <p class="warn" role="alert">
-          {mistake}
-        </p>
-      )}
+      </Field>
     </>
   );
 }
@@ -303,16 +278,7 @@ interface ChoiceProps {
 }
 
 function Choice({ value, among, choose }: ChoiceProps) {
-  const options = among.includes(value) ? among : [value, ...among];
-  return (
-    <select value={value} onChange={(event) => choose(event.currentTarget.value)}>
-      {options.map((each) => (
-        <option key={each} value={each}>
-          {plain(each)}
-        </option>
-      ))}
-    </select>
-  );
+  return <Select value={value} among={among.includes(value) ? among : [value, ...among]} change={choose} />;
 }
 
 function NumberInput({ value, change }: { value: number | null; change: (value: number | null) => void }) {
@@ -321,11 +287,10 @@ function NumberInput({ value, change }: { value: number | null; change: (value: 
     if (value !== null && Number(text) !== value) setText(String(value));
   }, [value]);
   return (
-    <input
+    <Input
       inputMode="decimal"
       value={text}
-      onInput={(event) => {
-        const written = event.currentTarget.value;
+      change={(written) => {
         const number = Number(written.replace(",", "."));
         setText(written);
         change(written.trim() === "" || Number.isNaN(number) ? null : number);

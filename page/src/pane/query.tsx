@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
+import { Option } from "../fields";
 import type { QueryPolicy, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
 import type { Studio } from "../studio";
@@ -68,13 +69,13 @@ export function QueryPart({ session, studio }: { session: Session; studio: Studi
 
 function SoundChoice() {
   const [on, setOn] = useState(soundIsOn());
-  const turn = () => {
-    turnSound(!on);
-    setOn(!on);
+  const turn = (wanted: boolean) => {
+    turnSound(wanted);
+    setOn(wanted);
   };
   return (
-    <label class="option">
-      <input type="checkbox" checked={on} onChange={turn} /> Sound when it asks
-    </label>
+    <Option checked={on} change={turn}>
+      Sound when it asks
+    </Option>
   );
 }

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { Button } from "../button";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
+import { Input } from "../fields";
 import { Choices } from "./fields";
 import { plain } from "../words";
 
@@ -61,13 +62,11 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
     <ul class="state-names">
       {chosen.map((state, index) => (
         <li key={index}>
-          <input
+          <Input
             aria-label={`Name of the state ${index + 1}, which runs ${plain(state.runs)}`}
             value={state.name}
             placeholder={unnamed[index]}
-            spellcheck={false}
-            autocomplete="off"
-            onInput={(event) => change(index, event.currentTarget.value)}
+            change={(name) => change(index, name)}
           />
           <span class="tiny cut">runs {plain(state.runs)}</span>
           <Button

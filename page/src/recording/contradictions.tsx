@@ -1,6 +1,7 @@
 /** Where drivers contradict each other, and who is right: for one contradiction, or for all. */
 
 import { Button } from "../button";
+import { Select } from "../fields";
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { around, type Recording } from "./recording";
@@ -39,20 +40,12 @@ export function Contradictions({ recording, review, learned }: ContradictionsPro
       {(contradictions.length > 0 || review.trust !== null) && (
         <label class="trust">
           Right everywhere else
-          <select
+          <Select
             value={review.trust ?? ""}
+            among={[["", "undecided"], ...review.drivers.map((driver) => [driver, driver] as const)]}
             disabled={recording.busy !== null}
-            onChange={(event) =>
-              void recording.ask({ do: "trust", driver: event.currentTarget.value || null })
-            }
-          >
-            <option value="">undecided</option>
-            {review.drivers.map((driver) => (
-              <option key={driver} value={driver}>
-                {driver}
-              </option>
-            ))}
-          </select>
+            change={(driver) => void recording.ask({ do: "trust", driver: driver || null })}
+          />
         </label>
       )}
       {open > 0 && (

@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import { Button } from "../button";
+import { Form, Input } from "../fields";
 import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
@@ -147,26 +148,15 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
           {recording.period(proposal)}
         </Button>
       </p>
-      <form
-        class="save"
-        onSubmit={(event) => {
-          event.preventDefault();
-          void recording.ask({ do: "define", name, command: proposal.command });
-        }}
-      >
+      <Form class="save" submit={() => void recording.ask({ do: "define", name, command: proposal.command })}>
         <label>
           Name of the behavior
-          <input
-            value={name}
-            onInput={(event) => setName(event.currentTarget.value.trim())}
-            required
-            maxLength={150}
-          />
+          <Input value={name} change={(text) => setName(text.trim())} required maxLength={150} />
         </label>
         <button type="submit" disabled={recording.busy !== null || name === ""}>
           Add
         </button>
-      </form>
+      </Form>
     </li>
   );
 }
@@ -251,26 +241,15 @@ function Save({ recording, review }: PaneProps) {
   const [name, setName] = useState(review.name);
   return (
     <>
-      <form
-        class="save"
-        onSubmit={(event) => {
-          event.preventDefault();
-          void recording.ask({ do: "save", name });
-        }}
-      >
+      <Form class="save" submit={() => void recording.ask({ do: "save", name })}>
         <label>
           Name
-          <input
-            value={name}
-            onInput={(event) => setName(event.currentTarget.value)}
-            required
-            maxLength={150}
-          />
+          <Input value={name} change={setName} required maxLength={150} />
         </label>
         <button type="submit" class="primary" disabled={recording.busy !== null || name === ""}>
           Save
         </button>
-      </form>
+      </Form>
       {review.saved !== null && (
         <p class="saved" role="status">
           Saved in {review.saved}

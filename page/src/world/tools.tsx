@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { useStudio } from "../context";
+import { ControlSelect } from "../fields";
 import type { Request } from "../protocol";
 import { className, plain } from "../words";
 import { OVERLAYS, type Mark, type Overlay } from "./picture";
@@ -58,28 +59,23 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
         </div>
       )}
       {hasControl && !live.fixed && (
-        <select
+        <ControlSelect
           class="tools add"
           aria-label="Add to the world"
           value={tool === null ? "" : tool.what === "obstacle" ? "obstacle" : `thing ${tool.kind}`}
-          onChange={(event) => {
-            const [what, kind] = event.currentTarget.value.split(/ (.*)/s);
+          among={[
+            ["", tool === null ? "+ add" : "not now"],
+            "obstacle",
+            ...scene.classes
+              .filter(({ offered }) => offered)
+              .map(({ name }) => [`thing ${name}`, plain(name)] as const),
+          ]}
+          change={(chosen) => {
+            const [what, kind] = chosen.split(/ (.*)/s);
             if (what === "obstacle") choose({ what });
             else choose(kind === undefined ? null : { what: "thing", kind });
-            event.currentTarget.blur();
           }}
-        >
-          <option value="">{tool === null ? "+ add" : "not now"}</option>
-          <option value="obstacle">obstacle</option>
-          {scene.classes.map(
-            ({ name, offered }) =>
-              offered && (
-                <option key={name} value={`thing ${name}`}>
-                  {plain(name)}
-                </option>
-              ),
-          )}
-        </select>
+        />
       )}
       {tool !== null && <p class="tools placing-hint">Click to place it. Esc cancels.</p>}
     </>
