@@ -53,22 +53,27 @@ export function DecisionChanges({ summary }: { summary: ChangeSummary }) {
       {summary.changes.map(({ state, next, said, was, now }) => (
         <div class="moved" key={`${state} ${next}`}>
           <p>{plain(said)}</p>
-          {was
-            .filter((when) => !now.includes(when))
-            .map((when) => (
-              <p key={when} class="change gone">
-                − {plain(when)}
-              </p>
-            ))}
-          {now
-            .filter((when) => !was.includes(when))
-            .map((when) => (
-              <p key={when} class="change new">
-                + {plain(when)}
-              </p>
-            ))}
+          <ConditionChanges was={was} now={now} />
         </div>
       ))}
+    </>
+  );
+}
+
+/** The conditions that are gone, and those that are new. */
+export function ConditionChanges({ was, now }: { was: readonly string[]; now: readonly string[] }) {
+  const list = (sign: string, name: string, these: readonly string[], others: readonly string[]) =>
+    these
+      .filter((when) => !others.includes(when))
+      .map((when) => (
+        <p key={sign + when} class={`change ${name}`}>
+          {sign} {plain(when)}
+        </p>
+      ));
+  return (
+    <>
+      {list("−", "gone", was, now)}
+      {list("+", "new", now, was)}
     </>
   );
 }

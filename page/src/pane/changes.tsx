@@ -2,6 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { Button } from "../button";
+import { ConditionChanges } from "../changes";
 import { usePanel } from "../context";
 import { Select } from "../fields";
 import type { Answer, Moved, Version } from "../protocol";
@@ -79,16 +80,7 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
         </b>{" "}
         {plain(moved.what)}
       </p>
-      {moved.gone.map((line) => (
-        <p key={line} class="change gone">
-          − {plain(line)}
-        </p>
-      ))}
-      {moved.new.map((line) => (
-        <p key={line} class="change new">
-          + {plain(line)}
-        </p>
-      ))}
+      <ConditionChanges was={moved.gone} now={moved.new} />
       <p class="tiny">
         {examples.length === 0
           ? "it is learned otherwise"

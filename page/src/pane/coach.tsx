@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { Select } from "../fields";
+import { useFirst } from "../lists";
 import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
@@ -87,12 +88,11 @@ interface SessionProps {
 
 function CoachReportView({ session, studio }: SessionProps) {
   const [report, again] = useCoach(studio, session.edition, session.score.running);
-  const [all, setAll] = useState(false);
+  const [listed, more] = useFirst(report?.advice ?? [], FIRST, (hidden) => `${hidden} more, less useful`);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (report === null) return null;
   const { advice, findings, late } = report;
   const there = setUp !== null && (studio.status?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
-  const listed = all ? advice : advice.slice(0, FIRST);
   const place = async (of: string): Promise<void> => {
     const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
     if (sentence !== undefined && run !== undefined) setSetUp({ of, outcome: sentence, run });
@@ -115,13 +115,7 @@ function CoachReportView({ session, studio }: SessionProps) {
           />
         ))}
       </ol>
-      {listed.length < advice.length && (
-        <p class="earlier">
-          <Button class="link" onClick={() => setAll(true)}>
-            {advice.length - listed.length} more, less useful
-          </Button>
-        </p>
-      )}
+      {more}
       {findings.length > 0 && <h3>What a check finds</h3>}
       <ol class="advices" aria-label="Findings">
         {findings.map((each) => (

@@ -1,7 +1,8 @@
 /** The table of examples, the latest first; a selected one can be changed and deleted. */
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../button";
+import { Sign, useFirst } from "../lists";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
 import type { Studio } from "../studio";
@@ -23,6 +24,11 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
   return correction ? "correction" : kind;
 }
 
+export function KindSign({ example }: { example: Pick<Example, "kind" | "correction"> }) {
+  const [sign, word] = KINDS[kindOf(example)];
+  return <Sign means={word}>{sign}</Sign>;
+}
+
 /** The number of examples that are listed at first: a watched lesson has thousands. */
 const LATEST = 400;
 
@@ -33,9 +39,12 @@ export interface TableProps {
 }
 
 export function Examples({ session, panel, studio }: TableProps) {
-  const [all, setAll] = useState(false);
-  const latest = all || panel.highlighted.size > 0 ? session.examples : session.examples.slice(-LATEST);
-  const rows = [...latest].reverse();
+  const latestFirst = [...session.examples].reverse();
+  const [rows, more] = useFirst(
+    latestFirst,
+    panel.highlighted.size > 0 ? Infinity : LATEST,
+    (hidden) => `show the ${hidden} before`,
+  );
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
     body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
@@ -63,20 +72,13 @@ export function Examples({ session, panel, studio }: TableProps) {
           ))}
         </tbody>
       </table>
-      {rows.length < session.examples.length && (
-        <p class="earlier">
-          <Button class="link" onClick={() => setAll(true)}>
-            show the {session.examples.length - rows.length} before
-          </Button>
-        </p>
-      )}
+      {more}
     </>
   );
 }
 
 function Row({ example, session, panel, studio }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
-  const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
   const marks = [picked && "picked", panel.highlighted.has(number) && "shown", correction && "correction"];
   return (
@@ -110,18 +112,11 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
             </span>
           )}
           {example.quarantined !== "" && (
-            <span
-              class="warn"
-              role="img"
-              aria-label="in quarantine"
-              title={`In quarantine. ${example.quarantined}`}
-            >
+            <Sign tone="warn" means="in quarantine" title={`In quarantine. ${example.quarantined}`}>
               ⊘{" "}
-            </span>
+            </Sign>
           )}
-          <span role="img" aria-label={word} title={word}>
-            {sign}
-          </span>
+          <KindSign example={example} />
         </td>
         <td class="number soft">
           <span title={formatTime(example.time_s)}>{formatTime(example.time_s).replace(/\..*/, "")}</span>

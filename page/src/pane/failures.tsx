@@ -1,6 +1,7 @@
 /** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
 
 import { ControlButton } from "../button";
+import { Progress, Sign } from "../lists";
 import type { FailingWorld, Failures } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -52,9 +53,7 @@ function PassCount({ failures }: { failures: Failures }) {
   return (
     <>
       {running && (
-        <p class="test-progress">
-          <progress aria-label="Failing worlds run" value={finished} max={Math.max(1, worlds.length)} />
-        </p>
+        <Progress label="Failing worlds run" finished={finished} total={Math.max(1, worlds.length)} />
       )}
       <p class="tiny" aria-live="polite">
         {tested.length === 0
@@ -83,9 +82,9 @@ function FailureItem({ world, open }: { world: FailingWorld; open: boolean }) {
   const [mark, tone, means] = MARKS[state];
   return (
     <li class={className(open && "on")}>
-      <span class={tone} role="img" aria-label={means} title={means}>
+      <Sign tone={tone} means={means}>
         {mark}
-      </span>
+      </Sign>
       <span class="claim" title={plain(sentences.join(" "))}>
         {name}{" "}
         <span class="soft">

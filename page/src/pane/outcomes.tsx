@@ -6,6 +6,7 @@
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { Form, Input, Select } from "../fields";
+import { Progress, Sign, useFirst } from "../lists";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
@@ -108,23 +109,15 @@ function UnseenWorlds({ session, studio }: { session: Session; studio: Studio })
         )}
       </div>
       {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
-      {running && <Progress evaluation={evaluation} />}
+      {running && (
+        <Progress label="Worlds tried" finished={evaluation.finished} total={evaluation.worlds}>
+          {plain(evaluation.behavior)}: {evaluation.finished} of {formatCount(evaluation.worlds, "world")}
+        </Progress>
+      )}
       {evaluation !== undefined && !running && (
         <EvaluationView evaluation={evaluation} session={session} studio={studio} />
       )}
     </section>
-  );
-}
-
-function Progress({ evaluation }: { evaluation: Evaluation }) {
-  const { behavior, worlds, finished } = evaluation;
-  return (
-    <p class="test-progress">
-      <progress aria-label="Worlds tried" value={finished} max={worlds} />
-      <span class="tiny">
-        {plain(behavior)}: {finished} of {formatCount(worlds, "world")}
-      </span>
-    </p>
   );
 }
 
@@ -193,8 +186,7 @@ function FailedWorlds({
   session: Session;
   studio: Studio;
 }) {
-  const [all, setAll] = useState(false);
-  const listed = all ? result.failed : result.failed.slice(0, FIRST);
+  const [listed, more] = useFirst(result.failed, FIRST, (hidden) => `${hidden} more`);
   /** The world from its beginning, and what is trained decides in it. */
   const open = async (seed: number): Promise<void> => {
     if (session.mode === "training") {
@@ -223,16 +215,10 @@ function FailedWorlds({
           </li>
         ))}
       </ul>
-      {listed.length < result.failed.length && (
-        <p class="earlier">
-          <Button class="link" onClick={() => setAll(true)}>
-            {result.failed.length - listed.length} more
-          </Button>
-        </p>
-      )}
-      {all && result.failed.length < failed && (
-        <p class="tiny">and {failed - result.failed.length} more that are not listed</p>
-      )}
+      {more ||
+        (result.failed.length < failed && (
+          <p class="tiny">and {failed - result.failed.length} more that are not listed</p>
+        ))}
     </>
   );
 }
@@ -327,9 +313,9 @@ function Result({ tested }: { tested: LessonTest }) {
   return (
     <li class={className("result", !works && "bad")}>
       <p>
-        <span role="img" aria-label={word} class={works ? "passes" : "warn"}>
+        <Sign tone={works ? "passes" : "warn"} means={word}>
           {sign}
-        </span>{" "}
+        </Sign>{" "}
         <b>{plain(name)}</b>{" "}
         <span class="tiny">
           {examples === 0 ? "nothing recorded" : formatCount(examples, "moment")}

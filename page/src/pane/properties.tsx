@@ -2,14 +2,15 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
-import type { LibraryProperties, LibraryProperty } from "../protocol";
+import { Progress, Sign } from "../lists";
+import type { LibraryProperty } from "../protocol";
 import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 import { PropertyForm } from "./propertyform";
 
 const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, string, string]>> = {
   "not tested": ["○", "soft", "Not tested yet"],
-  holds: ["✓", "came", "Holds"],
+  holds: ["✓", "passes", "Holds"],
   fails: ["✗", "warn", "Fails"],
   undecided: ["?", "soft", "Undecided: more worlds are needed"],
 };
@@ -20,7 +21,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
   const [changing, change] = useState<string | null>(null);
   const properties = studio.status?.properties ?? null;
   if (properties === null) return null;
-  const { rows, problem, testing } = properties;
+  const { rows, problem, testing, finished, total } = properties;
   return (
     <section class="outcomes properties" aria-label="Properties of the library">
       <div class="outcomes-head">
@@ -48,7 +49,11 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
       {changing === NEW && (
         <PropertyForm name={null} fields={null} studio={studio} close={() => change(null)} />
       )}
-      <Progress properties={properties} />
+      {testing !== null && (
+        <Progress label="Worlds of a property run" finished={finished} total={total}>
+          {testing}: {finished} of {formatCount(total, "world")}
+        </Progress>
+      )}
       {problem !== "" && <p class="warn">{problem}</p>}
       {rows.length === 0 && problem === "" && changing === null && (
         <p class="tiny">What a behavior must never do, or must do in time, tested in many worlds.</p>
@@ -65,19 +70,6 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
         ))}
       </ul>
     </section>
-  );
-}
-
-function Progress({ properties }: { properties: LibraryProperties }) {
-  const { testing, finished, total } = properties;
-  if (testing === null) return null;
-  return (
-    <p class="test-progress">
-      <progress aria-label="Worlds of a property run" value={finished} max={total} />
-      <span class="tiny">
-        {testing}: {finished} of {formatCount(total, "world")}
-      </span>
-    </p>
   );
 }
 
@@ -99,9 +91,9 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
   return (
     <>
       <li>
-        <span class={tone} role="img" aria-label={means} title={means}>
+        <Sign tone={tone} means={means}>
           {mark}
-        </span>
+        </Sign>
         <span class="claim">
           {name}{" "}
           <span class="soft">

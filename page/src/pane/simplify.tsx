@@ -2,6 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { ConditionChanges } from "../changes";
 import type { Panel } from "../panel";
 import type { Session, SimplifyPreview } from "../protocol";
 import type { Studio } from "../studio";
@@ -144,20 +145,7 @@ function Conditions({ state, before, after }: SimplifyPreview["states"][number])
             {plain(line)}
           </p>
         ))}
-      {before
-        .filter((line) => !after.includes(line))
-        .map((line) => (
-          <p key={line} class="change gone">
-            − {plain(line)}
-          </p>
-        ))}
-      {after
-        .filter((line) => !before.includes(line))
-        .map((line) => (
-          <p key={line} class="change new">
-            + {plain(line)}
-          </p>
-        ))}
+      <ConditionChanges was={before} now={after} />
     </div>
   );
 }

@@ -7,7 +7,7 @@ import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
 import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
-import { KINDS, kindOf } from "./examples";
+import { KindSign } from "./examples";
 
 const EVERY_MS = 300;
 
@@ -145,13 +145,9 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
 
 /** An example by its number, how it came about, and when. */
 function ExampleLink({ example }: { example: ResponsibleExample }) {
-  const [sign, word] = KINDS[kindOf(example)];
   return (
     <>
-      {example.number}{" "}
-      <span role="img" aria-label={word} title={word}>
-        {sign}
-      </span>
+      {example.number} <KindSign example={example} />
       {example.time_s !== null && <span class="soft"> {formatTime(example.time_s)}</span>}
     </>
   );
