@@ -29,12 +29,13 @@ export function CameraView() {
       <Button class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
         Camera{eyes.length > 1 && ` of ${studio.scene?.real_robots[robot] ?? ""}`}
       </Button>
-      {open && <Picture key={robot} studio={studio} robot={robot} />}
+      {open && <Picture key={robot} robot={robot} />}
     </section>
   );
 }
 
-function Picture({ studio, robot }: { studio: Studio; robot: number }) {
+function Picture({ robot }: { robot: number }) {
+  const studio = useStudio();
   const image = useImages(studio, robot);
   const [name, setName] = useState(studio.scene?.targets[0] ?? "");
   const [points, setPoints] = useState<readonly Point[]>([]);

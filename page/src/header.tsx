@@ -5,7 +5,6 @@ import { Button, ControlButton } from "./button";
 import { useStudio } from "./context";
 import { ControlSelect } from "./fields";
 import { TimeControls } from "./timecontrols";
-import type { Studio } from "./studio";
 import { className, plain } from "./words";
 
 export function Header() {
@@ -17,7 +16,7 @@ export function Header() {
     <header class="header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
-      {studio.team !== null && <Views studio={studio} />}
+      {studio.team !== null && <Views />}
       {overview ? null : (
         <>
           <span class="what cut">
@@ -34,19 +33,20 @@ export function Header() {
           </span>
         </>
       )}
-      {scene !== null && !real && <WorldPlace studio={studio} scenario={scene.scenario} />}
+      {scene !== null && !real && <WorldPlace scenario={scene.scenario} />}
       {real && studio.team === null && <span class="soft">on {scene?.real_robots.join(", ")}</span>}
       <span class="space" />
-      {!overview && <TimeControls studio={studio} />}
+      {!overview && <TimeControls />}
       <span class="space" />
-      {!overview && session !== null && <ModeSwitch studio={studio} />}
-      <SaveControls studio={studio} />
+      {!overview && session !== null && <ModeSwitch />}
+      <SaveControls />
     </header>
   );
 }
 
 /** Whether the page shows the running team, or the training of one of its agents. */
-function Views({ studio }: { studio: Studio }) {
+function Views() {
+  const studio = useStudio();
   return (
     <div class="views" role="group" aria-label="View">
       {(["team", "training"] as const).map((each) => (
@@ -58,7 +58,8 @@ function Views({ studio }: { studio: Studio }) {
   );
 }
 
-function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) {
+function WorldPlace({ scenario }: { scenario: string }) {
+  const studio = useStudio();
   const seed = studio.status?.seed ?? studio.scene?.seed ?? null;
   const [typed, setTyped] = useState<string | null>(null);
   const edited = useRef(false);
@@ -116,7 +117,8 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
   );
 }
 
-function ModeSwitch({ studio }: { studio: Studio }) {
+function ModeSwitch() {
+  const studio = useStudio();
   const mode = studio.session?.mode ?? "live";
   const tries = mode === "testing";
   const teaching = studio.session?.live
@@ -139,7 +141,8 @@ function ModeSwitch({ studio }: { studio: Studio }) {
   );
 }
 
-function SaveControls({ studio }: { studio: Studio }) {
+function SaveControls() {
+  const studio = useStudio();
   const { session, status } = studio;
   const saved = status?.library.trained.some(({ name }) => name === session?.name) ?? false;
   return (

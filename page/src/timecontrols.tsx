@@ -1,21 +1,21 @@
 /** Time: reset, pause, step, speed. */
 
 import { ControlButton } from "./button";
-import { useQuietStudio } from "./context";
+import { useQuietStudio, useStudio } from "./context";
 import { ControlSelect } from "./fields";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
-import type { Studio } from "./studio";
 import { formatTime } from "./words";
 
 const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
-export function TimeControls({ studio }: { studio: Studio }) {
+export function TimeControls() {
+  const studio = useStudio();
   const paused = studio.status?.paused ?? false;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
     <div class="time-controls" role="toolbar" aria-label="Time">
-      {!real && <Worlds studio={studio} />}
+      {!real && <Worlds />}
       <ControlButton
         class="pause"
         aria-label={paused ? "Resume" : "Pause"}
@@ -35,13 +35,14 @@ export function TimeControls({ studio }: { studio: Studio }) {
           Skip <kbd>F</kbd>
         </ControlButton>
       )}
-      {!real && <SpeedSelect studio={studio} />}
+      {!real && <SpeedSelect />}
       <Time />
     </div>
   );
 }
 
-function Worlds({ studio }: { studio: Studio }) {
+function Worlds() {
+  const studio = useStudio();
   const seed = studio.status?.seed ?? studio.scene?.seed ?? 0;
   return (
     <>
@@ -60,7 +61,8 @@ function Worlds({ studio }: { studio: Studio }) {
   );
 }
 
-function SpeedSelect({ studio }: { studio: Studio }) {
+function SpeedSelect() {
+  const studio = useStudio();
   return (
     <ControlSelect
       aria-label="Speed"

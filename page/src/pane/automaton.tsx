@@ -54,9 +54,7 @@ export function AutomatonTab() {
           <PruningLine session={session} show={() => simplify(true)} />
         )}
       </div>
-      {simplifying && (
-        <SimplifyCard session={session} panel={panel} studio={studio} close={() => simplify(false)} />
-      )}
+      {simplifying && <SimplifyCard session={session} panel={panel} close={() => simplify(false)} />}
       {session.edges.length === 0 && (
         <p class="empty">
           Nothing yet. Press a state below the world to direct the robot: each press is an example, and from

@@ -2,9 +2,8 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
-import { usePanel } from "../context";
+import { usePanel, useStudio } from "../context";
 import type { TrainedBehavior } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 import { ExportForm } from "./exportform";
 import { NameForm, type Way } from "./nameform";
@@ -13,7 +12,8 @@ import { Versions } from "./versions";
 
 type BehaviorPart = Way | "versions" | "export";
 
-export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
+export function Behavior({ trained }: { trained: TrainedBehavior }) {
+  const studio = useStudio();
   const panel = usePanel();
   const [openPart, setOpenPart] = useState<BehaviorPart | null>(null);
   const show = (which: BehaviorPart): void => setOpenPart(openPart === which ? null : which);
@@ -95,10 +95,10 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
         </Button>
       </p>
       {(openPart === "rename" || openPart === "duplicate") && (
-        <NameForm key={openPart} way={openPart} name={name} studio={studio} close={() => setOpenPart(null)} />
+        <NameForm key={openPart} way={openPart} name={name} close={() => setOpenPart(null)} />
       )}
-      {openPart === "export" && complete && <ExportForm trained={trained} studio={studio} />}
-      {openPart === "versions" && <Versions name={name} count={versions} studio={studio} />}
+      {openPart === "export" && complete && <ExportForm trained={trained} />}
+      {openPart === "versions" && <Versions name={name} count={versions} />}
       {!complete && <p class="warn">Not complete: {plain(whyNot ?? "something it needs is missing")}</p>}
       {asks}
     </li>

@@ -3,10 +3,9 @@
 import { useEffect, useState } from "preact/hooks";
 import { Button } from "../button";
 import { ConditionChanges } from "../changes";
-import { usePanel } from "../context";
+import { usePanel, useStudio } from "../context";
 import { Select } from "../fields";
 import type { Answer, Moved, Version } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, useMinusSign, plain } from "../words";
 
 const MOST_EXAMPLES = 6;
@@ -17,10 +16,10 @@ interface ChangesProps {
   /** How many former versions there are. */
   count: number;
   versions: readonly Version[];
-  studio: Studio;
 }
 
-export function Changes({ name, version, count, versions, studio }: ChangesProps) {
+export function Changes({ name, version, count, versions }: ChangesProps) {
+  const studio = useStudio();
   const [to, setTo] = useState<number | null>(null);
   const [answer, setAnswer] = useState<Answer | null>(null);
   useEffect(() => {
@@ -46,12 +45,7 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
       </p>
       {moved.length > 0 && <h4>When it switches</h4>}
       {moved.map((each) => (
-        <Switch
-          key={`${each.from} ${each.to}`}
-          moved={each}
-          here={studio.session?.name === name}
-          studio={studio}
-        />
+        <Switch key={`${each.from} ${each.to}`} moved={each} here={studio.session?.name === name} />
       ))}
       {changes.map(({ topic, lines: text }) => (
         <div key={topic}>
@@ -68,7 +62,8 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
 }
 
 /** One switch that moved, appeared or vanished; its examples open in the lesson where that is the one in training. */
-function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: Studio }) {
+function Switch({ moved, here }: { moved: Moved; here: boolean }) {
+  const studio = useStudio();
   const panel = usePanel();
   const numbers = new Set(here ? studio.session?.examples.map(({ number }) => number) : []);
   const { examples } = moved;

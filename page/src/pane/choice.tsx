@@ -17,10 +17,11 @@ import { States } from "./states";
 export function ChoiceForm({ form }: { form: FormName }) {
   const studio = useStudio();
   if (studio.scene === null || studio.status === null) return null;
-  return <Fields form={form} studio={studio} scene={studio.scene} />;
+  return <Fields form={form} scene={studio.scene} />;
 }
 
-function Fields({ form, studio, scene }: { form: FormName; studio: Studio; scene: Scene }) {
+function Fields({ form, scene }: { form: FormName; scene: Scene }) {
+  const studio = useStudio();
   const panel = usePanel();
   const [draft, setDraft] = useState<Draft>(() => makeDraft(form, studio, scene));
   const [asks, setAsks] = useState(false);

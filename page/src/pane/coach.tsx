@@ -29,17 +29,17 @@ export function CoachTab() {
     return (
       <>
         <p class="empty">Suggestions for your next demonstrations appear here.</p>
-        <FailuresPart studio={studio} />
-        <PropertiesPart studio={studio} />
+        <FailuresPart />
+        <PropertiesPart />
       </>
     );
   }
   return (
     <>
-      <QueryPart session={session} studio={studio} />
-      <FailuresPart studio={studio} />
-      <PropertiesPart studio={studio} />
-      <CoachReportView key={session.name} session={session} studio={studio} />
+      <QueryPart session={session} />
+      <FailuresPart />
+      <PropertiesPart />
+      <CoachReportView key={session.name} session={session} />
     </>
   );
 }
@@ -83,10 +83,10 @@ function useCoach(
 
 interface SessionProps {
   session: Session;
-  studio: Studio;
 }
 
-function CoachReportView({ session, studio }: SessionProps) {
+function CoachReportView({ session }: SessionProps) {
+  const studio = useStudio();
   const [report, again] = useCoach(studio, session.edition, session.score.running);
   const [listed, more] = useFirst(report?.advice ?? [], FIRST, (hidden) => `${hidden} more, less useful`);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
@@ -108,7 +108,6 @@ function CoachReportView({ session, studio }: SessionProps) {
             key={each.sentence}
             advice={each}
             session={session}
-            studio={studio}
             again={again}
             outcome={there?.of === each.sentence ? there.outcome : null}
             setUp={() => void place(each.sentence)}
@@ -183,7 +182,6 @@ function SetUpButton({ setUp }: { setUp: () => void }) {
 interface ItemProps {
   advice: Advice;
   session: Session;
-  studio: Studio;
   /** Ask the coach again, where the lesson has not changed. */
   again: () => void;
   /** What came of setting it up, where that was the last. */
@@ -191,7 +189,7 @@ interface ItemProps {
   setUp: () => void;
 }
 
-function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProps) {
+function AdviceItem({ advice, session, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
   const { sentence, evidence, examples, slip, kind, weight, can_set_up } = advice;
   const show = (): void => {
@@ -209,7 +207,7 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
       {slip !== null && (
-        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} studio={studio} again={again} />
+        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} again={again} />
       )}
       <p class="advice-more">
         {examples.length > 0 && (
@@ -238,7 +236,8 @@ interface SlipQuestionProps extends SessionProps {
 }
 
 /** Whether a press that looks like a slip was meant, and if not, what was. */
-function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProps) {
+function SlipQuestion({ number, says, session, again }: SlipQuestionProps) {
+  const studio = useStudio();
   const others = session.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
   const correct = (next: string): void => {
     if (next !== "") void studio.change({ do: "correct_slip", number, next }, { do: "undo" });

@@ -2,15 +2,16 @@
 
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Select } from "../fields";
 import type { Example, Feature, Session } from "../protocol";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
 
-export function Detail({ example, session, panel, studio }: TableProps & { example: Example }) {
+export function Detail({ example, session, panel }: TableProps & { example: Example }) {
+  const studio = useStudio();
   const [confirms, setConfirms] = useState(false);
   const { number, state, next } = example;
   const remove = async (): Promise<void> => {
@@ -28,7 +29,6 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
         <StateSelect
           value={state}
           names={session.states.flatMap((each) => (each.flag ? [] : [each.name]))}
-          studio={studio}
           change={(name) => void edit({ state: name })}
         />
       </label>
@@ -38,7 +38,6 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
           value={next}
           names={session.states.map(({ name }) => name)}
           stay={state}
-          studio={studio}
           change={(name) => void edit({ next: name })}
         />
       </label>
@@ -71,7 +70,7 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
       ) : (
         example.time_s !== null && <span class="tiny">shown at {formatTime(example.time_s)}</span>
       )}
-      {confirms && <Values example={example} session={session} studio={studio} edit={edit} />}
+      {confirms && <Values example={example} session={session} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (
         <p class="tiny warn">Contradicts another example: same readings, different press.</p>
@@ -85,11 +84,11 @@ interface StateSelectProps {
   names: readonly string[];
   /** The state that is no change. */
   stay?: string;
-  studio: Studio;
   change: (name: string) => void;
 }
 
-function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
+function StateSelect({ value, names, stay, change }: StateSelectProps) {
+  const studio = useStudio();
   return (
     <Select
       value={value}
@@ -106,11 +105,11 @@ function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
 interface ValuesProps {
   example: Example;
   session: Session;
-  studio: Studio;
   edit: (part: Part) => Promise<boolean>;
 }
 
-function Values({ example, session, studio, edit }: ValuesProps) {
+function Values({ example, session, edit }: ValuesProps) {
+  const studio = useStudio();
   const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, text: string) => {
     const done = field.value === text || (await edit({ values: { [feature.label]: field.value } }));
     if (!done) field.value = text;

@@ -5,7 +5,6 @@ import { Button } from "../button";
 import { Sign, useFirst } from "../lists";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatTime, plain } from "../words";
 import { Detail } from "./example";
 
@@ -35,10 +34,9 @@ const LATEST = 400;
 export interface TableProps {
   session: Session;
   panel: Panel;
-  studio: Studio;
 }
 
-export function Examples({ session, panel, studio }: TableProps) {
+export function Examples({ session, panel }: TableProps) {
   const latestFirst = [...session.examples].reverse();
   const [rows, more] = useFirst(
     latestFirst,
@@ -68,7 +66,7 @@ export function Examples({ session, panel, studio }: TableProps) {
         </thead>
         <tbody ref={body}>
           {rows.map((example) => (
-            <Row key={example.number} example={example} session={session} panel={panel} studio={studio} />
+            <Row key={example.number} example={example} session={session} panel={panel} />
           ))}
         </tbody>
       </table>
@@ -77,7 +75,7 @@ export function Examples({ session, panel, studio }: TableProps) {
   );
 }
 
-function Row({ example, session, panel, studio }: TableProps & { example: Example }) {
+function Row({ example, session, panel }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
   const picked = panel.example === number;
   const marks = [picked && "picked", panel.highlighted.has(number) && "shown", correction && "correction"];
@@ -125,7 +123,7 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
       {picked && (
         <tr class="picked detail">
           <td colSpan={5 + session.features.length}>
-            <Detail example={example} session={session} panel={panel} studio={studio} />
+            <Detail example={example} session={session} panel={panel} />
           </td>
         </tr>
       )}

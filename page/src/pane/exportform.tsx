@@ -2,6 +2,7 @@
 
 import { useRef, useState } from "preact/hooks";
 import { Button } from "../button";
+import { useStudio } from "../context";
 import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
 import { Field, Form, Option, Select } from "../fields";
 import type { TrainedBehavior } from "../protocol";
@@ -10,7 +11,8 @@ import type { Studio } from "../studio";
 const PATH = "export.zip";
 const MESSAGE_HEADER = "X-Understudy-Message";
 
-export function ExportForm({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
+export function ExportForm({ trained }: { trained: TrainedBehavior }) {
+  const studio = useStudio();
   const { name, parameters } = trained;
   const offered = studio.scene?.targets ?? [];
   const [to, setTo] = useState(studio.exports[0] ?? "");

@@ -1,9 +1,9 @@
 /** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
 
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Progress, Sign } from "../lists";
 import type { FailingWorld, Failures } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 
 const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
@@ -13,7 +13,8 @@ const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, st
   unknown: ["?", "warn", "Could not be run"],
 };
 
-export function FailuresPart({ studio }: { studio: Studio }) {
+export function FailuresPart() {
+  const studio = useStudio();
   const failures = studio.status?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
   const { worlds, problems, running } = failures;

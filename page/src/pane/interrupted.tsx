@@ -1,12 +1,13 @@
 /** A lesson that was cut off before it was saved: resume it, or throw it away, which can be taken back. */
 
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
 import type { InterruptedSession } from "../protocol";
-import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 import { useOpenAction } from "./openaction";
 
-export function InterruptedLesson({ left, studio }: { left: InterruptedSession; studio: Studio }) {
+export function InterruptedLesson({ left }: { left: InterruptedSession }) {
+  const studio = useStudio();
   const { name, examples } = left;
   const { open, asks } = useOpenAction(studio, name);
   return (

@@ -37,9 +37,7 @@ export function LessonTab() {
       </div>
       <Kinds session={session} />
       {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}
-      {(session.examples.length > 0 || session.properties.length > 0) && (
-        <Outcomes session={session} studio={studio} />
-      )}
+      {(session.examples.length > 0 || session.properties.length > 0) && <Outcomes session={session} />}
       {panel.highlighted.size > 0 && (
         <p class="tiny shown">
           {formatCount(panel.highlighted.size, "example")} marked.{" "}
@@ -55,7 +53,7 @@ export function LessonTab() {
         </p>
       ) : (
         <div class="table-place">
-          <Examples session={session} panel={panel} studio={studio} />
+          <Examples session={session} panel={panel} />
         </div>
       )}
     </>

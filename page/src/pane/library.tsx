@@ -4,7 +4,6 @@ import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { Form, Input } from "../fields";
-import type { Studio } from "../studio";
 import { Behavior } from "./behavior";
 import { InterruptedLesson } from "./interrupted";
 import { LibraryTransfer } from "./librarytransfer";
@@ -19,11 +18,11 @@ export function LibraryTab() {
   const { folder, trained, trash, basic, interrupted: cutOff } = status.library;
   return (
     <>
-      {session !== null && <SaveAs studio={studio} name={session.name} />}
+      {session !== null && <SaveAs name={session.name} />}
       {cutOff.length > 0 && (
         <ul class="behaviors">
           {cutOff.map((left) => (
-            <InterruptedLesson key={left.name} left={left} studio={studio} />
+            <InterruptedLesson key={left.name} left={left} />
           ))}
         </ul>
       )}
@@ -34,7 +33,7 @@ export function LibraryTab() {
       )}
       <ul class="behaviors">
         {trained.map((each) => (
-          <Behavior key={each.name} trained={each} studio={studio} />
+          <Behavior key={each.name} trained={each} />
         ))}
       </ul>
       <p class="padded">
@@ -59,13 +58,14 @@ export function LibraryTab() {
       )}
       <Places />
       <h3>As a file</h3>
-      <LibraryTransfer studio={studio} />
+      <LibraryTransfer />
       <p class="padded tiny folder">in the folder {folder}</p>
     </>
   );
 }
 
-function SaveAs({ studio, name }: { studio: Studio; name: string }) {
+function SaveAs({ name }: { name: string }) {
+  const studio = useStudio();
   const [wanted, setWanted] = useState("");
   const save = (): void => {
     if (wanted.trim() === "") return;

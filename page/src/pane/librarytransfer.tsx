@@ -3,6 +3,7 @@
 import { useRef, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { Prompt } from "../confirm";
+import { useStudio } from "../context";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -16,7 +17,8 @@ interface ImportAnswer {
   conflicts?: readonly string[];
 }
 
-export function LibraryTransfer({ studio }: { studio: Studio }) {
+export function LibraryTransfer() {
+  const studio = useStudio();
   const [conflict, setConflict] = useState<{ file: File; conflicts: readonly string[] } | null>(null);
   const [sending, setSending] = useState(false);
   const field = useRef<HTMLInputElement>(null);

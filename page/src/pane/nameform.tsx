@@ -1,19 +1,19 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useStudio } from "../context";
 import { Form, Input } from "../fields";
-import type { Studio } from "../studio";
 
 export type Way = "rename" | "duplicate";
 
 interface Props {
   way: Way;
   name: string;
-  studio: Studio;
   close: () => void;
 }
 
-export function NameForm({ way, name, studio, close }: Props) {
+export function NameForm({ way, name, close }: Props) {
+  const studio = useStudio();
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
   useLayoutEffect(() => {

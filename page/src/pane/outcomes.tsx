@@ -5,10 +5,10 @@
 
 import { useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Form, Input, Select } from "../fields";
 import { Progress, Sign, useFirst } from "../lists";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 
 /** The number of worlds in which the trained automaton is tried at a click. */
@@ -16,16 +16,17 @@ const WORLDS = 100;
 /** The number of worlds in which it failed that are listed at first. */
 const FIRST = 6;
 
-export function Outcomes({ session, studio }: { session: Session; studio: Studio }) {
+export function Outcomes({ session }: { session: Session }) {
   return (
     <>
-      <PropertyList session={session} studio={studio} />
-      <UnseenWorlds session={session} studio={studio} />
+      <PropertyList session={session} />
+      <UnseenWorlds session={session} />
     </>
   );
 }
 
-function PropertyList({ session, studio }: { session: Session; studio: Studio }) {
+function PropertyList({ session }: { session: Session }) {
+  const studio = useStudio();
   const [adding, add] = useState(false);
   const { lessonTests } = studio;
   const tested = lessonTests.fresh
@@ -54,7 +55,7 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
           {lessonTests.testing === null ? "Test lessons" : `Testing ${plain(lessonTests.testing)} …`}
         </Button>
       </div>
-      {adding && <PropertyAdder session={session} studio={studio} close={() => add(false)} />}
+      {adding && <PropertyAdder session={session} close={() => add(false)} />}
       <ul>
         {session.properties.map((property, index) => (
           <li key={index}>
@@ -79,13 +80,14 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
           </li>
         ))}
       </ul>
-      <Results studio={studio} />
+      <Results />
     </section>
   );
 }
 
 /** What is trained, tried in worlds that it was not taught in. */
-function UnseenWorlds({ session, studio }: { session: Session; studio: Studio }) {
+function UnseenWorlds({ session }: { session: Session }) {
+  const studio = useStudio();
   const { evaluation } = session;
   if (!studio.live.mapped) return null; // what success is in a body of one's own only the command line is told
   const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
@@ -114,23 +116,14 @@ function UnseenWorlds({ session, studio }: { session: Session; studio: Studio })
           {plain(evaluation.behavior)}: {evaluation.finished} of {formatCount(evaluation.worlds, "world")}
         </Progress>
       )}
-      {evaluation !== undefined && !running && (
-        <EvaluationView evaluation={evaluation} session={session} studio={studio} />
-      )}
+      {evaluation !== undefined && !running && <EvaluationView evaluation={evaluation} session={session} />}
     </section>
   );
 }
 
 /** What came of it: the rate, and the worlds in which it failed. */
-function EvaluationView({
-  evaluation,
-  session,
-  studio,
-}: {
-  evaluation: Evaluation;
-  session: Session;
-  studio: Studio;
-}) {
+function EvaluationView({ evaluation, session }: { evaluation: Evaluation; session: Session }) {
+  const studio = useStudio();
   const { behavior, worlds, result, problem, edition } = evaluation;
   return (
     <section class="tested" aria-label="How often it succeeded" aria-live="polite">
@@ -158,12 +151,7 @@ function EvaluationView({
             {plain(behavior)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
-          <FailedWorlds
-            result={result}
-            failed={worlds - result.succeeded}
-            session={session}
-            studio={studio}
-          />
+          <FailedWorlds result={result} failed={worlds - result.succeeded} session={session} />
         </>
       )}
     </section>
@@ -179,13 +167,12 @@ function FailedWorlds({
   result,
   failed,
   session,
-  studio,
 }: {
   result: EvaluationResult;
   failed: number;
   session: Session;
-  studio: Studio;
 }) {
+  const studio = useStudio();
   const [listed, more] = useFirst(result.failed, FIRST, (hidden) => `${hidden} more`);
   /** The world from its beginning, and what is trained decides in it. */
   const open = async (seed: number): Promise<void> => {
@@ -244,7 +231,8 @@ function PropertyMark({ outcome }: { outcome: LessonTest["properties"][number] |
   );
 }
 
-function PropertyAdder({ session, studio, close }: { session: Session; studio: Studio; close: () => void }) {
+function PropertyAdder({ session, close }: { session: Session; close: () => void }) {
+  const studio = useStudio();
   const [flag, setFlag] = useState(session.flags[0] ?? "");
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);
@@ -272,7 +260,8 @@ function PropertyAdder({ session, studio, close }: { session: Session; studio: S
 }
 
 /** What was found, an automaton each, the one in training first. */
-function Results({ studio }: { studio: Studio }) {
+function Results() {
+  const studio = useStudio();
   const { lessonTests } = studio;
   const { results } = lessonTests;
   if (results === null || (results.length === 0 && lessonTests.testing === null)) return null;

@@ -48,21 +48,21 @@ export function Places() {
   return (
     <>
       <h3>World</h3>
-      <WorldChoice studio={studio} go={go} />
-      <SaveWorld studio={studio} />
+      <WorldChoice go={go} />
+      <SaveWorld />
       <h3>Library</h3>
-      <LibraryChoice studio={studio} go={go} />
+      <LibraryChoice go={go} />
       {asks}
     </>
   );
 }
 
 interface ChoiceProps {
-  studio: Studio;
   go: (to: PlaceRequest) => void;
 }
 
-function WorldChoice({ studio, go }: ChoiceProps) {
+function WorldChoice({ go }: ChoiceProps) {
+  const studio = useStudio();
   if (studio.status === null) return null;
   const { world, worlds } = studio.status.places;
   return (
@@ -77,7 +77,8 @@ function WorldChoice({ studio, go }: ChoiceProps) {
   );
 }
 
-function SaveWorld({ studio }: { studio: Studio }) {
+function SaveWorld() {
+  const studio = useStudio();
   const [name, setName] = useState("");
   const wanted = name.trim();
   const save = async (): Promise<void> => {
@@ -98,7 +99,8 @@ function SaveWorld({ studio }: { studio: Studio }) {
   );
 }
 
-function LibraryChoice({ studio, go }: ChoiceProps) {
+function LibraryChoice({ go }: ChoiceProps) {
+  const studio = useStudio();
   const [making, setMaking] = useState(false);
   const [name, setName] = useState("");
   if (studio.status === null) return null;

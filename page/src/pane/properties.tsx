@@ -2,9 +2,9 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Progress, Sign } from "../lists";
 import type { LibraryProperty } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 import { PropertyForm } from "./propertyform";
 
@@ -17,7 +17,8 @@ const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, strin
 /** The form is open for a new property. */
 const NEW = "\n";
 
-export function PropertiesPart({ studio }: { studio: Studio }) {
+export function PropertiesPart() {
+  const studio = useStudio();
   const [changing, change] = useState<string | null>(null);
   const properties = studio.status?.properties ?? null;
   if (properties === null) return null;
@@ -46,9 +47,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
           </ControlButton>
         )}
       </div>
-      {changing === NEW && (
-        <PropertyForm name={null} fields={null} studio={studio} close={() => change(null)} />
-      )}
+      {changing === NEW && <PropertyForm name={null} fields={null} close={() => change(null)} />}
       {testing !== null && (
         <Progress label="Worlds of a property run" finished={finished} total={total}>
           {testing}: {finished} of {formatCount(total, "world")}
@@ -60,13 +59,7 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
       )}
       <ul>
         {rows.map((row) => (
-          <PropertyItem
-            key={row.name}
-            row={row}
-            studio={studio}
-            open={changing === row.name}
-            change={change}
-          />
+          <PropertyItem key={row.name} row={row} open={changing === row.name} change={change} />
         ))}
       </ul>
     </section>
@@ -75,12 +68,12 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
 
 interface ItemProps {
   row: LibraryProperty;
-  studio: Studio;
   open: boolean;
   change: (name: string | null) => void;
 }
 
-function PropertyItem({ row, studio, open, change }: ItemProps) {
+function PropertyItem({ row, open, change }: ItemProps) {
+  const studio = useStudio();
   const { name, claim, problem, fields, verdict, sentences, stale } = row;
   const [mark, tone, means] = problem === "" ? MARKS[verdict] : ["!", "warn", "Its table is not valid"];
   const remove = (): void => {
@@ -129,7 +122,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
       {stale && <li class="proved">tested before the lesson changed</li>}
       {open && fields !== null && (
         <li class="proved">
-          <PropertyForm name={name} fields={fields} studio={studio} close={() => change(null)} />
+          <PropertyForm name={name} fields={fields} close={() => change(null)} />
         </li>
       )}
     </>

@@ -3,6 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Field as FormField, Form, Input, Select } from "../fields";
 import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
 import type { Studio } from "../studio";
@@ -28,7 +29,6 @@ interface FormProps {
   /** The property that is changed; null for a new one. */
   name: string | null;
   fields: PropertyFields | null;
-  studio: Studio;
   close: () => void;
 }
 
@@ -75,7 +75,8 @@ function useChoices(studio: Studio, world: string, behavior: string): PropertyCh
   return choices;
 }
 
-export function PropertyForm({ name, fields, studio, close }: FormProps) {
+export function PropertyForm({ name, fields, close }: FormProps) {
+  const studio = useStudio();
   const [called, call] = useState(name ?? "");
   const [draft, setDraft] = useState(() => fields ?? begin(studio));
   const [mistake, setMistake] = useState<Mistake | null>(null);

@@ -2,10 +2,10 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
 import { Option } from "../fields";
 import type { QueryPolicy, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 
 const WAYS: Readonly<Record<QueryPolicy, readonly [name: string, about: string]>> = {
@@ -14,7 +14,8 @@ const WAYS: Readonly<Record<QueryPolicy, readonly [name: string, about: string]>
   mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
 };
 
-export function QueryPart({ session, studio }: { session: Session; studio: Studio }) {
+export function QueryPart({ session }: { session: Session }) {
+  const studio = useStudio();
   const { policy, marks } = session.queries;
   return (
     <section class="query" aria-label="Asking">

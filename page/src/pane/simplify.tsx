@@ -3,9 +3,9 @@
 import { useEffect, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { ConditionChanges } from "../changes";
+import { useStudio } from "../context";
 import type { Panel } from "../panel";
 import type { Session, SimplifyPreview } from "../protocol";
-import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 
 const MOST_DECISIONS = 8;
@@ -45,11 +45,11 @@ export function PruningLine({ session, show }: PruningLineProps) {
 interface CardProps {
   session: Session;
   panel: Panel;
-  studio: Studio;
   close: () => void;
 }
 
-export function SimplifyCard({ session, panel, studio, close }: CardProps) {
+export function SimplifyCard({ session, panel, close }: CardProps) {
+  const studio = useStudio();
   const [wanted, want] = useState<number | null>(null);
   const [preview, setPreview] = useState<SimplifyPreview | null>(null);
   useEffect(() => {

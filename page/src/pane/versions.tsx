@@ -2,12 +2,13 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import type { Version } from "../protocol";
-import type { Studio } from "../studio";
 import { formatMoment } from "../words";
 import { Changes } from "./changes";
 
-export function Versions({ name, count, studio }: { name: string; count: number; studio: Studio }) {
+export function Versions({ name, count }: { name: string; count: number }) {
+  const studio = useStudio();
   const [versions, setVersions] = useState<readonly Version[] | null>(null);
   const [picked, setPicked] = useState<number | null>(null);
   useEffect(() => {
@@ -39,9 +40,7 @@ export function Versions({ name, count, studio }: { name: string; count: number;
               Go back to it
             </ControlButton>
           </div>
-          {picked === number && (
-            <Changes name={name} version={number} count={count} versions={versions} studio={studio} />
-          )}
+          {picked === number && <Changes name={name} version={number} count={count} versions={versions} />}
         </li>
       ))}
     </ul>

@@ -5,7 +5,6 @@ import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 import { KindSign } from "./examples";
 
@@ -33,13 +32,14 @@ export function Why() {
       >
         Restart automaton
       </ControlButton>
-      {isOpen && <Reasons studio={studio} close={() => panel.askWhy(null)} />}
+      {isOpen && <Reasons close={() => panel.askWhy(null)} />}
     </div>
   );
 }
 
 /** The reasons of the moment that is shown, asked for again whenever it is another. */
-function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
+function Reasons({ close }: { close: () => void }) {
+  const studio = useStudio();
   useSlowNews(studio.framed, EVERY_MS);
   const [answer, setAnswer] = useState<Answer | null>(null);
   const { session, runHistory } = studio;
