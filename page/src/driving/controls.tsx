@@ -3,7 +3,7 @@
 import { useRef } from "preact/hooks";
 import { Button } from "../button";
 import { useNews } from "../news";
-import { swatch } from "../recording/scale";
+import { nameLabel, Swatch } from "../recording/parts";
 import { className, hasKeys, plain } from "../words";
 import type { DriveController } from "./driving";
 import type { Arrow } from "../protocol";
@@ -109,11 +109,10 @@ function Moment({ driving }: { driving: DriveController }) {
   if (driving.status?.waiting === true)
     return <p class="moment soft">Move the stick: the world waits for you.</p>;
   if (!driving.driving || last === undefined || review === null) return null;
-  const none = last.label === review.labels.length - 1;
   return (
     <p class="moment" role="status">
-      <span class="swatch" style={{ background: swatch(last.label, review.labels.length) }} />
-      {none ? "no behavior explains this" : plain(review.labels[last.label] ?? "")}
+      <Swatch label={last.label} review={review} />
+      {nameLabel(review, last.label, "no behavior explains this")}
     </p>
   );
 }

@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { Button } from "../button";
 import { useNews } from "../news";
 import { listen } from "../recording/page";
+import { Bar, ReviewButton } from "../recording/parts";
 import { ReviewPane } from "../recording/pane";
 import { TimelineView } from "../recording/timeline";
 import { hasKeys } from "../words";
@@ -24,12 +25,7 @@ export function DrivePage({ driving }: { driving: DriveController }) {
   const idle = recording.busy === null;
   return (
     <div class="recording driving">
-      <Bar driving={driving} />
-      {error !== "" && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
+      <DriveBar driving={driving} error={error} />
       <main>
         {review === null || series === null ? (
           <Hint driving={driving} />
@@ -49,27 +45,21 @@ export function DrivePage({ driving }: { driving: DriveController }) {
   );
 }
 
-function Bar({ driving }: { driving: DriveController }) {
+function DriveBar({ driving, error }: { driving: DriveController; error: string }) {
   const { recording, scene } = driving;
   const { review, busy } = recording;
   const driven = review === null ? 0 : recording.ticks * review.tick_s;
   const moves = driving.driving || driving.automatic;
   const changes = busy !== null && busy !== "drive" && busy !== "automatic";
   return (
-    <header class="bar">
-      <h1 class="logo">Understudy</h1>
-      <span class="divider" />
-      <b class="cut">{scene?.scenario}</b>
+    <Bar title={scene?.scenario} error={error}>
       <span class="soft seed">seed {scene?.seed}</span>
       <span class="soft">{driven.toFixed(0)} s</span>
       <span class="space" />
       {review !== null && (
-        <Button
-          disabled={!review.can_undo || busy !== null}
-          onClick={() => void recording.ask({ do: "undo" })}
-        >
+        <ReviewButton recording={recording} disabled={!review.can_undo} request={{ do: "undo" }}>
           Undo
-        </Button>
+        </ReviewButton>
       )}
       <Button
         disabled={moves || changes}
@@ -104,7 +94,7 @@ function Bar({ driving }: { driving: DriveController }) {
       >
         {moves ? "Pause" : "Drive"}
       </Button>
-    </header>
+    </Bar>
   );
 }
 

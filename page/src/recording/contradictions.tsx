@@ -4,6 +4,7 @@ import { Button } from "../button";
 import { Select } from "../fields";
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
+import { ReviewButton } from "./parts";
 import { around, type Recording } from "./recording";
 
 interface ContradictionsProps {
@@ -78,13 +79,13 @@ function Row({ recording, review, contradiction, index }: RowProps) {
       {trust === null ? (
         <div class="answers">
           {choices.map(({ driver }) => (
-            <Button
+            <ReviewButton
               key={driver}
-              disabled={recording.busy !== null}
-              onClick={() => void recording.ask({ do: "settle", contradiction: index, trust: driver })}
+              recording={recording}
+              request={{ do: "settle", contradiction: index, trust: driver }}
             >
               {driver} is right
-            </Button>
+            </ReviewButton>
           ))}
         </div>
       ) : (

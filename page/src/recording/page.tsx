@@ -1,8 +1,8 @@
 /** The page of a recording: its timeline, what is selected, questions, and what was learned. */
 
 import { useEffect } from "preact/hooks";
-import { Button } from "../button";
 import { useNews } from "../news";
+import { Bar, ReviewButton } from "./parts";
 import { PathView } from "./path";
 import { filesIn, type Recording } from "./recording";
 import { ReviewPane } from "./pane";
@@ -17,24 +17,13 @@ export function RecordingPage({ recording }: { recording: Recording }) {
   const seconds = review.episodes.reduce((sum, { first, end }) => sum + (end - first) * review.tick_s, 0);
   return (
     <div class="recording">
-      <header class="bar">
-        <h1 class="logo">Understudy</h1>
-        <span class="divider" />
-        <b class="cut">{files.join(", ")}</b>
+      <Bar title={files.join(", ")} error={error}>
         <span class="soft">{seconds.toFixed(0)} s</span>
         <span class="space" />
-        <Button
-          disabled={!review.can_undo || recording.busy !== null}
-          onClick={() => void recording.ask({ do: "undo" })}
-        >
+        <ReviewButton recording={recording} disabled={!review.can_undo} request={{ do: "undo" }}>
           Undo
-        </Button>
-      </header>
-      {error !== "" && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
+        </ReviewButton>
+      </Bar>
       <main>
         <TimelineView recording={recording} review={review} series={series.series} />
         {series.path.length > 1 && <PathView recording={recording} review={review} series={series} />}

@@ -7,7 +7,7 @@ import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
 import type { Recording } from "./recording";
-import { swatch } from "./scale";
+import { nameLabel, ReviewButton, Swatch } from "./parts";
 
 interface PaneProps {
   recording: Recording;
@@ -63,8 +63,8 @@ function SelectedSpan({ recording, review }: PaneProps) {
               aria-pressed={whole && span.label === index}
               onClick={() => void recording.label(index)}
             >
-              <span class="swatch" style={{ background: swatch(index, review.labels.length) }} />
-              <span class="cut">{none ? "none of these" : plain(label)}</span>
+              <Swatch label={index} review={review} />
+              <span class="cut">{nameLabel(review, index)}</span>
               {(none || index < 9) && <kbd>{none ? 0 : index + 1}</kbd>}
             </Button>
           );
@@ -85,32 +85,25 @@ function Questions({ recording, review }: PaneProps) {
       <ul class="questions">
         {review.questions.map((question) => (
           <li key={question.first}>
-            <Button
-              class="link"
-              onClick={() => recording.select({ first: question.first, end: question.end })}
-            >
+            <Button class="link" onClick={() => recording.select(question)}>
               {recording.period(question)}
             </Button>
             <div class="answers">
               {question.labels.map((label, index) => (
-                <Button
+                <ReviewButton
                   key={label}
-                  disabled={recording.busy !== null}
-                  onClick={() => {
-                    const name = review.labels[label];
-                    if (name !== undefined)
-                      void recording.ask({
-                        do: "label",
-                        first: question.first,
-                        end: question.end,
-                        label: name,
-                      });
+                  recording={recording}
+                  request={{
+                    do: "label",
+                    first: question.first,
+                    end: question.end,
+                    label: review.labels[label] ?? "",
                   }}
                 >
-                  <span class="swatch" style={{ background: swatch(label, review.labels.length) }} />
-                  {label === review.labels.length - 1 ? "none of these" : plain(review.labels[label] ?? "")}
+                  <Swatch label={label} review={review} />
+                  {nameLabel(review, label)}
                   <span class="soft"> {(100 * (question.chances[index] ?? 0)).toFixed(0)} %</span>
-                </Button>
+                </ReviewButton>
               ))}
             </div>
           </li>
@@ -144,7 +137,7 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
       <b>{plain(proposal.description)}</b>
       <p class="tiny soft">
         {proposal.seconds.toFixed(1)} s in {formatCount(proposal.spans, "span")}, the longest{" "}
-        <Button class="link" onClick={() => recording.select({ first: proposal.first, end: proposal.end })}>
+        <Button class="link" onClick={() => recording.select(proposal)}>
           {recording.period(proposal)}
         </Button>
       </p>
@@ -153,9 +146,9 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
           Name of the behavior
           <Input value={name} change={(text) => setName(text.trim())} required maxLength={150} />
         </label>
-        <button type="submit" disabled={recording.busy !== null || name === ""}>
+        <ReviewButton recording={recording} disabled={name === ""}>
           Add
-        </button>
+        </ReviewButton>
       </Form>
     </li>
   );
@@ -168,14 +161,12 @@ function Splits({ recording, learned }: { recording: Recording; learned: Learned
       {learned.splits.map((split) => (
         <div key={split.state} class="split">
           <p>{plain(split.evidence.charAt(0).toUpperCase() + split.evidence.slice(1))}.</p>
-          <Button
-            disabled={recording.busy !== null}
-            onClick={() =>
-              void recording.ask({ do: "split", state: split.state, entered_from: split.entered_from })
-            }
+          <ReviewButton
+            recording={recording}
+            request={{ do: "split", state: split.state, entered_from: split.entered_from }}
           >
             Split {plain(split.state)} in two
-          </Button>
+          </ReviewButton>
         </div>
       ))}
     </>
@@ -188,13 +179,9 @@ function LearnedPart({ recording, review }: PaneProps) {
     <section>
       <h3>Automaton</h3>
       {learned === null ? (
-        <Button
-          class="primary"
-          disabled={recording.busy !== null}
-          onClick={() => void recording.ask({ do: "learn" })}
-        >
+        <ReviewButton class="primary" recording={recording} request={{ do: "learn" }}>
           {recording.busy === "learn" ? "Learning …" : "Learn from these labels"}
-        </Button>
+        </ReviewButton>
       ) : (
         <>
           <Result learned={learned} />
@@ -246,9 +233,9 @@ function Save({ recording, review }: PaneProps) {
           Name
           <Input value={name} change={setName} required maxLength={150} />
         </label>
-        <button type="submit" class="primary" disabled={recording.busy !== null || name === ""}>
+        <ReviewButton class="primary" recording={recording} disabled={name === ""}>
           Save
-        </button>
+        </ReviewButton>
       </Form>
       {review.saved !== null && (
         <p class="saved" role="status">

@@ -87,7 +87,7 @@ export class Recording {
   }
 
   select(ticks: Ticks | null): void {
-    this.selected = ticks;
+    this.selected = ticks && { first: ticks.first, end: ticks.end };
     this.news.tell();
   }
 
@@ -102,7 +102,7 @@ export class Recording {
     const spans = this.review?.spans ?? [];
     const at = this.selected === null ? -1 : spans.findIndex(({ end }) => end > (this.selected?.first ?? 0));
     const next = spans[this.selected === null ? 0 : Math.min(spans.length - 1, Math.max(0, at + by))];
-    if (next !== undefined) this.select({ first: next.first, end: next.end });
+    if (next !== undefined) this.select(next);
   }
 
   get ticks(): number {
