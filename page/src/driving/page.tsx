@@ -2,6 +2,7 @@
 
 import { useEffect } from "preact/hooks";
 import { Button } from "../button";
+import { listenTo } from "../listen";
 import { useNews } from "../news";
 import { listen } from "../recording/page";
 import { Bar, ReviewButton } from "../recording/parts";
@@ -132,10 +133,5 @@ function steer(driving: DriveController): () => void {
     driving.stick.lift(event.key);
     if (driving.driving || driving.automatic) driving.steer();
   };
-  addEventListener("keydown", down);
-  addEventListener("keyup", up);
-  return () => {
-    removeEventListener("keydown", down);
-    removeEventListener("keyup", up);
-  };
+  return listenTo(globalThis, { keydown: down, keyup: up });
 }

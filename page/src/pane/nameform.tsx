@@ -3,6 +3,7 @@
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { useStudio } from "../context";
 import { Form, Input } from "../fields";
+import { listenTo } from "../listen";
 
 export type Way = "rename" | "duplicate";
 
@@ -22,11 +23,9 @@ export function NameForm({ way, name, close }: Props) {
   }, []);
   useLayoutEffect(() => {
     // As soon as the field is there: an effect after the next frame would miss an Escape pressed before it.
-    const leave = (event: KeyboardEvent): void => {
-      if (event.key === "Escape") close(); // even if another element has the focus by then
-    };
-    addEventListener("keydown", leave);
-    return () => removeEventListener("keydown", leave);
+    return listenTo(globalThis, {
+      keydown: ({ key }) => key === "Escape" && close(), // even if another element has the focus by then
+    });
   });
   const wanted = to.trim();
   const useless = wanted === "" || wanted === name || !studio.hasControl;

@@ -1,6 +1,7 @@
 /** The page of a recording: its timeline, what is selected, questions, and what was learned. */
 
 import { useEffect } from "preact/hooks";
+import { listenTo } from "../listen";
 import { useNews } from "../news";
 import { Bar, ReviewButton } from "./parts";
 import { PathView } from "./path";
@@ -47,6 +48,5 @@ export function listen(recording: Recording, suspended = (): boolean => false): 
     else return;
     event.preventDefault();
   };
-  addEventListener("keydown", press);
-  return () => removeEventListener("keydown", press);
+  return listenTo(globalThis, { keydown: press });
 }

@@ -1,0 +1,43 @@
+/** The world as the server shows it: by frames, or by pictures that a body of one's own draws of itself. */
+
+import { decode, pictureIn, type Frame } from "../frame";
+import { News } from "../news";
+import { Motion } from "./motion";
+
+export abstract class SeenWorld {
+  /** Anything but frames. */
+  readonly news = new News();
+  readonly framed = new News();
+  readonly motion = new Motion();
+  /** The newest picture. */
+  image: ImageBitmap | null = null;
+  private pictures = 0;
+  private pictureShown = 0;
+
+  receiveFrame(buffer: ArrayBuffer): void {
+    const picture = pictureIn(buffer);
+    if (picture !== null) {
+      void this.showPicture(picture);
+      return;
+    }
+    const frame = decode(buffer);
+    this.motion.take(frame);
+    this.see(frame);
+    this.framed.tell();
+  }
+
+  /** Keep what is needed of a frame beside where everything is. */
+  protected abstract see(frame: Frame): void;
+
+  /** Show a picture, unless a newer one came while this one was decoded. */
+  private async showPicture(picture: Blob): Promise<void> {
+    this.pictures += 1;
+    const number = this.pictures;
+    const image = await createImageBitmap(picture);
+    if (number < this.pictureShown) return;
+    this.pictureShown = number;
+    this.image?.close();
+    this.image = image;
+    this.framed.tell();
+  }
+}
