@@ -11,6 +11,15 @@ export function Button(props: ButtonProps) {
   return <button type="button" {...props} />;
 }
 
+/** A cross that takes something away; its label says what. */
+export function CloseButton({ label, ...rest }: ButtonProps & { label: string }) {
+  return (
+    <Button aria-label={label} {...rest}>
+      ×
+    </Button>
+  );
+}
+
 interface ControlButtonProps extends ButtonProps {
   /** What a click asks of the server; `onClick` says what else it does. */
   request?: Request;

@@ -1,7 +1,7 @@
 /** Changed decisions after a press or an edit, beyond its own: a line beside the world, and every change in full. */
 
 import { useState } from "preact/hooks";
-import { Button } from "./button";
+import { Button, CloseButton } from "./button";
 import { usePanel, useStudio } from "./context";
 import { edgeOf } from "./graph";
 import type { ChangeSummary } from "./protocol";
@@ -24,9 +24,7 @@ export function ChangeLine() {
       </span>
       {studio.hasControl && <Button onClick={() => void studio.ask({ do: "undo" })}>undo</Button>}
       <Button onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>show me</Button>
-      <Button aria-label="Close" onClick={() => close(now)}>
-        ×
-      </Button>
+      <CloseButton label="Close" onClick={() => close(now)} />
     </div>
   );
 }
@@ -38,9 +36,7 @@ export function ChangeCard() {
   if (!panel.showsChanges || session === null || session.changed === null) return null;
   return (
     <section class="reasons changes" aria-label="What changed">
-      <Button class="link close" aria-label="Close what changed" onClick={() => panel.hideChanges()}>
-        ×
-      </Button>
+      <CloseButton class="link close" label="Close what changed" onClick={() => panel.hideChanges()} />
       <DecisionChanges summary={session.changed} />
     </section>
   );

@@ -1,6 +1,6 @@
 /** The line that says what just happened, with a way back where there is one. */
 
-import { Button } from "./button";
+import { Button, CloseButton } from "./button";
 import { ChangeLine } from "./changes";
 import { useStudio } from "./context";
 import { className, plain } from "./words";
@@ -22,9 +22,7 @@ export function Toast() {
             <Button onClick={() => void studio.ask(undo)}>undo</Button>
           )}
           {notice.tone === "error" && (
-            <Button aria-label="Close" onClick={() => studio.say({ text: "", tone: "" })}>
-              ×
-            </Button>
+            <CloseButton label="Close" onClick={() => studio.say({ text: "", tone: "" })} />
           )}
         </div>
       )}

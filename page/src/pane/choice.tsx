@@ -1,7 +1,7 @@
 /** The form for a new automaton, and for changing the choices: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
-import { Button, ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { findDuplicate } from "../calls";
 import { Prompt } from "../confirm";
 import { usePanel, useStudio } from "../context";
@@ -43,9 +43,7 @@ function Fields({ form, scene }: { form: FormName; scene: Scene }) {
     <Form class="choice" submit={() => void send(false)}>
       <div class="choice-head">
         <h3>{fresh ? "New automaton" : `What ${plain(draft.name)} is about`}</h3>
-        <Button class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
-          ×
-        </Button>
+        <CloseButton class="link" label="Close the form" onClick={() => panel.choose(null)} />
       </div>
       {fresh && (
         <>

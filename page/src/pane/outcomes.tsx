@@ -4,7 +4,7 @@
  */
 
 import { useState } from "preact/hooks";
-import { Button, ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { useStudio } from "../context";
 import { Form, Input, Select } from "../fields";
 import { Progress, Sign, useFirst } from "../lists";
@@ -283,9 +283,7 @@ function Results() {
           <span class="tiny">before the lesson changed; test it again</span>
         )}
         <span class="space" />
-        <Button class="link" aria-label="Close what was tested" onClick={() => lessonTests.clearResults()}>
-          ×
-        </Button>
+        <CloseButton class="link" label="Close what was tested" onClick={() => lessonTests.clearResults()} />
       </div>
       <ul>
         {results.map((each) => (

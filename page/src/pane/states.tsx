@@ -1,7 +1,7 @@
 /** The states of a form: behaviors to choose from and, on request, their names and further states with one behavior. */
 
 import { useState } from "preact/hooks";
-import { Button } from "../button";
+import { Button, CloseButton } from "../button";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
 import { Input } from "../fields";
 import { Choices } from "./fields";
@@ -77,13 +77,11 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
           >
             once more
           </Button>
-          <Button
+          <CloseButton
             class="link"
-            aria-label={`Leave out ${plain(names[index] ?? "")}`}
+            label={`Leave out ${plain(names[index] ?? "")}`}
             onClick={() => choose(chosen.filter((_, at) => at !== index))}
-          >
-            ×
-          </Button>
+          />
         </li>
       ))}
     </ul>

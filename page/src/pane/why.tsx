@@ -1,7 +1,7 @@
 /** The explanation of the present decision: for each level, its conditions and the examples behind it. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { Button, ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
@@ -71,9 +71,7 @@ function Reasons({ close }: { close: () => void }) {
   const { levels, last } = answer;
   return (
     <section class="reasons" aria-label="Why">
-      <Button class="link close" aria-label="Close the explanation" onClick={close}>
-        ×
-      </Button>
+      <CloseButton class="link close" label="Close the explanation" onClick={close} />
       {levels.map((level, depth) => (
         <div key={depth} class="reason" style={{ marginLeft: `${9 * depth}px` }}>
           <p class="tiny">

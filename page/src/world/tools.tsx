@@ -1,7 +1,7 @@
 /** Tools on the world: what is overlaid, nearer and farther, adding things, and what was clicked. */
 
 import { useState } from "preact/hooks";
-import { Button, ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { useStudio } from "../context";
 import { ControlSelect } from "../fields";
 import type { Request } from "../protocol";
@@ -126,9 +126,7 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
           <ControlButton onClick={() => act(removal(mark))}>Remove</ControlButton>
         </>
       )}
-      <Button aria-label="Close" onClick={close}>
-        ×
-      </Button>
+      <CloseButton label="Close" onClick={close} />
     </div>
   );
 }
