@@ -7,14 +7,14 @@ export function Bars() {
   const studio = useStudio();
   if (studio.refusal !== null) {
     return (
-      <div class="bar lost" role="alert">
+      <div class="flex bar lost" role="alert">
         The studio does not let this page in: {studio.refusal}
       </div>
     );
   }
   if (studio.linked === false) {
     return (
-      <div class="bar lost" role="alert">
+      <div class="flex bar lost" role="alert">
         The connection to the studio is lost. The robot is paused, and every press is in the journal. Trying
         again…
       </div>
@@ -22,7 +22,7 @@ export function Bars() {
   }
   if (studio.status === null || studio.hasControl) return null;
   return (
-    <div class="bar" role="status">
+    <div class="flex bar" role="status">
       <span>
         {studio.status.is_controlled
           ? studio.status.can_take_control

@@ -32,7 +32,7 @@ function Card({ tour }: { tour: Tour }) {
   usePointing(advice.at);
   if (studio.status === null) return null;
   return (
-    <section class={className("tour-card", tour.done && "over")} aria-label="Tour">
+    <section class={className("flex", "tour-card", tour.done && "over")} aria-label="Tour">
       <ol class="steps" aria-hidden="true">
         {STEPS.map((name, index) => (
           <li key={name} class={className(index < tour.step && "passed", index === tour.step && "now")} />

@@ -13,7 +13,7 @@ export function Header() {
   const { real } = studio.live;
   const overview = studio.team !== null && studio.view === "team";
   return (
-    <header class="header">
+    <header class="flex header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
       {studio.team !== null && <Views />}
@@ -48,7 +48,7 @@ export function Header() {
 function Views() {
   const studio = useStudio();
   return (
-    <div class="views" role="group" aria-label="View">
+    <div class="segments" role="group" aria-label="View">
       {(["team", "training"] as const).map((each) => (
         <Button key={each} aria-pressed={studio.view === each} onClick={() => studio.switchView(each)}>
           {each === "team" ? "Team" : "Training"}
@@ -125,7 +125,7 @@ function ModeSwitch() {
     ? "It decides, and learns from every press"
     : "You decide; each press is an example";
   return (
-    <div class={className("modes", mode)} role="group" aria-label="Mode">
+    <div class={className("segments", "modes", mode)} role="group" aria-label="Mode">
       {[false, true].map((each) => (
         <ControlButton
           key={String(each)}
@@ -146,7 +146,7 @@ function SaveControls() {
   const { session, status } = studio;
   const saved = status?.library.trained.some(({ name }) => name === session?.name) ?? false;
   return (
-    <div class="save-controls">
+    <div class="flex save-controls">
       {session !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
           <span class={className("dot", (session.unsaved || !saved) && "open")} />

@@ -18,7 +18,7 @@ export function Robots() {
   const team = studio.team !== null;
   const armed = robots.filter((robot) => robot.armed).length;
   return (
-    <div class={className("bar", "robots", all && "armed")} role="group" aria-label="Real robots">
+    <div class={className("flex", "bar", "robots", all && "armed")} role="group" aria-label="Real robots">
       <div class="each" role="status">
         {team && (
           <span>

@@ -52,7 +52,7 @@ function StateButton({ state, session }: { state: State; session: Session }) {
   const key = keyName(state);
   return (
     <ControlButton
-      class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
+      class={className("flex", "state", active && "on", waiting && "waiting", state.flag && "flag")}
       aria-pressed={active}
       data-state={state.name}
       aria-keyshortcuts={key}

@@ -14,7 +14,7 @@ export function TimeControls() {
   const paused = studio.status?.paused ?? false;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
-    <div class="time-controls" role="toolbar" aria-label="Time">
+    <div class="flex time-controls" role="toolbar" aria-label="Time">
       {!real && <Worlds />}
       <ControlButton
         class="pause"

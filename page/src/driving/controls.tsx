@@ -19,14 +19,14 @@ export function Controls({ driving }: { driving: DriveController }) {
   const held = driving.status?.held ?? [];
   const now = new Set(driving.stick.listHeld(held.length));
   return (
-    <section class="controls" aria-label="Driving">
+    <section class="flex controls" aria-label="Driving">
       <StickPad driving={driving} />
       <div class="held">
         {held.map((name, index) => (
           <Button
             key={name}
             aria-pressed={now.has(index)}
-            class={className(now.has(index) && "on")}
+            class={className("flex", now.has(index) && "on")}
             onPointerDown={(event) => {
               event.currentTarget.setPointerCapture(event.pointerId);
               driving.begin();
@@ -100,17 +100,17 @@ function Moment({ driving }: { driving: DriveController }) {
   const last = review?.spans.at(-1);
   if (driving.automatic)
     return (
-      <p class="moment automatic" role="status">
+      <p class="flex moment automatic" role="status">
         <span>
           By itself: <b>{plain(driving.status?.state ?? "")}</b>. Move the stick to take over.
         </span>
       </p>
     );
   if (driving.status?.waiting === true)
-    return <p class="moment soft">Move the stick: the world waits for you.</p>;
+    return <p class="flex moment soft">Move the stick: the world waits for you.</p>;
   if (!driving.driving || last === undefined || review === null) return null;
   return (
-    <p class="moment" role="status">
+    <p class="flex moment" role="status">
       <Swatch label={last.label} review={review} />
       {nameLabel(review, last.label, "no behavior explains this")}
     </p>

@@ -63,7 +63,7 @@ export function AutomatonTab() {
       )}
       <ul class="rules">
         {inner !== null ? (
-          <li class="rule picked">
+          <li class="card rule picked">
             <b class="rule-name">
               {plain(inner.edge.from)} → {plain(inner.edge.to)}
             </b>
@@ -79,7 +79,7 @@ export function AutomatonTab() {
 
 function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boolean }) {
   return (
-    <li class={className("rule", picked && "picked")}>
+    <li class={className("card", "rule", picked && "picked")}>
       <Button class="rule-name" aria-expanded={picked} onClick={() => panel.selectEdge(edgeId(edge))}>
         {plain(edge.from)} → {plain(edge.to)}
       </Button>

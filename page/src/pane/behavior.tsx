@@ -32,11 +32,11 @@ export function Behavior({ trained }: { trained: TrainedBehavior }) {
   return (
     <li
       ref={place}
-      class={className("behavior", here && "on", wanted && "wanted")}
+      class={className("card", "behavior", here && "on", wanted && "wanted")}
       tabIndex={-1}
       aria-current={wanted ? "true" : undefined}
     >
-      <div class="behavior-head">
+      <div class="flex behavior-head">
         <b>
           {plain(name)}
           {parameters.length > 0 && <span class="soft"> ({parameters.join(", ")})</span>}
@@ -64,7 +64,7 @@ export function Behavior({ trained }: { trained: TrainedBehavior }) {
         {formatCount(examples, "example")}
         {runs.length > 0 && `, runs ${runs.map(plain).join(", ")}`}
       </p>
-      <p class="behavior-more">
+      <p class="more">
         {(["rename", "duplicate"] as const).map((way) => (
           <ControlButton
             key={way}

@@ -81,7 +81,7 @@ function Fields({ form, scene }: { form: FormName; scene: Scene }) {
           {plain(hasUnsaved(studio, draft.name) ?? "")}
         </Prompt>
       ) : (
-        <div class="choice-foot">
+        <div class="flex choice-foot">
           <ControlButton type="submit" class="primary" disabled={missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </ControlButton>

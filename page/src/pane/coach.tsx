@@ -142,7 +142,9 @@ function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
   const { error, sentence, remedy, assumptions, examples, can_set_up } = finding;
   return (
-    <li class={className("advice", "finding", "important", error && "error", outcome !== null && "on")}>
+    <li
+      class={className("card", "advice", "finding", "important", error && "error", outcome !== null && "on")}
+    >
       <div class="advice-head">
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
@@ -156,7 +158,7 @@ function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
         </p>
       ))}
       {examples.length > 0 && (
-        <p class="advice-more">
+        <p class="more">
           <Button class="link" onClick={() => panel.showExamples(examples)}>
             show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
           </Button>
@@ -199,7 +201,12 @@ function AdviceItem({ advice, session, again, outcome, setUp }: ItemProps) {
   };
   return (
     <li
-      class={className("advice", (weight > PLAIN || kind === "few") && "important", outcome !== null && "on")}
+      class={className(
+        "card",
+        "advice",
+        (weight > PLAIN || kind === "few") && "important",
+        outcome !== null && "on",
+      )}
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
@@ -209,7 +216,7 @@ function AdviceItem({ advice, session, again, outcome, setUp }: ItemProps) {
       {slip !== null && (
         <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} again={again} />
       )}
-      <p class="advice-more">
+      <p class="more">
         {examples.length > 0 && (
           <Button class="link" onClick={show}>
             show{" "}
@@ -269,7 +276,7 @@ function SlipQuestion({ number, says, session, again }: SlipQuestionProps) {
 function ReactionCard({ late }: { late: ReactionEstimate }) {
   const { reaction_s, sentence } = late;
   return (
-    <section class="advice important late" aria-label="Reaction time">
+    <section class="card advice important late" aria-label="Reaction time">
       <p>{plain(sentence)}</p>
       <p class="choices">
         <ControlButton

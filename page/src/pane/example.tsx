@@ -23,7 +23,7 @@ export function Detail({ example, session, panel }: TableProps & { example: Exam
     return (await studio.change(request, { do: "undo" })).error === undefined;
   };
   return (
-    <div class="detail-row">
+    <div class="flex wrap detail-row">
       <label>
         in{" "}
         <StateSelect

@@ -67,7 +67,7 @@ export function ExportForm({ trained }: { trained: TrainedBehavior }) {
           />
         </p>
       )}
-      <p class="export-foot">
+      <p class="flex export-foot">
         <button type="submit" class="small" disabled={working || to === "" || (asksFile && robot === null)}>
           {working ? "Exporting…" : "Download"}
         </button>

@@ -19,8 +19,8 @@ export function FailuresPart() {
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
   const { worlds, problems, running } = failures;
   return (
-    <section class="outcomes failures" aria-label="Failing worlds">
-      <div class="outcomes-head">
+    <section class="card outcomes failures" aria-label="Failing worlds">
+      <div class="flex wrap outcomes-head">
         <h3>Failing worlds</h3>
         <ControlButton
           class="small"

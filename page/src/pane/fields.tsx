@@ -82,10 +82,14 @@ export function Choices({ legend, offers, chosen, choose, children }: ChoicesPro
       {several.map((offer) => (
         <div class="chips-named" key={offer.name}>
           <span class="cut">{plain(offer.name)}</span>
-          <div class="chips">{offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}</div>
+          <div class="flex wrap chips">
+            {offer.ways.map((way) => chip(way, way.slice(offer.name.length + 1, -1)))}
+          </div>
         </div>
       ))}
-      {alone.length > 0 && <div class="chips">{alone.map(({ ways: [way = ""] }) => chip(way, way))}</div>}
+      {alone.length > 0 && (
+        <div class="flex wrap chips">{alone.map(({ ways: [way = ""] }) => chip(way, way))}</div>
+      )}
       {children}
     </fieldset>
   );

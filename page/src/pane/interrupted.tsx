@@ -11,8 +11,8 @@ export function InterruptedLesson({ left }: { left: InterruptedSession }) {
   const { name, examples } = left;
   const { open, asks } = useOpenAction(studio, name);
   return (
-    <li class="behavior">
-      <div class="behavior-head">
+    <li class="card behavior">
+      <div class="flex behavior-head">
         <b>{plain(name)}</b>
         <span class="space" />
         <ControlButton class="small" aria-label={`Resume ${name}`} onClick={open}>

@@ -15,7 +15,7 @@ export function LessonTab() {
   const contradictions = session.examples.filter((example) => example.contradicts).length;
   return (
     <>
-      <div class="lesson-head">
+      <div class="flex lesson-head">
         <span>{formatCount(session.examples.length, "example")}</span>
         <span class="space" />
         <ControlButton

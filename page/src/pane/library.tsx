@@ -73,7 +73,7 @@ function SaveAs({ name }: { name: string }) {
     setWanted("");
   };
   return (
-    <Form class="save-as" submit={save}>
+    <Form class="flex save-as" submit={save}>
       <label>
         Save {plain(name)} as{" "}
         <Input value={wanted} placeholder="another name" disabled={!studio.hasControl} change={setWanted} />

@@ -33,8 +33,8 @@ function PropertyList({ session }: { session: Session }) {
     ? lessonTests.results?.find(({ name }) => name === session.name)
     : undefined;
   return (
-    <section class="outcomes" aria-label="Properties">
-      <div class="outcomes-head">
+    <section class="card outcomes" aria-label="Properties">
+      <div class="flex wrap outcomes-head">
         <h3>Properties</h3>
         {session.flags.length > 0 && (
           <ControlButton
@@ -92,8 +92,8 @@ function UnseenWorlds({ session }: { session: Session }) {
   if (!studio.live.mapped) return null; // what success is in a body of one's own only the command line is told
   const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
   return (
-    <section class="outcomes" aria-label="Unseen worlds">
-      <div class="outcomes-head">
+    <section class="card outcomes" aria-label="Unseen worlds">
+      <div class="flex wrap outcomes-head">
         <h3>Unseen worlds</h3>
         {running ? (
           <ControlButton class="small" request={{ do: "cancel_evaluation" }}>
@@ -127,7 +127,7 @@ function EvaluationView({ evaluation, session }: { evaluation: Evaluation; sessi
   const { behavior, worlds, result, problem, edition } = evaluation;
   return (
     <section class="tested" aria-label="How often it succeeded" aria-live="polite">
-      <div class="outcomes-head">
+      <div class="flex wrap outcomes-head">
         <b class={className(result === null && "warn")}>
           {result === null
             ? "It could not be tried"
@@ -243,7 +243,7 @@ function PropertyAdder({ session, close }: { session: Session; close: () => void
     if (answer.error === undefined) close();
   };
   return (
-    <Form class="property-adder" submit={() => void addProperty()}>
+    <Form class="flex wrap property-adder" submit={() => void addProperty()}>
       <span>From here,</span>
       <Select aria-label="flag" value={flag} among={session.flags} change={setFlag} />
       <label>
@@ -271,7 +271,7 @@ function Results() {
     otherwise === 0 ? "All as shown" : `${formatCount(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
-      <div class="outcomes-head">
+      <div class="flex wrap outcomes-head">
         <b>
           {lessonTests.testing !== null
             ? "Testing"

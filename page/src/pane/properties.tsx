@@ -24,8 +24,8 @@ export function PropertiesPart() {
   if (properties === null) return null;
   const { rows, problem, testing, finished, total } = properties;
   return (
-    <section class="outcomes properties" aria-label="Properties of the library">
-      <div class="outcomes-head">
+    <section class="card outcomes properties" aria-label="Properties of the library">
+      <div class="flex wrap outcomes-head">
         <h3>Library properties</h3>
         <ControlButton
           class="link"

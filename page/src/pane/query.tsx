@@ -19,9 +19,9 @@ export function QueryPart({ session }: { session: Session }) {
   const { policy, marks } = session.queries;
   return (
     <section class="query" aria-label="Asking">
-      <div class="ask-when">
+      <div class="flex ask-when">
         <span id="ask-when">Ask when unsure</span>
-        <div class="ways" role="group" aria-labelledby="ask-when">
+        <div class="segments ways" role="group" aria-labelledby="ask-when">
           {(Object.keys(WAYS) as QueryPolicy[]).map((each) => (
             <ControlButton
               key={each}
@@ -50,7 +50,7 @@ export function QueryPart({ session }: { session: Session }) {
           {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
             <li key={number}>
               <ControlButton
-                class="link"
+                class="link number"
                 title="Go back to this moment, and answer"
                 request={{ do: "go_to_mark", number }}
               >

@@ -70,7 +70,7 @@ export function SimplifyCard({ session, panel, close }: CardProps) {
     if (answer.error === undefined) close();
   };
   return (
-    <section class="simpler" aria-label="Simplify">
+    <section class="card simpler" aria-label="Simplify">
       <p>
         <b>
           {changes

@@ -22,7 +22,7 @@ export function Versions({ name, count }: { name: string; count: number }) {
     <ul class="versions" aria-label={`Versions of ${name}`}>
       {versions.map(({ number, saved }) => (
         <li key={number}>
-          <div class="behavior-head">
+          <div class="flex behavior-head">
             <Button
               class="link"
               aria-expanded={picked === number}

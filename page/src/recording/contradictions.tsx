@@ -39,7 +39,7 @@ export function Contradictions({ recording, review, learned }: ContradictionsPro
         ))}
       </ul>
       {(contradictions.length > 0 || review.trust !== null) && (
-        <label class="trust">
+        <label class="flex trust">
           Right everywhere else
           <Select
             value={review.trust ?? ""}

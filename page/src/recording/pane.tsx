@@ -59,7 +59,7 @@ function SelectedSpan({ recording, review }: PaneProps) {
             <Button
               key={label}
               disabled={selected === null || recording.busy !== null}
-              class={className("label", ((whole && span.label === index) || now === index) && "on")}
+              class={className("flex", "label", ((whole && span.label === index) || now === index) && "on")}
               aria-pressed={whole && span.label === index}
               onClick={() => void recording.label(index)}
             >

@@ -17,7 +17,7 @@ interface BarProps {
 export function Bar({ title, error, children }: BarProps) {
   return (
     <>
-      <header class="bar">
+      <header class="flex bar">
         <h1 class="logo">Understudy</h1>
         <span class="divider" />
         <b class="cut">{title}</b>

@@ -130,7 +130,7 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
 
   return (
     <section class="timeline-view" aria-label="Timeline">
-      <div class="tools">
+      <div class="flex tools">
         <span class="tiny soft">
           {live
             ? "What explains your commands, about a second after you gave them. Pause to change labels."
