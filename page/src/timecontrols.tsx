@@ -80,7 +80,7 @@ function Time() {
   const studio = useQuietStudio();
   useSlowNews(studio.framed);
   return (
-    <span class="soft time" title="Time in the world">
+    <span class="soft number time" title="Time in the world">
       {formatTime(studio.motion.last?.time ?? 0)}
     </span>
   );

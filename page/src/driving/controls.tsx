@@ -100,7 +100,7 @@ function Moment({ driving }: { driving: DriveController }) {
   const last = review?.spans.at(-1);
   if (driving.automatic)
     return (
-      <p class="flex moment automatic" role="status">
+      <p class="flex moment" role="status">
         <span>
           By itself: <b>{plain(driving.status?.state ?? "")}</b>. Move the stick to take over.
         </span>

@@ -102,7 +102,7 @@ function CoachReportView({ session }: SessionProps) {
       {late !== null && <ReactionCard late={late} />}
       <h3>What to show next</h3>
       {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
-      <ol class="advices" aria-label="Advice">
+      <ol aria-label="Advice">
         {listed.map((each) => (
           <AdviceItem
             key={each.sentence}
@@ -116,7 +116,7 @@ function CoachReportView({ session }: SessionProps) {
       </ol>
       {more}
       {findings.length > 0 && <h3>What a check finds</h3>}
-      <ol class="advices" aria-label="Findings">
+      <ol aria-label="Findings">
         {findings.map((each) => (
           <FindingRow
             key={each.sentence}

@@ -20,7 +20,7 @@ export function LibraryTab() {
     <>
       {session !== null && <SaveAs name={session.name} />}
       {cutOff.length > 0 && (
-        <ul class="behaviors">
+        <ul>
           {cutOff.map((left) => (
             <InterruptedLesson key={left.name} left={left} />
           ))}
@@ -31,16 +31,16 @@ export function LibraryTab() {
           No behavior is saved yet. Teach one and save it: it becomes a state that other automata can use.
         </p>
       )}
-      <ul class="behaviors">
+      <ul>
         {trained.map((each) => (
           <Behavior key={each.name} trained={each} />
         ))}
       </ul>
-      <p class="padded">
+      <p>
         <ControlButton onClick={() => panel.choose("new")}>+ Teach something new</ControlButton>
       </p>
       <h3>Basic behaviors</h3>
-      <p class="padded tiny">{basic.map(plain).join(", ")}</p>
+      <p class="tiny">{basic.map(plain).join(", ")}</p>
       {trash.length > 0 && (
         <>
           <h3>Deleted</h3>
@@ -59,7 +59,7 @@ export function LibraryTab() {
       <Places />
       <h3>As a file</h3>
       <LibraryTransfer />
-      <p class="padded tiny folder">in the folder {folder}</p>
+      <p class="tiny folder">in the folder {folder}</p>
     </>
   );
 }

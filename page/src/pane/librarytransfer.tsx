@@ -33,7 +33,7 @@ export function LibraryTransfer() {
   };
   return (
     <>
-      <p class="padded library-transfer">
+      <p class="library-transfer">
         <Button
           disabled={status === null || status.library.trained.length === 0}
           onClick={() => downloadLibrary(studio)}

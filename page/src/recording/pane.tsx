@@ -24,7 +24,7 @@ export function ReviewPane({ recording, review }: PaneProps) {
       {review.omissions.length > 0 && (
         <section>
           <h3>Left out</h3>
-          <ul class="omissions tiny">
+          <ul class="tiny">
             {review.omissions.map((each) => (
               <li key={each}>{each}</li>
             ))}
@@ -120,7 +120,7 @@ function Proposals({ recording, review }: PaneProps) {
   return (
     <section>
       <h3>Not explained</h3>
-      <ul class="questions proposals">
+      <ul class="questions">
         {review.proposals.map((proposal) => (
           <Proposal key={proposal.description} recording={recording} proposal={proposal} />
         ))}

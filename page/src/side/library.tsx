@@ -20,7 +20,7 @@ export function LibraryList() {
         </summary>
         <p class="tiny list">{basic.map(plain).join(", ")}</p>
       </details>
-      <ul class="rows">
+      <ul>
         {session !== null && !isSaved && (
           <li class="row on">
             <span aria-hidden="true">◆</span>

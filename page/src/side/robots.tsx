@@ -24,7 +24,7 @@ export function RobotList() {
       {scene.squads.length > 0 && <Squads squads={scene.squads} />}
       <section>
         <h2>Robots</h2>
-        <ul class="rows">
+        <ul>
           {few.map((robot) => {
             const trained = sort === null && robot === chosen;
             return (

@@ -40,7 +40,7 @@ interface LevelProps {
 function Level({ squads, opensBelow, turned, toggle }: LevelProps) {
   const studio = useStudio();
   return (
-    <ul class="rows">
+    <ul>
       {squads.map((squad) => {
         const first = opensBelow || squad.below.some((each) => holds(each, studio));
         const open = squad.below.length > 0 && (turned.get(squad.name) ?? first);
