@@ -16,7 +16,7 @@ import type {
   StatusMessage,
   Team,
 } from "./protocol";
-import { SeenWorld } from "./world/seen";
+import { FrameReceiver } from "./world/receiver";
 
 /** The longest time from the choice of another world to its first frame. */
 const LATE_MS = 500;
@@ -42,7 +42,7 @@ export interface Switch {
   at: number;
 }
 
-export class Studio extends SeenWorld implements LinkListener {
+export class Studio extends FrameReceiver implements LinkListener {
   readonly history = new FeatureHistory();
   readonly runHistory = new RunHistory();
   readonly lessonTests = new LessonTests(this);
@@ -160,7 +160,7 @@ export class Studio extends SeenWorld implements LinkListener {
     this.news.tell();
   }
 
-  protected see(frame: Frame): void {
+  protected keepFrame(frame: Frame): void {
     this.current = true;
     this.history.record(frame.tick, frame.features);
     this.runHistory.record(frame.time);

@@ -8,7 +8,7 @@ import type { DriveNews, DriveRequest, Scene, SceneNews } from "../protocol";
 import { Recording } from "../recording/recording";
 import { makeTimer } from "../timer";
 import type { PictureSession } from "../world/picture";
-import { SeenWorld } from "../world/seen";
+import { FrameReceiver } from "../world/receiver";
 import type { WorldSource } from "../world/stage";
 import { readGamepad, Stick } from "./stick";
 
@@ -18,7 +18,7 @@ const AGAIN_MS = 1000;
 const REFUSED = 4403;
 const TAKEN = 4409;
 
-export class DriveController extends SeenWorld implements WorldSource {
+export class DriveController extends FrameReceiver implements WorldSource {
   /** Tells when the stick moves. */
   readonly moved = new News();
   readonly recording = new Recording();
@@ -171,7 +171,7 @@ export class DriveController extends SeenWorld implements WorldSource {
     recording.news.tell();
   }
 
-  protected see(frame: Frame): void {
+  protected keepFrame(frame: Frame): void {
     this.time = frame.time;
   }
 

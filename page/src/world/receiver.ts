@@ -1,10 +1,10 @@
-/** The world as the server shows it: by frames, or by pictures that a body of one's own draws of itself. */
+/** What the server shows of a world: frames, or pictures that a body of one's own draws of itself. */
 
 import { decode, pictureIn, type Frame } from "../frame";
 import { News } from "../news";
 import { Motion } from "./motion";
 
-export abstract class SeenWorld {
+export abstract class FrameReceiver {
   /** Anything but frames. */
   readonly news = new News();
   readonly framed = new News();
@@ -22,12 +22,12 @@ export abstract class SeenWorld {
     }
     const frame = decode(buffer);
     this.motion.take(frame);
-    this.see(frame);
+    this.keepFrame(frame);
     this.framed.tell();
   }
 
   /** Keep what is needed of a frame beside where everything is. */
-  protected abstract see(frame: Frame): void;
+  protected abstract keepFrame(frame: Frame): void;
 
   /** Show a picture, unless a newer one came while this one was decoded. */
   private async showPicture(picture: Blob): Promise<void> {
