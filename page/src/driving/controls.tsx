@@ -3,7 +3,7 @@
 import { useRef } from "preact/hooks";
 import { Button } from "../button";
 import { useNews } from "../news";
-import { nameLabel, Swatch } from "../recording/parts";
+import { nameLabel, Swatch } from "../recording/label";
 import { className, hasKeys, plain } from "../words";
 import type { DriveController } from "./driving";
 import type { Arrow } from "../protocol";

@@ -5,7 +5,7 @@ import { Button } from "../button";
 import { listenTo } from "../listen";
 import { useNews } from "../news";
 import { listen } from "../recording/page";
-import { Bar, ReviewButton } from "../recording/parts";
+import { Bar, ReviewButton } from "../recording/bar";
 import { ReviewPane } from "../recording/pane";
 import { TimelineView } from "../recording/timeline";
 import { hasKeys } from "../words";

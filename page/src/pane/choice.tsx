@@ -11,7 +11,7 @@ import type { Form as FormName } from "../panel";
 import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
-import { Bindings, Choices, Options } from "./fields";
+import { Bindings, Choices, Options } from "./options";
 import { States } from "./states";
 
 export function ChoiceForm({ form }: { form: FormName }) {

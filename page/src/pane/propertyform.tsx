@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Button, ControlButton } from "../button";
 import { useStudio } from "../context";
-import { Field as FormField, Form, Input, Select } from "../fields";
+import { Field, Form, Input, Select } from "../fields";
 import type { PropertyChoicesReply, PropertyFields, PropertyKindName } from "../protocol";
 import type { Studio } from "../studio";
 
@@ -108,30 +108,30 @@ export function PropertyForm({ name, fields, close }: FormProps) {
       submit={() => void save()}
     >
       {name === null && (
-        <Field label="Name" mistake={mistakeOf("name")}>
+        <PropertyField label="Name" mistake={mistakeOf("name")}>
           <Input value={called} placeholder="clear-of-the-station" maxLength={150} change={call} />
-        </Field>
+        </PropertyField>
       )}
-      <Field label="Behavior" mistake={mistakeOf("behavior")}>
+      <PropertyField label="Behavior" mistake={mistakeOf("behavior")}>
         <Choice
           value={draft.behavior}
           among={choices?.behaviors.map((each) => each.name) ?? []}
           choose={(behavior) => set({ behavior })}
         />
-      </Field>
+      </PropertyField>
       {parameters.map((each) => (
-        <Field key={each} label={`Target ${each}`} mistake={mistakeOf("targets")}>
+        <PropertyField key={each} label={`Target ${each}`} mistake={mistakeOf("targets")}>
           <Choice
             value={targets[each] ?? ""}
             among={bindable}
             choose={(target) => set({ targets: { ...targets, [each]: target } })}
           />
-        </Field>
+        </PropertyField>
       ))}
-      <Field label="World" mistake={mistakeOf("world")}>
+      <PropertyField label="World" mistake={mistakeOf("world")}>
         <Choice value={draft.world} among={choices?.worlds ?? []} choose={(world) => set({ world })} />
-      </Field>
-      <Field label="Claim" mistake={mistakeOf("kind")}>
+      </PropertyField>
+      <PropertyField label="Claim" mistake={mistakeOf("kind")}>
         <Select
           value={draft.kind}
           among={Object.entries(KINDS).map(([kind, [name]]) => [kind, name])}
@@ -141,11 +141,11 @@ export function PropertyForm({ name, fields, close }: FormProps) {
             set({ kind, seconds, limit_s: kind === "always" ? null : draft.limit_s });
           }}
         />
-      </Field>
+      </PropertyField>
       {draft.kind !== "never" && (
-        <Field label="Time, s" mistake={mistakeOf("seconds")}>
+        <PropertyField label="Time, s" mistake={mistakeOf("seconds")}>
           <NumberInput value={draft.seconds} change={(seconds) => set({ seconds })} />
-        </Field>
+        </PropertyField>
       )}
       {draft.kind !== "progress" && (
         <ConditionField
@@ -156,29 +156,29 @@ export function PropertyForm({ name, fields, close }: FormProps) {
           change={(condition) => set({ condition })}
         />
       )}
-      <Field
+      <PropertyField
         label="Seeds"
         hint="A number of worlds, [1, 4], or { first = 1000, count = 500 }"
         mistake={mistakeOf("seeds")}
       >
         <Input value={draft.seeds} change={(seeds) => set({ seeds })} />
-      </Field>
+      </PropertyField>
       {draft.kind !== "always" && (
-        <Field
+        <PropertyField
           label="Limit, s"
           hint="Of each world; that of the world if empty"
           mistake={mistakeOf("limit_s")}
         >
           <NumberInput value={draft.limit_s} change={(limit_s) => set({ limit_s })} />
-        </Field>
+        </PropertyField>
       )}
-      <Field
+      <PropertyField
         label="At least"
         hint="A share of the worlds, such as 0.95; all if empty"
         mistake={mistakeOf("at_least")}
       >
         <NumberInput value={draft.at_least} change={(at_least) => set({ at_least })} />
-      </Field>
+      </PropertyField>
       <MistakeLine mistake={mistakeOf("")} />
       <p class="choices">
         <ControlButton type="submit" class="small primary" disabled={saving || called.trim() === ""}>
@@ -199,10 +199,10 @@ interface FieldProps {
   children: ComponentChildren;
 }
 
-function Field({ label, hint, mistake, children }: FieldProps) {
+function PropertyField({ label, hint, mistake, children }: FieldProps) {
   return (
     <>
-      <FormField label={label}>{children}</FormField>
+      <Field label={label}>{children}</Field>
       {hint !== undefined && <p class="tiny">{hint}</p>}
       <MistakeLine mistake={mistake} />
     </>
@@ -235,7 +235,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
   };
   return (
     <>
-      <Field label={label} mistake={null}>
+      <PropertyField label={label} mistake={null}>
         <textarea
           rows={2}
           value={draft.condition}
@@ -243,8 +243,8 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
           maxLength={1000}
           onInput={(event) => change(event.currentTarget.value.replaceAll("\n", " "))}
         />
-      </Field>
-      <Field label="" mistake={mistake}>
+      </PropertyField>
+      <PropertyField label="" mistake={mistake}>
         <select
           class="small"
           aria-label="Add to the condition"
@@ -267,7 +267,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
             </optgroup>
           ))}
         </select>
-      </Field>
+      </PropertyField>
     </>
   );
 }

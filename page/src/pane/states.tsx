@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import { Button, CloseButton } from "../button";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
 import { Input } from "../fields";
-import { Choices } from "./fields";
+import { Choices } from "./options";
 import { plain } from "../words";
 
 interface StatesProps {

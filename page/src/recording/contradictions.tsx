@@ -4,7 +4,7 @@ import { Button } from "../button";
 import { Select } from "../fields";
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
-import { ReviewButton } from "./parts";
+import { ReviewButton } from "./bar";
 import { around, type Recording } from "./recording";
 
 interface ContradictionsProps {

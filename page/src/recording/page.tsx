@@ -3,7 +3,7 @@
 import { useEffect } from "preact/hooks";
 import { listenTo } from "../listen";
 import { useNews } from "../news";
-import { Bar, ReviewButton } from "./parts";
+import { Bar, ReviewButton } from "./bar";
 import { PathView } from "./path";
 import { filesIn, type Recording } from "./recording";
 import { ReviewPane } from "./pane";

@@ -7,7 +7,8 @@ import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
 import type { Recording } from "./recording";
-import { nameLabel, ReviewButton, Swatch } from "./parts";
+import { ReviewButton } from "./bar";
+import { nameLabel, Swatch } from "./label";
 
 interface PaneProps {
   recording: Recording;

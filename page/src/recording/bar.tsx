@@ -1,11 +1,9 @@
-/** What the pages of a recording and of a drive share: their bar, and buttons about what is reviewed. */
+/** The bar of the pages of a recording and of a drive, and the buttons that change what is reviewed. */
 
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { Button } from "../button";
-import type { Review, ReviewRequest } from "../protocol";
-import { plain } from "../words";
+import type { ReviewRequest } from "../protocol";
 import type { Recording } from "./recording";
-import { swatch } from "./scale";
 
 interface BarProps {
   title: ComponentChildren;
@@ -48,13 +46,4 @@ export function ReviewButton({ recording, request, disabled = false, ...rest }: 
       onClick={() => void (request !== undefined && recording.ask(request))}
     />
   );
-}
-
-export function Swatch({ label, review }: { label: number; review: Review }) {
-  return <span class="swatch" style={{ background: swatch(label, review.labels.length) }} />;
-}
-
-/** The name of a label; the last one is of no behavior. */
-export function nameLabel({ labels }: Review, label: number, none = "none of these"): string {
-  return label === labels.length - 1 ? none : plain(labels[label] ?? "");
 }
