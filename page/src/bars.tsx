@@ -1,19 +1,20 @@
 /** Bars under the header: the connection is lost; another person directs. */
 
+import { Button } from "./button";
 import { useStudio } from "./context";
 
 export function Bars() {
   const studio = useStudio();
   if (studio.refusal !== null) {
     return (
-      <div class="bar lost" role="alert">
+      <div class="flex bar lost" role="alert">
         The studio does not let this page in: {studio.refusal}
       </div>
     );
   }
   if (studio.linked === false) {
     return (
-      <div class="bar lost" role="alert">
+      <div class="flex bar lost" role="alert">
         The connection to the studio is lost. The robot is paused, and every press is in the journal. Trying
         again…
       </div>
@@ -21,7 +22,7 @@ export function Bars() {
   }
   if (studio.status === null || studio.hasControl) return null;
   return (
-    <div class="bar" role="status">
+    <div class="flex bar" role="status">
       <span>
         {studio.status.is_controlled
           ? studio.status.can_take_control
@@ -30,9 +31,9 @@ export function Bars() {
           : "No one is in control. Take control to teach the robot."}
       </span>
       {studio.status.can_take_control && (
-        <button type="button" class="small" onClick={() => void studio.ask({ do: "take_control" })}>
+        <Button class="small" onClick={() => void studio.ask({ do: "take_control" })}>
           Take control
-        </button>
+        </Button>
       )}
     </div>
   );

@@ -1,10 +1,26 @@
-/** Buttons that change the session. */
+/** Buttons: any, and those that change the session. */
 
 import type { ButtonHTMLAttributes } from "preact";
 import { useStudio } from "./context";
 import type { Request } from "./protocol";
 
-interface ControlButtonProps extends ButtonHTMLAttributes<HTMLButtonElement> {
+type ButtonProps = ButtonHTMLAttributes<HTMLButtonElement>;
+
+/** A button that submits no form. */
+export function Button(props: ButtonProps) {
+  return <button type="button" {...props} />;
+}
+
+/** A cross that takes something away; its label says what. */
+export function CloseButton({ label, ...rest }: ButtonProps & { label: string }) {
+  return (
+    <Button aria-label={label} {...rest}>
+      ×
+    </Button>
+  );
+}
+
+interface ControlButtonProps extends ButtonProps {
   /** What a click asks of the server; `onClick` says what else it does. */
   request?: Request;
   /** The request that takes it back, which is offered beside the answer. */
@@ -19,8 +35,7 @@ export function ControlButton({ request, back, disabled = false, onClick, ...res
     void (back === undefined ? studio.ask(request) : studio.change(request, back));
   };
   return (
-    <button
-      type="button"
+    <Button
       {...rest}
       disabled={disabled || !studio.hasControl}
       onClick={request === undefined ? onClick : ask}

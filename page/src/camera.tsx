@@ -1,9 +1,11 @@
 /** What a real robot's camera sees, and teaching it a color by clicking on a thing. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
+import { Button } from "./button";
 import { useStudio } from "./context";
+import { Select } from "./fields";
 import type { Studio } from "./studio";
-import { className, plain } from "./words";
+import { className } from "./words";
 
 const EVERY_MS = 200;
 const NUMBER = "X-Image";
@@ -24,15 +26,16 @@ export function CameraView() {
   if (robot === undefined) return null;
   return (
     <section class="camera" aria-label="Camera">
-      <button type="button" class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
+      <Button class="fold" aria-expanded={open} onClick={() => setOpen(!open)}>
         Camera{eyes.length > 1 && ` of ${studio.scene?.real_robots[robot] ?? ""}`}
-      </button>
-      {open && <Picture key={robot} studio={studio} robot={robot} />}
+      </Button>
+      {open && <Picture key={robot} robot={robot} />}
     </section>
   );
 }
 
-function Picture({ studio, robot }: { studio: Studio; robot: number }) {
+function Picture({ robot }: { robot: number }) {
+  const studio = useStudio();
   const image = useImages(studio, robot);
   const [name, setName] = useState(studio.scene?.targets[0] ?? "");
   const [points, setPoints] = useState<readonly Point[]>([]);
@@ -71,15 +74,8 @@ function Picture({ studio, robot }: { studio: Studio; robot: number }) {
       )}
       {studio.hasControl && (
         <label class="soft">
-          Click on the{" "}
-          <select value={name} onChange={(event) => choose(event.currentTarget.value)}>
-            {(studio.scene?.targets ?? []).map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>{" "}
-          to show its color
+          Click on the <Select value={name} among={studio.scene?.targets ?? []} change={choose} /> to show its
+          color
         </label>
       )}
     </>

@@ -1,6 +1,7 @@
 /** Changed decisions after a press or an edit, beyond its own: a line beside the world, and every change in full. */
 
 import { useState } from "preact/hooks";
+import { Button, CloseButton } from "./button";
 import { usePanel, useStudio } from "./context";
 import { edgeOf } from "./graph";
 import type { ChangeSummary } from "./protocol";
@@ -21,17 +22,9 @@ export function ChangeLine() {
       <span>
         <b>Changed:</b> {plain(line)}
       </span>
-      {studio.hasControl && (
-        <button type="button" onClick={() => void studio.ask({ do: "undo" })}>
-          undo
-        </button>
-      )}
-      <button type="button" onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>
-        show me
-      </button>
-      <button type="button" aria-label="Close" onClick={() => close(now)}>
-        ×
-      </button>
+      {studio.hasControl && <Button onClick={() => void studio.ask({ do: "undo" })}>undo</Button>}
+      <Button onClick={() => panel.showChanges(edgeOf(session.edges, changes[0]))}>show me</Button>
+      <CloseButton label="Close" onClick={() => close(now)} />
     </div>
   );
 }
@@ -43,14 +36,7 @@ export function ChangeCard() {
   if (!panel.showsChanges || session === null || session.changed === null) return null;
   return (
     <section class="reasons changes" aria-label="What changed">
-      <button
-        type="button"
-        class="link close"
-        aria-label="Close what changed"
-        onClick={() => panel.hideChanges()}
-      >
-        ×
-      </button>
+      <CloseButton class="link close" label="Close what changed" onClick={() => panel.hideChanges()} />
       <DecisionChanges summary={session.changed} />
     </section>
   );
@@ -63,22 +49,27 @@ export function DecisionChanges({ summary }: { summary: ChangeSummary }) {
       {summary.changes.map(({ state, next, said, was, now }) => (
         <div class="moved" key={`${state} ${next}`}>
           <p>{plain(said)}</p>
-          {was
-            .filter((when) => !now.includes(when))
-            .map((when) => (
-              <p key={when} class="change gone">
-                − {plain(when)}
-              </p>
-            ))}
-          {now
-            .filter((when) => !was.includes(when))
-            .map((when) => (
-              <p key={when} class="change new">
-                + {plain(when)}
-              </p>
-            ))}
+          <ConditionChanges was={was} now={now} />
         </div>
       ))}
+    </>
+  );
+}
+
+/** The conditions that are gone, and those that are new. */
+export function ConditionChanges({ was, now }: { was: readonly string[]; now: readonly string[] }) {
+  const list = (sign: string, name: string, these: readonly string[], others: readonly string[]) =>
+    these
+      .filter((when) => !others.includes(when))
+      .map((when) => (
+        <p key={sign + when} class={`change ${name}`}>
+          {sign} {plain(when)}
+        </p>
+      ));
+  return (
+    <>
+      {list("−", "gone", was, now)}
+      {list("+", "new", now, was)}
     </>
   );
 }

@@ -1,5 +1,6 @@
-/** A question in place of a button: what would happen, and the two answers. */
+/** Questions in place, never over the running world: in place of a button, and before something is left behind. */
 
+import { Button } from "./button";
 import type { ComponentChildren } from "preact";
 
 interface ConfirmProps {
@@ -17,8 +18,7 @@ export function Confirm({ children, label, disabled = false, onConfirm, onClose 
   return (
     <>
       {children}
-      <button
-        type="button"
+      <Button
         class="primary"
         disabled={disabled}
         onClick={() => {
@@ -27,10 +27,34 @@ export function Confirm({ children, label, disabled = false, onConfirm, onClose 
         }}
       >
         {label}
-      </button>
-      <button type="button" onClick={onClose}>
-        Cancel
-      </button>
+      </Button>
+      <Button onClick={onClose}>Cancel</Button>
     </>
+  );
+}
+
+interface PromptProps {
+  children: ComponentChildren;
+  /** What each answer does, by the words on its button. */
+  answers: Readonly<Record<string, () => void>>;
+  /** Take the question away, where that is an answer, too. */
+  onClose?: () => void;
+}
+
+export function Prompt({ children, answers, onClose }: PromptProps) {
+  return (
+    <div class="prompt" role="alert">
+      <p>{children}</p>
+      {Object.entries(answers).map(([answer, act]) => (
+        <Button key={answer} class="small" onClick={act}>
+          {answer}
+        </Button>
+      ))}
+      {onClose !== undefined && (
+        <Button class="link" onClick={onClose}>
+          not now
+        </Button>
+      )}
+    </div>
   );
 }

@@ -1,5 +1,6 @@
 /** A gamepad: what each of its buttons does. The browser tells of one once a button of it was pressed. */
 
+import { listenTo } from "./listen";
 import { News } from "./news";
 import type { Arrow } from "./protocol";
 import type { Studio } from "./studio";
@@ -19,15 +20,20 @@ const ACTS: Readonly<Record<number, PadAction>> = {
   3: "toggle_mode",
   9: "pause",
 };
-const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
+/** The directional pad. */
+export const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
 /** How far the stick is to lean before it counts, and back before it counts again. */
 const LEANS = 0.6;
 const RESTS = 0.4;
 const NOTHING: PadInput = { buttons: new Set(), way: null };
 
+export function listPressed(buttons: Gamepad["buttons"]): number[] {
+  return buttons.flatMap(({ pressed }, index) => (pressed ? [index] : []));
+}
+
 /** What is held now; a stick that leans already may lean a little less. */
 export function readInput(pad: Pick<Gamepad, "axes" | "buttons">, before: PadInput): PadInput {
-  const pressed = pad.buttons.flatMap(({ pressed }, index) => (pressed ? [index] : []));
+  const pressed = listPressed(pad.buttons);
   const [x = 0, y = 0] = pad.axes;
   const cross = pressed.map((index) => PADS[index]).find((way) => way !== undefined);
   return { buttons: new Set(pressed), way: cross ?? readArrow(x, y, before.way) };
@@ -63,10 +69,10 @@ export class Pad {
     const come = (): void => {
       if (this.timer === 0) look();
     };
-    addEventListener("gamepadconnected", come);
+    const stop = listenTo(globalThis, { gamepadconnected: come });
     if (navigator.getGamepads?.().some((pad) => pad !== null)) come();
     return () => {
-      removeEventListener("gamepadconnected", come);
+      stop();
       this.rest();
     };
   }

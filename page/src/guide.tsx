@@ -1,6 +1,7 @@
 /** The card of the tour: what to do next, under the world, so that it never covers the robot; a ring around what to press. */
 
 import { useEffect, useRef } from "preact/hooks";
+import { Button } from "./button";
 import { usePanel, useStudio, useTour } from "./context";
 import { useSlowNews } from "./news";
 import type { Session, State } from "./protocol";
@@ -31,7 +32,7 @@ function Card({ tour }: { tour: Tour }) {
   usePointing(advice.at);
   if (studio.status === null) return null;
   return (
-    <section class={className("tour-card", tour.done && "over")} aria-label="Tour">
+    <section class={className("flex", "tour-card", tour.done && "over")} aria-label="Tour">
       <ol class="steps" aria-hidden="true">
         {STEPS.map((name, index) => (
           <li key={name} class={className(index < tour.step && "passed", index === tour.step && "now")} />
@@ -41,9 +42,9 @@ function Card({ tour }: { tour: Tour }) {
         <b>{tour.done ? "Done" : `${tour.step + 1} of ${STEPS.length}: ${STEPS[tour.step]}`}.</b>{" "}
         {advice.text}
       </p>
-      <button type="button" class="small" onClick={() => tour.leave()}>
+      <Button class="small" onClick={() => tour.leave()}>
         {tour.done ? "Close" : "Leave the tour"}
-      </button>
+      </Button>
     </section>
   );
 }
@@ -53,9 +54,9 @@ export function ResumeTour() {
   const tour = useTour();
   if (!tour.left) return null;
   return (
-    <button type="button" class="row soft" onClick={() => tour.begin(false)}>
+    <Button class="row soft" onClick={() => tour.begin(false)}>
       Resume the tour
-    </button>
+    </Button>
   );
 }
 

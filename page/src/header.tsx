@@ -1,10 +1,10 @@
 /** The header: what is trained and where, time, mode, saving. */
 
 import { useRef, useState } from "preact/hooks";
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { useStudio } from "./context";
+import { ControlSelect } from "./fields";
 import { TimeControls } from "./timecontrols";
-import type { Studio } from "./studio";
 import { className, plain } from "./words";
 
 export function Header() {
@@ -13,10 +13,10 @@ export function Header() {
   const { real } = studio.live;
   const overview = studio.team !== null && studio.view === "team";
   return (
-    <header class="header">
+    <header class="flex header">
       <h1 class="logo">Understudy</h1>
       <span class="divider" />
-      {studio.team !== null && <Views studio={studio} />}
+      {studio.team !== null && <Views />}
       {overview ? null : (
         <>
           <span class="what cut">
@@ -33,36 +33,33 @@ export function Header() {
           </span>
         </>
       )}
-      {scene !== null && !real && <WorldPlace studio={studio} scenario={scene.scenario} />}
+      {scene !== null && !real && <WorldPlace scenario={scene.scenario} />}
       {real && studio.team === null && <span class="soft">on {scene?.real_robots.join(", ")}</span>}
       <span class="space" />
-      {!overview && <TimeControls studio={studio} />}
+      {!overview && <TimeControls />}
       <span class="space" />
-      {!overview && session !== null && <ModeSwitch studio={studio} />}
-      <SaveControls studio={studio} />
+      {!overview && session !== null && <ModeSwitch />}
+      <SaveControls />
     </header>
   );
 }
 
 /** Whether the page shows the running team, or the training of one of its agents. */
-function Views({ studio }: { studio: Studio }) {
+function Views() {
+  const studio = useStudio();
   return (
-    <div class="views" role="group" aria-label="View">
+    <div class="segments" role="group" aria-label="View">
       {(["team", "training"] as const).map((each) => (
-        <button
-          type="button"
-          key={each}
-          aria-pressed={studio.view === each}
-          onClick={() => studio.switchView(each)}
-        >
+        <Button key={each} aria-pressed={studio.view === each} onClick={() => studio.switchView(each)}>
           {each === "team" ? "Team" : "Training"}
-        </button>
+        </Button>
       ))}
     </div>
   );
 }
 
-function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) {
+function WorldPlace({ scenario }: { scenario: string }) {
+  const studio = useStudio();
   const seed = studio.status?.seed ?? studio.scene?.seed ?? null;
   const [typed, setTyped] = useState<string | null>(null);
   const edited = useRef(false);
@@ -86,24 +83,13 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
       {studio.status?.places.can_save === true ? (
         <label class="where">
           in{" "}
-          <select
+          <ControlSelect
             value={scenario}
+            among={studio.status.places.worlds}
             aria-label="Scenario"
-            disabled={!studio.hasControl}
             title="Another scenario; more in the tab Library"
-            onChange={(event) => {
-              const name = event.currentTarget.value;
-              event.currentTarget.value = scenario; // until the server says so
-              event.currentTarget.blur();
-              void studio.ask({ do: "open_world", name, discard: false });
-            }}
-          >
-            {studio.status.places.worlds.map((each) => (
-              <option key={each} value={each}>
-                {plain(each)}
-              </option>
-            ))}
-          </select>
+            change={(name) => void studio.ask({ do: "open_world", name, discard: false })}
+          />
         </label>
       ) : (
         <span class="cut">in {studio.live.mapped ? plain(scenario) : scenario},</span>
@@ -131,14 +117,15 @@ function WorldPlace({ studio, scenario }: { studio: Studio; scenario: string }) 
   );
 }
 
-function ModeSwitch({ studio }: { studio: Studio }) {
+function ModeSwitch() {
+  const studio = useStudio();
   const mode = studio.session?.mode ?? "live";
   const tries = mode === "testing";
   const teaching = studio.session?.live
     ? "It decides, and learns from every press"
     : "You decide; each press is an example";
   return (
-    <div class={className("modes", mode)} role="group" aria-label="Mode">
+    <div class={className("segments", "modes", mode)} role="group" aria-label="Mode">
       {[false, true].map((each) => (
         <ControlButton
           key={String(each)}
@@ -154,11 +141,12 @@ function ModeSwitch({ studio }: { studio: Studio }) {
   );
 }
 
-function SaveControls({ studio }: { studio: Studio }) {
+function SaveControls() {
+  const studio = useStudio();
   const { session, status } = studio;
   const saved = status?.library.trained.some(({ name }) => name === session?.name) ?? false;
   return (
-    <div class="save-controls">
+    <div class="flex save-controls">
       {session !== null && (
         <span class="soft" title="Every press is written to a journal at once, so nothing is ever lost.">
           <span class={className("dot", (session.unsaved || !saved) && "open")} />
@@ -166,13 +154,9 @@ function SaveControls({ studio }: { studio: Studio }) {
         </span>
       )}
       {(status?.viewers ?? 1) > 1 && studio.hasControl && (
-        <button
-          type="button"
-          title="Hand over control"
-          onClick={() => void studio.ask({ do: "release_control" })}
-        >
+        <Button title="Hand over control" onClick={() => void studio.ask({ do: "release_control" })}>
           Hand over
-        </button>
+        </Button>
       )}
       {session !== null && (
         <ControlButton

@@ -1,15 +1,17 @@
 /** The keys: what each does while no text field has the focus. */
 
-import type { State } from "./protocol";
+import { listenTo } from "./listen";
+import type { Arrow, State } from "./protocol";
 import type { Studio } from "./studio";
 
-const ARROWS: Readonly<Record<string, string>> = {
+export const ARROWS: Readonly<Record<string, Arrow>> = {
   ArrowUp: "up",
   ArrowDown: "down",
   ArrowLeft: "left",
   ArrowRight: "right",
 };
-const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, [contenteditable]";
+/** Where letters are typed. */
+export const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, [contenteditable]";
 const OWN_SPACE = "button, a, summary, input, [role=button], [role=tab], [tabindex='0']:not(canvas)";
 const OWN_ARROWS = "[role=tablist], [role=radiogroup], input";
 
@@ -17,8 +19,7 @@ export function listenToKeys(studio: Studio): () => void {
   const listener = (event: KeyboardEvent): void => {
     if (act(studio, event)) event.preventDefault();
   };
-  addEventListener("keydown", listener);
-  return () => removeEventListener("keydown", listener);
+  return listenTo(globalThis, { keydown: listener });
 }
 
 /** Whether the key did something here. */

@@ -8,7 +8,7 @@ export function Latency() {
   const { whole, server } = latency;
   const inside = server === null ? "" : `; ${server.toFixed(1)} ms of it in the studio`;
   return (
-    <span class="tiny latency" title={`From the key until the press was in the journal${inside}`}>
+    <span class="tiny number latency" title={`From the key until the press was in the journal${inside}`}>
       Saved in {whole.toFixed(whole < 10 ? 1 : 0)} ms
     </span>
   );

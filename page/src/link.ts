@@ -25,10 +25,7 @@ export class Link {
   constructor(private readonly listener: LinkListener) {}
 
   open(): void {
-    const here = this.address("ws");
-    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(here.href);
-    socket.binaryType = "arraybuffer";
+    const socket = openSocket(this.address("ws"));
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
       this.listener.setConnected(true);
@@ -88,14 +85,27 @@ export class Link {
     this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
   }
 
-  /** Where the server's `path` is, for this page: with its token and its key. */
+  /** Where the server's `path` is for this page, with its key. */
   address(path: string): URL {
-    const here = new URL(path, document.baseURI);
-    const token = new URL(location.href).searchParams.get("token");
-    if (token !== null) here.searchParams.set("token", token);
+    const here = serverAddress(path);
     if (this.key !== null) here.searchParams.set("key", this.key);
     return here;
   }
+}
+
+/** Where the server's `path` is for this page, with the token that lets it in. */
+export function serverAddress(path: string): URL {
+  const here = new URL(path, document.baseURI);
+  const token = new URL(location.href).searchParams.get("token");
+  if (token !== null) here.searchParams.set("token", token);
+  return here;
+}
+
+export function openSocket(address: URL): WebSocket {
+  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  const socket = new WebSocket(address.href);
+  socket.binaryType = "arraybuffer";
+  return socket;
 }
 
 /** A message of the server from its text; null where this page does not know its sort. */

@@ -1,12 +1,13 @@
 /** Real robots: the page says that it is there, stops them on Escape, and lets them move while a key is held. */
 
+import { TYPES } from "./keys";
+import { listenTo } from "./listen";
 import type { Studio } from "./studio";
 import { makeTimer } from "./timer";
 
 /** The key that is held where robots move only while one is. */
 export const HOLD = "h";
 const EVERY_MS = 150;
-const TYPES = "input:not([type=checkbox]):not([type=radio]), textarea, select, [contenteditable]";
 
 export class Live {
   holding = false;
@@ -40,7 +41,7 @@ export class Live {
         this.hold(false);
         if (!event.repeat) void this.studio.ask({ do: "stop" });
       }
-      const typing = event.target instanceof Element && event.target.closest(TYPES) !== null;
+      const typing = event.target instanceof Element && event.target.closest(`select, ${TYPES}`) !== null;
       // Beside these the system may keep to itself that the key was let go.
       if (event.ctrlKey || event.metaKey || event.altKey) this.hold(false);
       else if (event.key.toLowerCase() === HOLD && !typing && !event.repeat) this.hold(true);
@@ -49,20 +50,13 @@ export class Live {
       if (event.key.toLowerCase() === HOLD) this.hold(false);
     };
     const away = (): void => this.hold(false);
-    addEventListener("keydown", down, true);
-    addEventListener("keyup", up, true);
-    addEventListener("blur", away);
-    addEventListener("contextmenu", away, true);
-    document.addEventListener("visibilitychange", away);
-    return () => {
-      stop();
-      turn(false);
-      removeEventListener("keydown", down, true);
-      removeEventListener("keyup", up, true);
-      removeEventListener("blur", away);
-      removeEventListener("contextmenu", away, true);
-      document.removeEventListener("visibilitychange", away);
-    };
+    const ends = [
+      stop,
+      () => turn(false),
+      listenTo(globalThis, { keydown: down, keyup: up, blur: away, contextmenu: away }, { capture: true }),
+      listenTo(document, { visibilitychange: away }),
+    ];
+    return () => ends.forEach((end) => end());
   }
 
   /** The person holds the key or the button, or lets go. */

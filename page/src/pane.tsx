@@ -1,6 +1,7 @@
 /** The right column: a form while one is open, else the tabs Automaton, Lesson, Coach, Library. */
 
 import { useEffect, useRef } from "preact/hooks";
+import { Button } from "./button";
 import { usePanel, useStudio } from "./context";
 import { AutomatonTab } from "./pane/automaton";
 import { ChoiceForm } from "./pane/choice";
@@ -34,8 +35,7 @@ export function Pane() {
     <section class="pane" aria-label="Automaton, lesson, coach and library">
       <div class="tabs" role="tablist" onKeyDown={(event) => turnPage(panel, event)}>
         {TABS.map((tab) => (
-          <button
-            type="button"
+          <Button
             key={tab}
             role="tab"
             id={`tab-${tab}`}
@@ -46,7 +46,7 @@ export function Pane() {
           >
             {NAMES[tab]}
             {counts[tab] !== undefined && <span class="soft"> {counts[tab]}</span>}
-          </button>
+          </Button>
         ))}
       </div>
       <ScoreLine />

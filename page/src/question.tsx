@@ -21,7 +21,7 @@ export function QuestionCard() {
     void (state === session.state ? studio.confirm(event.timeStamp) : studio.press(state, event.timeStamp));
   };
   return (
-    <section class="question-card" role="status" aria-label="Question of the robot">
+    <section class="flex wrap question-card" role="status" aria-label="Question of the robot">
       <p>
         {plain(question.sentence)} <span class="soft">Press it below.</span>
       </p>

@@ -1,7 +1,7 @@
 /** The bar of real robots: what each is up to, arming, holding, and the emergency stop. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import { HOLD } from "./live";
@@ -18,7 +18,7 @@ export function Robots() {
   const team = studio.team !== null;
   const armed = robots.filter((robot) => robot.armed).length;
   return (
-    <div class={className("bar", "robots", all && "armed")} role="group" aria-label="Real robots">
+    <div class={className("flex", "bar", "robots", all && "armed")} role="group" aria-label="Real robots">
       <div class="each" role="status">
         {team && (
           <span>
@@ -65,15 +65,14 @@ export function Robots() {
           {all ? "Armed" : team ? "Arm all…" : "Arm"}
         </ControlButton>
       )}
-      <button
-        type="button"
+      <Button
         class="stop"
         aria-keyshortcuts="Escape"
         title="Stop at once"
         onClick={() => void studio.ask({ do: "stop" })}
       >
         ■ STOP{team && " all"} <kbd aria-hidden="true">Esc</kbd>
-      </button>
+      </Button>
     </div>
   );
 }

@@ -3,7 +3,6 @@
 import { ControlButton } from "./button";
 import { useStudio } from "./context";
 import type { Session, State } from "./protocol";
-import type { Studio } from "./studio";
 import { className, keyName, plain } from "./words";
 
 export function StateButtons() {
@@ -19,7 +18,7 @@ export function StateButtons() {
     >
       <div class="states">
         {session.states.map((state) => (
-          <StateButton key={state.name} state={state} studio={studio} session={session} />
+          <StateButton key={state.name} state={state} session={session} />
         ))}
       </div>
       <div class="confirm-buttons">
@@ -46,13 +45,14 @@ export function StateButtons() {
   );
 }
 
-function StateButton({ state, studio, session }: { state: State; studio: Studio; session: Session }) {
+function StateButton({ state, session }: { state: State; session: Session }) {
+  const studio = useStudio();
   const active = session.state === state.name;
   const waiting = session.pending === state.name || studio.asking === state.name;
   const key = keyName(state);
   return (
     <ControlButton
-      class={className("state", active && "on", waiting && "waiting", state.flag && "flag")}
+      class={className("flex", "state", active && "on", waiting && "waiting", state.flag && "flag")}
       aria-pressed={active}
       data-state={state.name}
       aria-keyshortcuts={key}

@@ -1,10 +1,9 @@
 /** The state of the page: the server's latest messages, and the page's own requests. */
 
-import { decode, pictureIn } from "./frame";
+import type { Frame } from "./frame";
 import { Link, type LinkListener } from "./link";
 import { Live } from "./live";
 import { FeatureHistory } from "./history";
-import { News } from "./news";
 import { RunHistory } from "./runhistory";
 import { LessonTests } from "./lessontests";
 import type {
@@ -17,7 +16,7 @@ import type {
   StatusMessage,
   Team,
 } from "./protocol";
-import { Motion } from "./world/motion";
+import { FrameReceiver } from "./world/receiver";
 
 /** The longest time from the choice of another world to its first frame. */
 const LATE_MS = 500;
@@ -43,11 +42,7 @@ export interface Switch {
   at: number;
 }
 
-export class Studio implements LinkListener {
-  /** Anything but frames. */
-  readonly news = new News();
-  readonly framed = new News();
-  readonly motion = new Motion();
+export class Studio extends FrameReceiver implements LinkListener {
   readonly history = new FeatureHistory();
   readonly runHistory = new RunHistory();
   readonly lessonTests = new LessonTests(this);
@@ -85,10 +80,6 @@ export class Studio implements LinkListener {
   version = "";
   /** The targets that automata can be exported to. */
   exports: readonly string[] = [];
-  /** What a body of one's own draws of itself, the newest. */
-  image: ImageBitmap | null = null;
-  private pictures = 0;
-  private pictureShown = 0;
   private back: Request | null = null;
   private readonly link = new Link(this);
 
@@ -169,30 +160,10 @@ export class Studio implements LinkListener {
     this.news.tell();
   }
 
-  receiveFrame(buffer: ArrayBuffer): void {
-    const picture = pictureIn(buffer);
-    if (picture !== null) {
-      void this.showPicture(picture);
-      return;
-    }
-    const frame = decode(buffer);
+  protected keepFrame(frame: Frame): void {
     this.current = true;
-    this.motion.take(frame);
     this.history.record(frame.tick, frame.features);
     this.runHistory.record(frame.time);
-    this.framed.tell();
-  }
-
-  /** Show a picture, unless a newer one came while this one was decoded. */
-  private async showPicture(picture: Blob): Promise<void> {
-    this.pictures += 1;
-    const number = this.pictures;
-    const image = await createImageBitmap(picture);
-    if (number < this.pictureShown) return;
-    this.pictureShown = number;
-    this.image?.close();
-    this.image = image;
-    this.framed.tell();
   }
 
   private async measureLatency(request: Request, since: number): Promise<void> {

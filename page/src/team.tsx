@@ -1,7 +1,7 @@
 /** A running team whose agents have computers of their own: leaders, duties by order, and missing agents. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { Confirm } from "./confirm";
 import { useStudio } from "./context";
 import type { Studio } from "./studio";
@@ -22,7 +22,7 @@ export function TeamView() {
       ))}
       {loose.length > 0 && (
         <section>
-          <header class="squad">
+          <header class="flex wrap squad">
             <h2>In no squad</h2>
           </header>
           <ul>
@@ -45,9 +45,9 @@ function Summary({ team }: { team: Team }) {
       <span class="soft">
         {team.agents.length - describeSilence.length} of {team.agents.length} agents are heard
       </span>
-      {describeSilence.length > 0 && <span class="problem">Not heard: {names(describeSilence)}</span>}
+      {describeSilence.length > 0 && <span class="warn">Not heard: {names(describeSilence)}</span>}
       {differing.length > 0 && (
-        <span class="problem">
+        <span class="warn">
           With another library than here: {names(differing)}. <code>understudy team push</code> hands them
           this one.
         </span>
@@ -61,9 +61,9 @@ function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
   const leader = leaderOf(team, squad.name);
   return (
     <section aria-label={squad.name}>
-      <header class="squad">
+      <header class="flex wrap squad">
         <h2>{squad.name}</h2>
-        <span class={className(leader === null && "problem")}>
+        <span class={className(leader === null && "warn")}>
           {leader === null ? (
             "without a leader"
           ) : (
@@ -74,7 +74,7 @@ function SquadSection({ team, squad }: { team: Team; squad: TeamAgent }) {
           )}
         </span>
         {leader !== null && <Activity agent={squad} />}
-        {squad.presence !== "here" && <span class="problem">its own agent {describeSilence(squad)}</span>}
+        {squad.presence !== "here" && <span class="warn">its own agent {describeSilence(squad)}</span>}
         <OrderCell agent={squad} />
         <span class="space" />
         <Train agent={squad} />
@@ -103,14 +103,14 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
         />
         <b>{agent.name}</b>
       </span>
-      {here ? <Activity agent={agent} /> : <span class="doing problem">{describeSilence(agent)}</span>}
+      {here ? <Activity agent={agent} /> : <span class="doing warn">{describeSilence(agent)}</span>}
       <OrderCell agent={agent} />
       <span class="notes">
-        {here && agent.problem !== "" && <span class="problem">not counted: {agent.problem}</span>}
+        {here && agent.problem !== "" && <span class="warn">not counted: {agent.problem}</span>}
         {agent.trainer !== "" && <span class="trained">trained from {agent.trainer}</span>}
-        {agent.other_library && <span class="problem">another library</span>}
+        {agent.other_library && <span class="warn">another library</span>}
       </span>
-      <span class="does">
+      <span class="flex wrap does">
         {asks ? (
           <Confirm
             label={`Arm ${agent.name}`}
@@ -124,14 +124,13 @@ function AgentRow({ agent }: { agent: TeamAgent }) {
             <ControlButton disabled={!here || agent.armed === true} onClick={() => setAsks(true)}>
               {agent.armed === true ? "Armed" : "Arm…"}
             </ControlButton>
-            <button
-              type="button"
+            <Button
               class="halt"
               aria-label={`Stop ${agent.name}`}
               onClick={() => void studio.ask({ do: "stop_robot", name: agent.name })}
             >
               Stop
-            </button>
+            </Button>
             <Train agent={agent} />
           </>
         )}

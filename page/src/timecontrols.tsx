@@ -1,57 +1,48 @@
 /** Time: reset, pause, step, speed. */
 
 import { ControlButton } from "./button";
-import { useQuietStudio } from "./context";
+import { useQuietStudio, useStudio } from "./context";
+import { ControlSelect } from "./fields";
 import { useSlowNews } from "./news";
 import type { SpeedFactor } from "./protocol";
-import type { Studio } from "./studio";
 import { formatTime } from "./words";
 
 const SPEEDS: readonly SpeedFactor[] = [0.25, 0.5, 1, 2, 4, 8, 16, "fastest"];
 
-export function TimeControls({ studio }: { studio: Studio }) {
+export function TimeControls() {
+  const studio = useStudio();
   const paused = studio.status?.paused ?? false;
-  const off = !studio.hasControl;
   const { real } = studio.live; // their time is that of the person, and there is no going back
   return (
-    <div class="time-controls" role="toolbar" aria-label="Time">
-      {!real && <Worlds studio={studio} />}
-      <button
-        type="button"
+    <div class="flex time-controls" role="toolbar" aria-label="Time">
+      {!real && <Worlds />}
+      <ControlButton
         class="pause"
-        disabled={off}
         aria-label={paused ? "Resume" : "Pause"}
         title={paused ? "Resume" : "Pause"}
-        onClick={() => void studio.ask({ do: "pause", paused: !paused })}
+        request={{ do: "pause", paused: !paused }}
       >
         {paused ? "▶" : "❚❚"} <kbd>␣</kbd>
-      </button>
-      <button
-        type="button"
-        disabled={off || !paused}
-        aria-label="Step"
-        title="One tick"
-        onClick={() => void studio.ask({ do: "step" })}
-      >
+      </ControlButton>
+      <ControlButton disabled={!paused} aria-label="Step" title="One tick" request={{ do: "step" }}>
         Step <kbd>.</kbd>
-      </button>
+      </ControlButton>
       {!real && studio.session !== null && studio.session.mode !== "training" && (
-        <button
-          type="button"
-          disabled={off}
+        <ControlButton
           title="Skip to where it needs you: nothing is learned on the way"
-          onClick={() => void studio.ask({ do: "skip" })}
+          request={{ do: "skip" }}
         >
           Skip <kbd>F</kbd>
-        </button>
+        </ControlButton>
       )}
-      {!real && <SpeedSelect studio={studio} />}
+      {!real && <SpeedSelect />}
       <Time />
     </div>
   );
 }
 
-function Worlds({ studio }: { studio: Studio }) {
+function Worlds() {
+  const studio = useStudio();
   const seed = studio.status?.seed ?? studio.scene?.seed ?? 0;
   return (
     <>
@@ -70,24 +61,18 @@ function Worlds({ studio }: { studio: Studio }) {
   );
 }
 
-function SpeedSelect({ studio }: { studio: Studio }) {
+function SpeedSelect() {
+  const studio = useStudio();
   return (
-    <select
+    <ControlSelect
       aria-label="Speed"
-      disabled={!studio.hasControl}
       value={String(studio.status?.speed ?? 1)}
-      onChange={(event) => {
-        const speed = SPEEDS.find((each) => String(each) === event.currentTarget.value);
+      among={SPEEDS.map((speed) => [String(speed), speed === "fastest" ? speed : `${speed}×`])}
+      change={(wanted) => {
+        const speed = SPEEDS.find((each) => String(each) === wanted);
         if (speed !== undefined) void studio.ask({ do: "speed", speed });
-        event.currentTarget.blur();
       }}
-    >
-      {SPEEDS.map((speed) => (
-        <option key={speed} value={String(speed)}>
-          {speed === "fastest" ? speed : `${speed}×`}
-        </option>
-      ))}
-    </select>
+    />
   );
 }
 
@@ -95,7 +80,7 @@ function Time() {
   const studio = useQuietStudio();
   useSlowNews(studio.framed);
   return (
-    <span class="soft time" title="Time in the world">
+    <span class="soft number time" title="Time in the world">
       {formatTime(studio.motion.last?.time ?? 0)}
     </span>
   );

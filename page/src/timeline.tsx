@@ -23,7 +23,7 @@ export function Timeline() {
   };
 
   return (
-    <div class="timeline">
+    <div class="flex timeline">
       <div class="line">
         {runHistory.marks.map((mark) => (
           <span

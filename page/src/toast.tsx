@@ -1,5 +1,6 @@
 /** The line that says what just happened, with a way back where there is one. */
 
+import { Button, CloseButton } from "./button";
 import { ChangeLine } from "./changes";
 import { useStudio } from "./context";
 import { className, plain } from "./words";
@@ -18,14 +19,10 @@ export function Toast() {
         <div class={className("toast", notice.tone)} key={studio.notices}>
           <span>{plain(notice.text)}</span>
           {undo !== undefined && studio.hasControl && !undone && (
-            <button type="button" onClick={() => void studio.ask(undo)}>
-              undo
-            </button>
+            <Button onClick={() => void studio.ask(undo)}>undo</Button>
           )}
           {notice.tone === "error" && (
-            <button type="button" aria-label="Close" onClick={() => studio.say({ text: "", tone: "" })}>
-              ×
-            </button>
+            <CloseButton label="Close" onClick={() => studio.say({ text: "", tone: "" })} />
           )}
         </div>
       )}

@@ -1,6 +1,6 @@
 /** What to do first, while nothing is trained. */
 
-import { ControlButton } from "./button";
+import { Button, ControlButton } from "./button";
 import { usePanel, useStudio, useTour } from "./context";
 import { makeDraft } from "./draft";
 import { Discard } from "./pane/interrupted";
@@ -43,11 +43,7 @@ export function Welcome() {
           Show me how
         </ControlButton>
       )}
-      {trained.length > 0 && (
-        <button type="button" onClick={() => panel.open("library")}>
-          Open one of the library
-        </button>
-      )}
+      {trained.length > 0 && <Button onClick={() => panel.open("library")}>Open one of the library</Button>}
     </div>
   );
 }

@@ -1,8 +1,9 @@
 /** The stick on the page, the behaviors that are held as buttons, and the label of the moment. */
 
 import { useRef } from "preact/hooks";
+import { Button } from "../button";
 import { useNews } from "../news";
-import { swatch } from "../recording/scale";
+import { nameLabel, Swatch } from "../recording/label";
 import { className, hasKeys, plain } from "../words";
 import type { DriveController } from "./driving";
 import type { Arrow } from "../protocol";
@@ -18,15 +19,14 @@ export function Controls({ driving }: { driving: DriveController }) {
   const held = driving.status?.held ?? [];
   const now = new Set(driving.stick.listHeld(held.length));
   return (
-    <section class="controls" aria-label="Driving">
+    <section class="flex controls" aria-label="Driving">
       <StickPad driving={driving} />
       <div class="held">
         {held.map((name, index) => (
-          <button
-            type="button"
+          <Button
             key={name}
             aria-pressed={now.has(index)}
-            class={className(now.has(index) && "on")}
+            class={className("flex", now.has(index) && "on")}
             onPointerDown={(event) => {
               event.currentTarget.setPointerCapture(event.pointerId);
               driving.begin();
@@ -41,7 +41,7 @@ export function Controls({ driving }: { driving: DriveController }) {
           >
             <span class="cut">{plain(name)}</span>
             {hasKeys() && HOLDS[index] !== undefined && <kbd>{HOLDS[index]?.toUpperCase()}</kbd>}
-          </button>
+          </Button>
         ))}
         <Moment driving={driving} />
       </div>
@@ -100,20 +100,19 @@ function Moment({ driving }: { driving: DriveController }) {
   const last = review?.spans.at(-1);
   if (driving.automatic)
     return (
-      <p class="moment automatic" role="status">
+      <p class="flex moment" role="status">
         <span>
           By itself: <b>{plain(driving.status?.state ?? "")}</b>. Move the stick to take over.
         </span>
       </p>
     );
   if (driving.status?.waiting === true)
-    return <p class="moment soft">Move the stick: the world waits for you.</p>;
+    return <p class="flex moment soft">Move the stick: the world waits for you.</p>;
   if (!driving.driving || last === undefined || review === null) return null;
-  const none = last.label === review.labels.length - 1;
   return (
-    <p class="moment" role="status">
-      <span class="swatch" style={{ background: swatch(last.label, review.labels.length) }} />
-      {none ? "no behavior explains this" : plain(review.labels[last.label] ?? "")}
+    <p class="flex moment" role="status">
+      <Swatch label={last.label} review={review} />
+      {nameLabel(review, last.label, "no behavior explains this")}
     </p>
   );
 }

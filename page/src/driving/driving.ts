@@ -1,12 +1,14 @@
 /** A drive under way: the world as it moves, the stick, what the server says, and the review of what was driven. */
 
-import { decode, pictureIn } from "../frame";
+import type { Frame } from "../frame";
+import { openSocket, serverAddress } from "../link";
+import { listenTo } from "../listen";
 import { News } from "../news";
 import type { DriveNews, DriveRequest, Scene, SceneNews } from "../protocol";
 import { Recording } from "../recording/recording";
 import { makeTimer } from "../timer";
-import { Motion } from "../world/motion";
 import type { PictureSession } from "../world/picture";
+import { FrameReceiver } from "../world/receiver";
 import type { WorldSource } from "../world/stage";
 import { readGamepad, Stick } from "./stick";
 
@@ -16,12 +18,9 @@ const AGAIN_MS = 1000;
 const REFUSED = 4403;
 const TAKEN = 4409;
 
-export class DriveController implements WorldSource {
-  readonly news = new News();
-  readonly framed = new News();
+export class DriveController extends FrameReceiver implements WorldSource {
   /** Tells when the stick moves. */
   readonly moved = new News();
-  readonly motion = new Motion();
   readonly recording = new Recording();
   readonly stick = new Stick();
   readonly sort = null;
@@ -29,7 +28,6 @@ export class DriveController implements WorldSource {
   readonly live = { fixed: true };
   status: DriveNews | null = null;
   scene: Scene | null = null;
-  image: ImageBitmap | null = null;
   session: PictureSession | null = null;
   /** Why this page does not drive; empty while it does. */
   lost = "";
@@ -45,12 +43,7 @@ export class DriveController implements WorldSource {
   private lastStick = "";
 
   open(): void {
-    const here = new URL("drive", document.baseURI);
-    here.protocol = here.protocol === "https:" ? "wss:" : "ws:";
-    const token = new URL(location.href).searchParams.get("token");
-    if (token !== null) here.searchParams.set("token", token);
-    const socket = new WebSocket(here.href);
-    socket.binaryType = "arraybuffer";
+    const socket = openSocket(serverAddress("drive"));
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => this.take(event.data);
     socket.onclose = (event) => this.leave(event);
     this.socket = socket;
@@ -125,24 +118,18 @@ export class DriveController implements WorldSource {
     };
     const turn = makeTimer(look, EVERY_MS);
     const stop = this.news.listen(() => turn(this.hasPad || this.driving || this.automatic));
-    const leave = (): void => this.release();
     const hide = (): void => {
       this.release();
       if (document.hidden && (this.driving || this.automatic)) this.send({ do: "pause_drive" });
     };
     look();
-    addEventListener("gamepadconnected", look);
-    addEventListener("focus", look);
-    addEventListener("blur", leave);
-    document.addEventListener("visibilitychange", hide);
-    return () => {
-      stop();
-      turn(false);
-      removeEventListener("gamepadconnected", look);
-      removeEventListener("focus", look);
-      removeEventListener("blur", leave);
-      document.removeEventListener("visibilitychange", hide);
-    };
+    const ends = [
+      stop,
+      () => turn(false),
+      listenTo(globalThis, { gamepadconnected: look, focus: look, blur: () => this.release() }),
+      listenTo(document, { visibilitychange: hide }),
+    ];
+    return () => ends.forEach((end) => end());
   }
 
   private readPad(): void {
@@ -158,7 +145,7 @@ export class DriveController implements WorldSource {
   }
 
   private take(data: string | ArrayBuffer): void {
-    if (typeof data !== "string") return this.see(data);
+    if (typeof data !== "string") return this.receiveFrame(data);
     const news = JSON.parse(data) as DriveNews | SceneNews;
     if (news.is === "scene") {
       this.scene = news.scene;
@@ -184,20 +171,8 @@ export class DriveController implements WorldSource {
     recording.news.tell();
   }
 
-  private see(buffer: ArrayBuffer): void {
-    const picture = pictureIn(buffer);
-    if (picture !== null) {
-      void createImageBitmap(picture).then((image) => {
-        this.image?.close();
-        this.image = image;
-        this.framed.tell();
-      });
-      return;
-    }
-    const frame = decode(buffer);
+  protected keepFrame(frame: Frame): void {
     this.time = frame.time;
-    this.motion.take(frame);
-    this.framed.tell();
   }
 
   /** Fetch the review if it changed since the last time. */

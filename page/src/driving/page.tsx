@@ -1,8 +1,11 @@
 /** The page on which a person drives: the timeline that grows, the world, the stick, and the review of the drive. */
 
 import { useEffect } from "preact/hooks";
+import { Button } from "../button";
+import { listenTo } from "../listen";
 import { useNews } from "../news";
 import { listen } from "../recording/page";
+import { Bar, ReviewButton } from "../recording/bar";
 import { ReviewPane } from "../recording/pane";
 import { TimelineView } from "../recording/timeline";
 import { hasKeys } from "../words";
@@ -23,12 +26,7 @@ export function DrivePage({ driving }: { driving: DriveController }) {
   const idle = recording.busy === null;
   return (
     <div class="recording driving">
-      <Bar driving={driving} />
-      {error !== "" && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
+      <DriveBar driving={driving} error={error} />
       <main>
         {review === null || series === null ? (
           <Hint driving={driving} />
@@ -48,40 +46,31 @@ export function DrivePage({ driving }: { driving: DriveController }) {
   );
 }
 
-function Bar({ driving }: { driving: DriveController }) {
+function DriveBar({ driving, error }: { driving: DriveController; error: string }) {
   const { recording, scene } = driving;
   const { review, busy } = recording;
   const driven = review === null ? 0 : recording.ticks * review.tick_s;
   const moves = driving.driving || driving.automatic;
   const changes = busy !== null && busy !== "drive" && busy !== "automatic";
   return (
-    <header class="bar">
-      <h1 class="logo">Understudy</h1>
-      <span class="divider" />
-      <b class="cut">{scene?.scenario}</b>
+    <Bar title={scene?.scenario} error={error}>
       <span class="soft seed">seed {scene?.seed}</span>
       <span class="soft">{driven.toFixed(0)} s</span>
       <span class="space" />
       {review !== null && (
-        <button
-          type="button"
-          disabled={!review.can_undo || busy !== null}
-          onClick={() => void recording.ask({ do: "undo" })}
-        >
+        <ReviewButton recording={recording} disabled={!review.can_undo} request={{ do: "undo" }}>
           Undo
-        </button>
+        </ReviewButton>
       )}
-      <button
-        type="button"
+      <Button
         disabled={moves || changes}
         title="The same drive goes on in another world"
         onClick={() => driving.send({ do: "new_world" })}
       >
         New world
-      </button>
+      </Button>
       {review !== null && (
-        <button
-          type="button"
+        <Button
           disabled={review.learned === null || busy !== null || driving.lost !== ""}
           title={
             review.learned === null
@@ -94,10 +83,9 @@ function Bar({ driving }: { driving: DriveController }) {
           }}
         >
           Let it drive
-        </button>
+        </Button>
       )}
-      <button
-        type="button"
+      <Button
         class="primary turn"
         disabled={changes || driving.lost !== ""}
         onClick={(event) => {
@@ -106,8 +94,8 @@ function Bar({ driving }: { driving: DriveController }) {
         }}
       >
         {moves ? "Pause" : "Drive"}
-      </button>
-    </header>
+      </Button>
+    </Bar>
   );
 }
 
@@ -145,10 +133,5 @@ function steer(driving: DriveController): () => void {
     driving.stick.lift(event.key);
     if (driving.driving || driving.automatic) driving.steer();
   };
-  addEventListener("keydown", down);
-  addEventListener("keyup", up);
-  return () => {
-    removeEventListener("keydown", down);
-    removeEventListener("keyup", up);
-  };
+  return listenTo(globalThis, { keydown: down, keyup: up });
 }

@@ -1,5 +1,7 @@
 /** Where the stick is: by the mouse or a finger, the arrow keys, or a gamepad; and which buttons are held. */
 
+import { listPressed, PADS } from "../gamepad";
+import { ARROWS } from "../keys";
 import type { Arrow } from "../protocol";
 
 /** How far it leans, -1 to 1 each; up is above 0. */
@@ -13,13 +15,6 @@ export const REST: Lean = { right: 0, up: 0 };
 export const HOLDS = ["a", "s", "d", "f", "g", "h"];
 /** A gamepad's stick that leans less is at rest: it never quite returns to the middle. */
 const LOOSE = 0.12;
-const ARROWS: Readonly<Record<string, Arrow>> = {
-  ArrowUp: "up",
-  ArrowDown: "down",
-  ArrowLeft: "left",
-  ArrowRight: "right",
-};
-const PADS: Readonly<Record<number, Arrow>> = { 12: "up", 13: "down", 14: "left", 15: "right" };
 /** The buttons of a gamepad for behaviors that are held: A, X, B, Y, and those at the shoulders. */
 export const PAD_HOLDS = [0, 2, 1, 3, 4, 5];
 /** The button of a gamepad that begins and pauses. */
@@ -55,7 +50,7 @@ export interface PadState {
 
 /** What a gamepad says: its left stick or directional pad, and its buttons. */
 export function readGamepad({ axes, buttons }: Pick<Gamepad, "axes" | "buttons">): PadState {
-  const pressed = new Set(buttons.flatMap(({ pressed }, index) => (pressed ? [index] : [])));
+  const pressed = new Set(listPressed(buttons));
   const cross = combineArrows([...pressed].flatMap((index) => PADS[index] ?? []));
   const [x = 0, y = 0] = axes;
   const far = Math.max(1, Math.hypot(x, y));

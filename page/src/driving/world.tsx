@@ -1,10 +1,11 @@
 /** The world in which a person drives, with the way of the robot in the colors of its labels. */
 
 import { useEffect, useRef } from "preact/hooks";
+import type { RecordedSeries } from "../protocol";
 import { nearest, pieces } from "../recording/path";
 import { swatch } from "../recording/scale";
 import { drawOverlays } from "../world/overlays";
-import { disc, spot, type Picture } from "../world/picture";
+import { fillDisc, spot, strokeLine, type Picture } from "../world/picture";
 import { Stage } from "../world/stage";
 import type { DriveController } from "./driving";
 
@@ -45,19 +46,17 @@ function drawWay(picture: Picture, { recording }: DriveController): void {
   if (review === null || series === null || series.path.length === 0) return;
   const { pen, palette } = picture;
   const { path, path_ticks: ticks } = series;
+  const onScreen = (points: RecordedSeries["path"]) => points.map(([x, y]) => spot(picture, x, y));
   pen.lineCap = "round";
   pen.lineJoin = "round";
   for (const { points, label, first } of pieces(review, ticks, path)) {
     if (first < begins) continue;
     const color = label === review.labels.length - 1 ? palette.wall : swatch(label, review.labels.length);
-    trace(picture, points, color, 4);
+    strokeLine(pen, onScreen(points), color, 4);
     const [from, to] = [points[0], points.at(-1)];
     if (from === undefined || to === undefined || Math.hypot(to[0] - from[0], to[1] - from[1]) > STANDS_M)
       continue;
-    pen.beginPath(); // what it did on the spot, such as turning
-    disc(pen, ...spot(picture, ...from), 5);
-    pen.fillStyle = color;
-    pen.fill();
+    fillDisc(pen, ...spot(picture, ...from), 5, color); // what it did on the spot, such as turning
   }
   if (selected !== null && selected.first >= begins) {
     const inside = path.filter((_, index) => {
@@ -65,27 +64,10 @@ function drawWay(picture: Picture, { recording }: DriveController): void {
       return tick >= selected.first && tick < selected.end;
     });
     pen.globalAlpha = 0.35;
-    trace(picture, inside, palette.ink, 9);
+    strokeLine(pen, onScreen(inside), palette.ink, 9);
     pen.globalAlpha = 1;
   }
   const place = pointed === null || pointed < begins ? undefined : path[nearest(ticks, pointed)];
   if (place === undefined) return;
-  pen.beginPath();
-  disc(pen, ...spot(picture, ...place), 6);
-  pen.fillStyle = palette.ink;
-  pen.fill();
-}
-
-function trace(
-  picture: Picture,
-  points: readonly (readonly [number, number])[],
-  color: string,
-  width: number,
-): void {
-  const { pen } = picture;
-  pen.beginPath();
-  for (const [x, y] of points) pen.lineTo(...spot(picture, x, y));
-  pen.strokeStyle = color;
-  pen.lineWidth = width;
-  pen.stroke();
+  fillDisc(pen, ...spot(picture, ...place), 6, palette.ink);
 }

@@ -1,6 +1,7 @@
 /** The tab Automaton: the graph, the rules in words, and the explanation of the present decision. */
 
 import { useState } from "preact/hooks";
+import { Button } from "../button";
 import { ChangeCard } from "../changes";
 import { usePanel, useStudio } from "../context";
 import { edgeId, innerEdge } from "../graph";
@@ -45,17 +46,15 @@ export function AutomatonTab() {
               : "This transition"}
         </h3>
         {(picked !== undefined || inner !== null) && (
-          <button type="button" class="link" onClick={() => panel.selectEdge(null)}>
+          <Button class="link" onClick={() => panel.selectEdge(null)}>
             show all
-          </button>
+          </Button>
         )}
         {picked === undefined && inner === null && !simplifying && (
           <PruningLine session={session} show={() => simplify(true)} />
         )}
       </div>
-      {simplifying && (
-        <SimplifyCard session={session} panel={panel} studio={studio} close={() => simplify(false)} />
-      )}
+      {simplifying && <SimplifyCard session={session} panel={panel} close={() => simplify(false)} />}
       {session.edges.length === 0 && (
         <p class="empty">
           Nothing yet. Press a state below the world to direct the robot: each press is an example, and from
@@ -64,7 +63,7 @@ export function AutomatonTab() {
       )}
       <ul class="rules">
         {inner !== null ? (
-          <li class="rule picked">
+          <li class="card rule picked">
             <b class="rule-name">
               {plain(inner.edge.from)} → {plain(inner.edge.to)}
             </b>
@@ -80,23 +79,18 @@ export function AutomatonTab() {
 
 function Rule({ edge, panel, picked }: { edge: Edge; panel: Panel; picked: boolean }) {
   return (
-    <li class={className("rule", picked && "picked")}>
-      <button
-        type="button"
-        class="rule-name"
-        aria-expanded={picked}
-        onClick={() => panel.selectEdge(edgeId(edge))}
-      >
+    <li class={className("card", "rule", picked && "picked")}>
+      <Button class="rule-name" aria-expanded={picked} onClick={() => panel.selectEdge(edgeId(edge))}>
         {plain(edge.from)} → {plain(edge.to)}
-      </button>
+      </Button>
       <Conditions edge={edge} />
       {edge.examples.length > 0 && (
         <p class="tiny">
           shown by{" "}
-          <button type="button" class="link" onClick={() => panel.showExamples(edge.examples)}>
+          <Button class="link" onClick={() => panel.showExamples(edge.examples)}>
             {edge.examples.length === 1 ? "example" : "examples"} {edge.examples.slice(0, 8).join(", ")}
             {edge.examples.length > 8 ? " …" : ""}
-          </button>
+          </Button>
         </p>
       )}
     </li>

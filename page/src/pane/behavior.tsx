@@ -1,10 +1,9 @@
 /** One trained behavior of the library: open it, delete it, export it, and why it is not complete. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
-import { usePanel } from "../context";
+import { Button, ControlButton } from "../button";
+import { usePanel, useStudio } from "../context";
 import type { TrainedBehavior } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 import { ExportForm } from "./exportform";
 import { NameForm, type Way } from "./nameform";
@@ -13,7 +12,8 @@ import { Versions } from "./versions";
 
 type BehaviorPart = Way | "versions" | "export";
 
-export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
+export function Behavior({ trained }: { trained: TrainedBehavior }) {
+  const studio = useStudio();
   const panel = usePanel();
   const [openPart, setOpenPart] = useState<BehaviorPart | null>(null);
   const show = (which: BehaviorPart): void => setOpenPart(openPart === which ? null : which);
@@ -32,11 +32,11 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
   return (
     <li
       ref={place}
-      class={className("behavior", here && "on", wanted && "wanted")}
+      class={className("card", "behavior", here && "on", wanted && "wanted")}
       tabIndex={-1}
       aria-current={wanted ? "true" : undefined}
     >
-      <div class="behavior-head">
+      <div class="flex behavior-head">
         <b>
           {plain(name)}
           {parameters.length > 0 && <span class="soft"> ({parameters.join(", ")})</span>}
@@ -64,7 +64,7 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
         {formatCount(examples, "example")}
         {runs.length > 0 && `, runs ${runs.map(plain).join(", ")}`}
       </p>
-      <p class="behavior-more">
+      <p class="more">
         {(["rename", "duplicate"] as const).map((way) => (
           <ControlButton
             key={way}
@@ -76,17 +76,15 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
             {way}
           </ControlButton>
         ))}
-        <button
-          type="button"
+        <Button
           class="link"
           aria-label={`Versions of ${name}`}
           aria-expanded={openPart === "versions"}
           onClick={() => show("versions")}
         >
           {versions === 0 ? "versions" : formatCount(versions, "former version")}
-        </button>
-        <button
-          type="button"
+        </Button>
+        <Button
           class="link"
           aria-label={`Export ${name}`}
           aria-expanded={openPart === "export"}
@@ -94,13 +92,13 @@ export function Behavior({ trained, studio }: { trained: TrainedBehavior; studio
           onClick={() => show("export")}
         >
           export
-        </button>
+        </Button>
       </p>
       {(openPart === "rename" || openPart === "duplicate") && (
-        <NameForm key={openPart} way={openPart} name={name} studio={studio} close={() => setOpenPart(null)} />
+        <NameForm key={openPart} way={openPart} name={name} close={() => setOpenPart(null)} />
       )}
-      {openPart === "export" && complete && <ExportForm trained={trained} studio={studio} />}
-      {openPart === "versions" && <Versions name={name} count={versions} studio={studio} />}
+      {openPart === "export" && complete && <ExportForm trained={trained} />}
+      {openPart === "versions" && <Versions name={name} count={versions} />}
       {!complete && <p class="warn">Not complete: {plain(whyNot ?? "something it needs is missing")}</p>}
       {asks}
     </li>

@@ -1,9 +1,11 @@
 /** What changed between two versions: when it switches, because of whom, and all else. */
 
 import { useEffect, useState } from "preact/hooks";
-import { usePanel } from "../context";
+import { Button } from "../button";
+import { ConditionChanges } from "../changes";
+import { usePanel, useStudio } from "../context";
+import { Select } from "../fields";
 import type { Answer, Moved, Version } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, useMinusSign, plain } from "../words";
 
 const MOST_EXAMPLES = 6;
@@ -14,10 +16,10 @@ interface ChangesProps {
   /** How many former versions there are. */
   count: number;
   versions: readonly Version[];
-  studio: Studio;
 }
 
-export function Changes({ name, version, count, versions, studio }: ChangesProps) {
+export function Changes({ name, version, count, versions }: ChangesProps) {
+  const studio = useStudio();
   const [to, setTo] = useState<number | null>(null);
   const [answer, setAnswer] = useState<Answer | null>(null);
   useEffect(() => {
@@ -31,30 +33,19 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
     <div class="changes" role="region" aria-label={`What changed since version ${version}`}>
       <p class="tiny">
         {lines + moved.length === 0 ? "Nothing changed" : formatCount(lines + moved.length, "change")} up to{" "}
-        <select
+        <Select
           aria-label={`What version ${version} is compared with`}
-          value={to ?? ""}
-          onChange={(event) => {
-            const { value } = event.currentTarget;
-            setTo(value === "" ? null : Number(value));
-          }}
-        >
-          <option value="">the present version</option>
-          {others.map(({ number }) => (
-            <option key={number} value={number}>
-              version {number}
-            </option>
-          ))}
-        </select>
+          value={String(to ?? "")}
+          among={[
+            ["", "the present version"],
+            ...others.map(({ number }) => [String(number), `version ${number}`] as const),
+          ]}
+          change={(number) => setTo(number === "" ? null : Number(number))}
+        />
       </p>
       {moved.length > 0 && <h4>When it switches</h4>}
       {moved.map((each) => (
-        <Switch
-          key={`${each.from} ${each.to}`}
-          moved={each}
-          here={studio.session?.name === name}
-          studio={studio}
-        />
+        <Switch key={`${each.from} ${each.to}`} moved={each} here={studio.session?.name === name} />
       ))}
       {changes.map(({ topic, lines: text }) => (
         <div key={topic}>
@@ -71,7 +62,8 @@ export function Changes({ name, version, count, versions, studio }: ChangesProps
 }
 
 /** One switch that moved, appeared or vanished; its examples open in the lesson where that is the one in training. */
-function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: Studio }) {
+function Switch({ moved, here }: { moved: Moved; here: boolean }) {
+  const studio = useStudio();
   const panel = usePanel();
   const numbers = new Set(here ? studio.session?.examples.map(({ number }) => number) : []);
   const { examples } = moved;
@@ -83,16 +75,7 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
         </b>{" "}
         {plain(moved.what)}
       </p>
-      {moved.gone.map((line) => (
-        <p key={line} class="change gone">
-          − {plain(line)}
-        </p>
-      ))}
-      {moved.new.map((line) => (
-        <p key={line} class="change new">
-          + {plain(line)}
-        </p>
-      ))}
+      <ConditionChanges was={moved.gone} now={moved.new} />
       <p class="tiny">
         {examples.length === 0
           ? "it is learned otherwise"
@@ -101,9 +84,9 @@ function Switch({ moved, here, studio }: { moved: Moved; here: boolean; studio: 
           <span key={number}>
             {index > 0 && ", "}
             {numbers.has(number) ? (
-              <button type="button" class="link" onClick={() => panel.openExample(number)}>
+              <Button class="link" onClick={() => panel.openExample(number)}>
                 {number}
-              </button>
+              </Button>
             ) : (
               number
             )}{" "}

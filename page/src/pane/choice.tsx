@@ -1,24 +1,27 @@
 /** The form for a new automaton, and for changing the choices: beside the running world, never over it. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { findDuplicate } from "../calls";
+import { Prompt } from "../confirm";
 import { usePanel, useStudio } from "../context";
 import { makeDraft, listOffers, parseReaction, makeRequest, type Draft } from "../draft";
-import type { Form } from "../panel";
+import { Field, Form, Input } from "../fields";
+import type { Form as FormName } from "../panel";
 import type { Scene } from "../protocol";
 import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
-import { Bindings, Choices, Field, Options } from "./fields";
+import { Bindings, Choices, Options } from "./options";
 import { States } from "./states";
 
-export function ChoiceForm({ form }: { form: Form }) {
+export function ChoiceForm({ form }: { form: FormName }) {
   const studio = useStudio();
   if (studio.scene === null || studio.status === null) return null;
-  return <Fields form={form} studio={studio} scene={studio.scene} />;
+  return <Fields form={form} scene={studio.scene} />;
 }
 
-function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Scene }) {
+function Fields({ form, scene }: { form: FormName; scene: Scene }) {
+  const studio = useStudio();
   const panel = usePanel();
   const [draft, setDraft] = useState<Draft>(() => makeDraft(form, studio, scene));
   const [asks, setAsks] = useState(false);
@@ -37,40 +40,30 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
     if (await studio.lessonTests.save()) await send(true);
   };
   return (
-    <form
-      class="choice"
-      onSubmit={(event) => {
-        event.preventDefault();
-        void send(false);
-      }}
-    >
+    <Form class="choice" submit={() => void send(false)}>
       <div class="choice-head">
         <h3>{fresh ? "New automaton" : `What ${plain(draft.name)} is about`}</h3>
-        <button type="button" class="link" aria-label="Close the form" onClick={() => panel.choose(null)}>
-          ×
-        </button>
+        <CloseButton class="link" label="Close the form" onClick={() => panel.choose(null)} />
       </div>
       {fresh && (
         <>
-          <Field label="Name" value={draft.name} hint="goto" change={(name) => change({ name })} />
-          <Field
-            label="Parameters"
-            value={draft.parameters}
-            hint="none; or A"
-            about="left open, to be bound where it is used"
-            change={(parameters) => change({ parameters })}
-          />
+          <Field label="Name">
+            <Input value={draft.name} placeholder="goto" change={(name) => change({ name })} />
+          </Field>
+          <Field label="Parameters" about="left open, to be bound where it is used">
+            <Input
+              value={draft.parameters}
+              placeholder="none; or A"
+              change={(parameters) => change({ parameters })}
+            />
+          </Field>
           <Bindings draft={draft} scene={scene} change={change} />
         </>
       )}
       <States offers={offered.states} chosen={states} choose={(chosen) => change({ states: chosen })} />
-      <Field
-        label="Flags"
-        value={draft.flags}
-        hint="done"
-        about="states in which it stops, and says so"
-        change={(flags) => change({ flags })}
-      />
+      <Field label="Flags" about="states in which it stops, and says so">
+        <Input value={draft.flags} placeholder="done" change={(flags) => change({ flags })} />
+      </Field>
       <Choices
         legend="Features: what it decides on"
         offers={offered.features}
@@ -79,29 +72,24 @@ function Fields({ form, studio, scene }: { form: Form; studio: Studio; scene: Sc
       />
       <Options draft={draft} change={change} />
       {asks ? (
-        <div class="prompt" role="alert">
-          <p>{plain(hasUnsaved(studio, draft.name) ?? "")}</p>
-          {studio.session?.unsaved === true && (
-            <button type="button" class="small" onClick={() => void saveFirst()}>
-              Save, then begin
-            </button>
-          )}
-          <button type="button" class="small" onClick={() => void send(true)}>
-            Begin without it
-          </button>
-        </div>
+        <Prompt
+          answers={{
+            ...(studio.session?.unsaved === true && { "Save, then begin": () => void saveFirst() }),
+            "Begin without it": () => void send(true),
+          }}
+        >
+          {plain(hasUnsaved(studio, draft.name) ?? "")}
+        </Prompt>
       ) : (
-        <div class="choice-foot">
+        <div class="flex choice-foot">
           <ControlButton type="submit" class="primary" disabled={missing !== null}>
             {fresh ? "Begin" : "Choose"}
           </ControlButton>
-          <button type="button" onClick={() => panel.choose(null)}>
-            Not now
-          </button>
+          <Button onClick={() => panel.choose(null)}>Not now</Button>
           <span class="tiny">{missing ?? (fresh ? "" : "Examples stay where they can.")}</span>
         </div>
       )}
-    </form>
+    </Form>
   );
 }
 

@@ -1,8 +1,10 @@
 /** The tab Coach: whether the robot asks, how late presses come, what to show next, and where behaviors failed. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
+import { Select } from "../fields";
+import { useFirst } from "../lists";
 import type { Advice, Finding, ReactionEstimate, Session } from "../protocol";
 import type { Studio } from "../studio";
 import { className, plain } from "../words";
@@ -27,17 +29,17 @@ export function CoachTab() {
     return (
       <>
         <p class="empty">Suggestions for your next demonstrations appear here.</p>
-        <FailuresPart studio={studio} />
-        <PropertiesPart studio={studio} />
+        <FailuresPart />
+        <PropertiesPart />
       </>
     );
   }
   return (
     <>
-      <QueryPart session={session} studio={studio} />
-      <FailuresPart studio={studio} />
-      <PropertiesPart studio={studio} />
-      <CoachReportView key={session.name} session={session} studio={studio} />
+      <QueryPart session={session} />
+      <FailuresPart />
+      <PropertiesPart />
+      <CoachReportView key={session.name} session={session} />
     </>
   );
 }
@@ -81,17 +83,16 @@ function useCoach(
 
 interface SessionProps {
   session: Session;
-  studio: Studio;
 }
 
-function CoachReportView({ session, studio }: SessionProps) {
+function CoachReportView({ session }: SessionProps) {
+  const studio = useStudio();
   const [report, again] = useCoach(studio, session.edition, session.score.running);
-  const [all, setAll] = useState(false);
+  const [listed, more] = useFirst(report?.advice ?? [], FIRST, (hidden) => `${hidden} more, less useful`);
   const [setUp, setSetUp] = useState<{ of: string; outcome: string; run: number } | null>(null);
   if (report === null) return null;
   const { advice, findings, late } = report;
   const there = setUp !== null && (studio.status?.run.number ?? 0) <= setUp.run ? setUp : null; // else it is elsewhere by now
-  const listed = all ? advice : advice.slice(0, FIRST);
   const place = async (of: string): Promise<void> => {
     const { sentence, run } = await studio.ask({ do: "set_up", sentence: of });
     if (sentence !== undefined && run !== undefined) setSetUp({ of, outcome: sentence, run });
@@ -101,28 +102,21 @@ function CoachReportView({ session, studio }: SessionProps) {
       {late !== null && <ReactionCard late={late} />}
       <h3>What to show next</h3>
       {advice.length === 0 && <p class="empty">No suggestions: the lesson is consistent.</p>}
-      <ol class="advices" aria-label="Advice">
+      <ol aria-label="Advice">
         {listed.map((each) => (
           <AdviceItem
             key={each.sentence}
             advice={each}
             session={session}
-            studio={studio}
             again={again}
             outcome={there?.of === each.sentence ? there.outcome : null}
             setUp={() => void place(each.sentence)}
           />
         ))}
       </ol>
-      {listed.length < advice.length && (
-        <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
-            {advice.length - listed.length} more, less useful
-          </button>
-        </p>
-      )}
+      {more}
       {findings.length > 0 && <h3>What a check finds</h3>}
-      <ol class="advices" aria-label="Findings">
+      <ol aria-label="Findings">
         {findings.map((each) => (
           <FindingRow
             key={each.sentence}
@@ -148,7 +142,9 @@ function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
   const panel = usePanel();
   const { error, sentence, remedy, assumptions, examples, can_set_up } = finding;
   return (
-    <li class={className("advice", "finding", "important", error && "error", outcome !== null && "on")}>
+    <li
+      class={className("card", "advice", "finding", "important", error && "error", outcome !== null && "on")}
+    >
       <div class="advice-head">
         <p>
           <b>{error ? "Error" : "Warning"}:</b> {plain(sentence)}
@@ -162,10 +158,10 @@ function FindingRow({ finding, outcome, setUp }: FindingRowProps) {
         </p>
       ))}
       {examples.length > 0 && (
-        <p class="advice-more">
-          <button type="button" class="link" onClick={() => panel.showExamples(examples)}>
+        <p class="more">
+          <Button class="link" onClick={() => panel.showExamples(examples)}>
             show {examples.length === 1 ? `example ${examples[0]}` : `${examples.length} examples`}
-          </button>
+          </Button>
         </p>
       )}
       {outcome !== null && <p class="outcome">{plain(outcome)}</p>}
@@ -188,7 +184,6 @@ function SetUpButton({ setUp }: { setUp: () => void }) {
 interface ItemProps {
   advice: Advice;
   session: Session;
-  studio: Studio;
   /** Ask the coach again, where the lesson has not changed. */
   again: () => void;
   /** What came of setting it up, where that was the last. */
@@ -196,7 +191,7 @@ interface ItemProps {
   setUp: () => void;
 }
 
-function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProps) {
+function AdviceItem({ advice, session, again, outcome, setUp }: ItemProps) {
   const panel = usePanel();
   const { sentence, evidence, examples, slip, kind, weight, can_set_up } = advice;
   const show = (): void => {
@@ -206,7 +201,12 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
   };
   return (
     <li
-      class={className("advice", (weight > PLAIN || kind === "few") && "important", outcome !== null && "on")}
+      class={className(
+        "card",
+        "advice",
+        (weight > PLAIN || kind === "few") && "important",
+        outcome !== null && "on",
+      )}
     >
       <div class="advice-head">
         <p>{plain(sentence)}</p>
@@ -214,16 +214,16 @@ function AdviceItem({ advice, session, studio, again, outcome, setUp }: ItemProp
       </div>
       {evidence !== "" && <p class="tiny">{plain(evidence)}</p>}
       {slip !== null && (
-        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} studio={studio} again={again} />
+        <SlipQuestion number={examples[0] ?? 0} says={slip} session={session} again={again} />
       )}
-      <p class="advice-more">
+      <p class="more">
         {examples.length > 0 && (
-          <button type="button" class="link" onClick={show}>
+          <Button class="link" onClick={show}>
             show{" "}
             {examples.length === 1 || slip !== null
               ? `example ${examples[0]}`
               : `${examples.length} examples`}
-          </button>
+          </Button>
         )}
         {OF_FEATURES.has(kind) && (
           <ControlButton class="link" onClick={() => panel.choose("choose")}>
@@ -243,7 +243,8 @@ interface SlipQuestionProps extends SessionProps {
 }
 
 /** Whether a press that looks like a slip was meant, and if not, what was. */
-function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProps) {
+function SlipQuestion({ number, says, session, again }: SlipQuestionProps) {
+  const studio = useStudio();
   const others = session.states.slice(1).flatMap(({ name }) => (name === says.next ? [] : [name]));
   const correct = (next: string): void => {
     if (next !== "") void studio.change({ do: "correct_slip", number, next }, { do: "undo" });
@@ -257,20 +258,17 @@ function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProp
       <ControlButton class="small" onClick={() => void confirm()}>
         Yes, I meant {plain(says.next)}
       </ControlButton>
-      <select
+      <Select
         aria-label={`What example ${number} was meant to say`}
         class="small"
         disabled={!studio.hasControl}
         value=""
-        onChange={(event) => correct(event.currentTarget.value)}
-      >
-        <option value="">No, I meant …</option>
-        {others.map((name) => (
-          <option key={name} value={name}>
-            {name === says.state ? `stay in ${plain(name)}` : plain(name)}
-          </option>
-        ))}
-      </select>
+        among={[
+          ["", "No, I meant …"],
+          ...others.map((name) => (name === says.state ? ([name, `stay in ${plain(name)}`] as const) : name)),
+        ]}
+        change={correct}
+      />
     </p>
   );
 }
@@ -278,7 +276,7 @@ function SlipQuestion({ number, says, session, studio, again }: SlipQuestionProp
 function ReactionCard({ late }: { late: ReactionEstimate }) {
   const { reaction_s, sentence } = late;
   return (
-    <section class="advice important late" aria-label="Reaction time">
+    <section class="card advice important late" aria-label="Reaction time">
       <p>{plain(sentence)}</p>
       <p class="choices">
         <ControlButton

@@ -1,7 +1,7 @@
 /** Examples that a correction speaks against: which, why, and one click that lets them teach nothing. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Doubt } from "../protocol";
 import { plain } from "../words";
@@ -26,12 +26,12 @@ export function DoubtCard() {
         <ControlButton class="small primary" request={{ do: "quarantine", numbers }} back={{ do: "undo" }}>
           {one ? `Put example ${numbers[0]} in quarantine` : "Put them in quarantine"}
         </ControlButton>
-        <button type="button" class="small" onClick={() => panel.showExamples(numbers)}>
+        <Button class="small" onClick={() => panel.showExamples(numbers)}>
           Show {one ? "it" : "them"}
-        </button>
-        <button type="button" class="small" onClick={() => pass(doubt)}>
+        </Button>
+        <Button class="small" onClick={() => pass(doubt)}>
           {one ? "It is right" : "They are right"}
-        </button>
+        </Button>
       </p>
     </section>
   );

@@ -1,15 +1,17 @@
 /** An example that is selected: its states and values can be changed, it can be deleted, and gone back to. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
+import { Select } from "../fields";
 import type { Example, Feature, Session } from "../protocol";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 import type { TableProps } from "./examples";
 
 type Part = { state: string } | { next: string } | { values: Readonly<Record<string, string>> };
 
-export function Detail({ example, session, panel, studio }: TableProps & { example: Example }) {
+export function Detail({ example, session, panel }: TableProps & { example: Example }) {
+  const studio = useStudio();
   const [confirms, setConfirms] = useState(false);
   const { number, state, next } = example;
   const remove = async (): Promise<void> => {
@@ -21,13 +23,12 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
     return (await studio.change(request, { do: "undo" })).error === undefined;
   };
   return (
-    <div class="detail-row">
+    <div class="flex wrap detail-row">
       <label>
         in{" "}
         <StateSelect
           value={state}
           names={session.states.flatMap((each) => (each.flag ? [] : [each.name]))}
-          studio={studio}
           change={(name) => void edit({ state: name })}
         />
       </label>
@@ -37,7 +38,6 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
           value={next}
           names={session.states.map(({ name }) => name)}
           stay={state}
-          studio={studio}
           change={(name) => void edit({ next: name })}
         />
       </label>
@@ -61,16 +61,16 @@ export function Detail({ example, session, panel, studio }: TableProps & { examp
         {example.quarantined === "" ? "Ignore" : "Use it again"}
       </ControlButton>
       {session.features.length > 0 && (
-        <button type="button" class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
+        <Button class="link" aria-expanded={confirms} onClick={() => setConfirms(!confirms)}>
           values
-        </button>
+        </Button>
       )}
       {example.source !== "" ? (
         <span class="tiny">from {example.source}</span>
       ) : (
         example.time_s !== null && <span class="tiny">shown at {formatTime(example.time_s)}</span>
       )}
-      {confirms && <Values example={example} session={session} studio={studio} edit={edit} />}
+      {confirms && <Values example={example} session={session} edit={edit} />}
       {example.quarantined !== "" && <p class="tiny warn">In quarantine. {example.quarantined}</p>}
       {example.contradicts && (
         <p class="tiny warn">Contradicts another example: same readings, different press.</p>
@@ -84,38 +84,32 @@ interface StateSelectProps {
   names: readonly string[];
   /** The state that is no change. */
   stay?: string;
-  studio: Studio;
   change: (name: string) => void;
 }
 
-function StateSelect({ value, names, stay, studio, change }: StateSelectProps) {
+function StateSelect({ value, names, stay, change }: StateSelectProps) {
+  const studio = useStudio();
   return (
-    <select
+    <Select
       value={value}
+      among={names.map((name) => [name, name === stay ? `${plain(name)} (stay)` : plain(name)])}
       disabled={!studio.hasControl}
-      onChange={(event) => {
-        const name = event.currentTarget.value;
-        event.currentTarget.value = value; // until the server says so
+      change={(name, select) => {
+        select.value = value; // until the server says so
         change(name);
       }}
-    >
-      {names.map((name) => (
-        <option key={name} value={name}>
-          {name === stay ? `${plain(name)} (stay)` : plain(name)}
-        </option>
-      ))}
-    </select>
+    />
   );
 }
 
 interface ValuesProps {
   example: Example;
   session: Session;
-  studio: Studio;
   edit: (part: Part) => Promise<boolean>;
 }
 
-function Values({ example, session, studio, edit }: ValuesProps) {
+function Values({ example, session, edit }: ValuesProps) {
+  const studio = useStudio();
   const change = async (feature: Feature, field: HTMLInputElement | HTMLSelectElement, text: string) => {
     const done = field.value === text || (await edit({ values: { [feature.label]: field.value } }));
     if (!done) field.value = text;

@@ -1,9 +1,10 @@
 /** The table of examples, the latest first; a selected one can be changed and deleted. */
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
+import { Button } from "../button";
+import { Sign, useFirst } from "../lists";
 import type { Panel } from "../panel";
 import type { Example, Session } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatTime, plain } from "../words";
 import { Detail } from "./example";
 
@@ -22,19 +23,26 @@ export function kindOf({ kind, correction }: Pick<Example, "kind" | "correction"
   return correction ? "correction" : kind;
 }
 
+export function KindSign({ example }: { example: Pick<Example, "kind" | "correction"> }) {
+  const [sign, word] = KINDS[kindOf(example)];
+  return <Sign means={word}>{sign}</Sign>;
+}
+
 /** The number of examples that are listed at first: a watched lesson has thousands. */
 const LATEST = 400;
 
 export interface TableProps {
   session: Session;
   panel: Panel;
-  studio: Studio;
 }
 
-export function Examples({ session, panel, studio }: TableProps) {
-  const [all, setAll] = useState(false);
-  const latest = all || panel.highlighted.size > 0 ? session.examples : session.examples.slice(-LATEST);
-  const rows = [...latest].reverse();
+export function Examples({ session, panel }: TableProps) {
+  const latestFirst = [...session.examples].reverse();
+  const [rows, more] = useFirst(
+    latestFirst,
+    panel.highlighted.size > 0 ? Infinity : LATEST,
+    (hidden) => `show the ${hidden} before`,
+  );
   const body = useRef<HTMLTableSectionElement>(null);
   useEffect(() => {
     body.current?.querySelector(".shown")?.scrollIntoView({ block: "center" });
@@ -58,24 +66,17 @@ export function Examples({ session, panel, studio }: TableProps) {
         </thead>
         <tbody ref={body}>
           {rows.map((example) => (
-            <Row key={example.number} example={example} session={session} panel={panel} studio={studio} />
+            <Row key={example.number} example={example} session={session} panel={panel} />
           ))}
         </tbody>
       </table>
-      {rows.length < session.examples.length && (
-        <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
-            show the {session.examples.length - rows.length} before
-          </button>
-        </p>
-      )}
+      {more}
     </>
   );
 }
 
-function Row({ example, session, panel, studio }: TableProps & { example: Example }) {
+function Row({ example, session, panel }: TableProps & { example: Example }) {
   const { number, correction, contradicts } = example;
-  const [sign, word] = KINDS[kindOf(example)];
   const picked = panel.example === number;
   const marks = [picked && "picked", panel.highlighted.has(number) && "shown", correction && "correction"];
   return (
@@ -91,9 +92,9 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
         onClick={() => panel.selectExample(number)}
       >
         <td class="number">
-          <button type="button" class="link" aria-expanded={picked} aria-label={`Example ${number}`}>
+          <Button class="link" aria-expanded={picked} aria-label={`Example ${number}`}>
             {number}
-          </button>
+          </Button>
         </td>
         <td>{plain(example.state)}</td>
         <td>{example.next === example.state ? <span class="soft">stay</span> : plain(example.next)}</td>
@@ -109,18 +110,11 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
             </span>
           )}
           {example.quarantined !== "" && (
-            <span
-              class="warn"
-              role="img"
-              aria-label="in quarantine"
-              title={`In quarantine. ${example.quarantined}`}
-            >
+            <Sign tone="warn" means="in quarantine" title={`In quarantine. ${example.quarantined}`}>
               ⊘{" "}
-            </span>
+            </Sign>
           )}
-          <span role="img" aria-label={word} title={word}>
-            {sign}
-          </span>
+          <KindSign example={example} />
         </td>
         <td class="number soft">
           <span title={formatTime(example.time_s)}>{formatTime(example.time_s).replace(/\..*/, "")}</span>
@@ -129,7 +123,7 @@ function Row({ example, session, panel, studio }: TableProps & { example: Exampl
       {picked && (
         <tr class="picked detail">
           <td colSpan={5 + session.features.length}>
-            <Detail example={example} session={session} panel={panel} studio={studio} />
+            <Detail example={example} session={session} panel={panel} />
           </td>
         </tr>
       )}

@@ -1,15 +1,18 @@
 /** The form that exports a behavior: its target, what its parameters stand for, and a zip as a download. */
 
 import { useRef, useState } from "preact/hooks";
+import { Button } from "../button";
+import { useStudio } from "../context";
 import { exportQuery, fileName, needsRobot, offersSingle, targetName, type ExportRequest } from "../export";
+import { Field, Form, Option, Select } from "../fields";
 import type { TrainedBehavior } from "../protocol";
 import type { Studio } from "../studio";
-import { plain } from "../words";
 
 const PATH = "export.zip";
 const MESSAGE_HEADER = "X-Understudy-Message";
 
-export function ExportForm({ trained, studio }: { trained: TrainedBehavior; studio: Studio }) {
+export function ExportForm({ trained }: { trained: TrainedBehavior }) {
+  const studio = useStudio();
   const { name, parameters } = trained;
   const offered = studio.scene?.targets ?? [];
   const [to, setTo] = useState(studio.exports[0] ?? "");
@@ -27,55 +30,30 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
     setWorking(false);
   };
   return (
-    <form
-      class="export-form"
-      aria-label={`Export ${name}`}
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (!working) void act();
-      }}
-    >
-      <label class="field">
-        <span>Export as</span>
-        <select value={to} onChange={(event) => setTo(event.currentTarget.value)}>
-          {studio.exports.map((each) => (
-            <option key={each} value={each}>
-              {targetName(each)}
-            </option>
-          ))}
-        </select>
-      </label>
+    <Form class="export-form" aria-label={`Export ${name}`} submit={() => void (working || act())}>
+      <Field label="Export as">
+        <Select value={to} among={studio.exports.map((each) => [each, targetName(each)])} change={setTo} />
+      </Field>
       {parameters.map((parameter) => (
-        <label class="field" key={parameter}>
-          <span>{parameter} stands for</span>
-          <select
-            value={targets[parameter]}
-            onChange={(event) => setChosen({ ...chosen, [parameter]: event.currentTarget.value })}
-          >
-            {offered.map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Field key={parameter} label={`${parameter} stands for`}>
+          <Select
+            value={targets[parameter] ?? ""}
+            among={offered}
+            change={(target) => setChosen({ ...chosen, [parameter]: target })}
+          />
+        </Field>
       ))}
       {offersSingle(to) && (
-        <label class="option">
-          <input
-            type="checkbox"
-            checked={single}
-            onChange={(event) => setSingle(event.currentTarget.checked)}
-          />
+        <Option checked={single} change={setSingle}>
           Single precision, for small microcontrollers
-        </label>
+        </Option>
       )}
       {asksFile && (
         <p class="field">
           <span>Robot's file</span>
-          <button type="button" class="cut" onClick={() => field.current?.click()}>
+          <Button class="cut" onClick={() => field.current?.click()}>
             {robot?.name ?? "Choose…"}
-          </button>
+          </Button>
           <input
             ref={field}
             type="file"
@@ -89,7 +67,7 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
           />
         </p>
       )}
-      <p class="export-foot">
+      <p class="flex export-foot">
         <button type="submit" class="small" disabled={working || to === "" || (asksFile && robot === null)}>
           {working ? "Exporting…" : "Download"}
         </button>
@@ -99,7 +77,7 @@ export function ExportForm({ trained, studio }: { trained: TrainedBehavior; stud
             : "A zip with a README and a test."}
         </span>
       </p>
-    </form>
+    </Form>
   );
 }
 

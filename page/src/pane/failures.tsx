@@ -1,8 +1,9 @@
 /** Failing worlds: what went wrong in each, whether it still does, and the way into it, to correct it there. */
 
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
+import { Progress, Sign } from "../lists";
 import type { FailingWorld, Failures } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 
 const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, string]>> = {
@@ -12,13 +13,14 @@ const MARKS: Readonly<Record<FailingWorld["state"], readonly [string, string, st
   unknown: ["?", "warn", "Could not be run"],
 };
 
-export function FailuresPart({ studio }: { studio: Studio }) {
+export function FailuresPart() {
+  const studio = useStudio();
   const failures = studio.status?.failures ?? null;
   if (failures === null || failures.worlds.length + failures.problems.length === 0) return null;
   const { worlds, problems, running } = failures;
   return (
-    <section class="outcomes failures" aria-label="Failing worlds">
-      <div class="outcomes-head">
+    <section class="card outcomes failures" aria-label="Failing worlds">
+      <div class="flex wrap outcomes-head">
         <h3>Failing worlds</h3>
         <ControlButton
           class="small"
@@ -52,9 +54,7 @@ function PassCount({ failures }: { failures: Failures }) {
   return (
     <>
       {running && (
-        <p class="test-progress">
-          <progress aria-label="Failing worlds run" value={finished} max={Math.max(1, worlds.length)} />
-        </p>
+        <Progress label="Failing worlds run" finished={finished} total={Math.max(1, worlds.length)} />
       )}
       <p class="tiny" aria-live="polite">
         {tested.length === 0
@@ -83,9 +83,9 @@ function FailureItem({ world, open }: { world: FailingWorld; open: boolean }) {
   const [mark, tone, means] = MARKS[state];
   return (
     <li class={className(open && "on")}>
-      <span class={tone} role="img" aria-label={means} title={means}>
+      <Sign tone={tone} means={means}>
         {mark}
-      </span>
+      </Sign>
       <span class="claim" title={plain(sentences.join(" "))}>
         {name}{" "}
         <span class="soft">

@@ -106,6 +106,16 @@ function togglePath(opened: ReadonlySet<string>, path: string): ReadonlySet<stri
   return now;
 }
 
+/** What makes a drawing a button, for the mouse and for the keys. */
+function pressable(act: () => void) {
+  const onKeyDown = (event: KeyboardEvent): void => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    act();
+  };
+  return { role: "button", tabindex: 0, onClick: act, onKeyDown } as const;
+}
+
 interface ArcProps {
   arc: Bend;
   panel: Panel;
@@ -124,16 +134,9 @@ function ArcView({ arc, panel, last, examples, of }: ArcProps) {
   return (
     <g
       class={className("arc", picked && "picked", flash && last.corrected && "corrected")}
-      role="button"
-      tabindex={0}
+      {...pressable(() => panel.selectEdge(arc.id))}
       aria-pressed={picked}
       aria-label={`${plain(arc.edge.from)} to ${plain(arc.edge.to)}, ${examples === undefined ? `in ${plain(of ?? "")}` : formatCount(examples, "example")}`}
-      onClick={() => panel.selectEdge(arc.id)}
-      onKeyDown={(event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        panel.selectEdge(arc.id);
-      }}
     >
       <path class="reach" d={path} />
       <path
@@ -209,16 +212,9 @@ function Opener({ node: { state, path, inner }, at, open }: OpenerProps) {
   return (
     <g
       class="opener"
-      role="button"
-      tabindex={0}
+      {...pressable(() => open(path))}
       aria-expanded={inner !== null}
       aria-label={`What ${plain(state.name)} runs`}
-      onClick={() => open(path)}
-      onKeyDown={(event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        open(path);
-      }}
     >
       <circle class="reach" cx={at.x} cy={at.y} r={22} />
       <circle cx={at.x} cy={at.y} r={8} />

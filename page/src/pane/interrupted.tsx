@@ -1,17 +1,18 @@
 /** A lesson that was cut off before it was saved: resume it, or throw it away, which can be taken back. */
 
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
 import type { InterruptedSession } from "../protocol";
-import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 import { useOpenAction } from "./openaction";
 
-export function InterruptedLesson({ left, studio }: { left: InterruptedSession; studio: Studio }) {
+export function InterruptedLesson({ left }: { left: InterruptedSession }) {
+  const studio = useStudio();
   const { name, examples } = left;
   const { open, asks } = useOpenAction(studio, name);
   return (
-    <li class="behavior">
-      <div class="behavior-head">
+    <li class="card behavior">
+      <div class="flex behavior-head">
         <b>{plain(name)}</b>
         <span class="space" />
         <ControlButton class="small" aria-label={`Resume ${name}`} onClick={open}>

@@ -1,6 +1,6 @@
 /** The tab Lesson: all examples, undo and redo. */
 
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import type { Session } from "../protocol";
 import { formatCount } from "../words";
@@ -15,7 +15,7 @@ export function LessonTab() {
   const contradictions = session.examples.filter((example) => example.contradicts).length;
   return (
     <>
-      <div class="lesson-head">
+      <div class="flex lesson-head">
         <span>{formatCount(session.examples.length, "example")}</span>
         <span class="space" />
         <ControlButton
@@ -37,15 +37,13 @@ export function LessonTab() {
       </div>
       <Kinds session={session} />
       {contradictions > 0 && <p class="tiny kinds warn">≠ {contradictions} contradict each other</p>}
-      {(session.examples.length > 0 || session.properties.length > 0) && (
-        <Outcomes session={session} studio={studio} />
-      )}
+      {(session.examples.length > 0 || session.properties.length > 0) && <Outcomes session={session} />}
       {panel.highlighted.size > 0 && (
         <p class="tiny shown">
           {formatCount(panel.highlighted.size, "example")} marked.{" "}
-          <button type="button" class="link" onClick={() => panel.showExamples([])}>
+          <Button class="link" onClick={() => panel.showExamples([])}>
             unmark
-          </button>
+          </Button>
         </p>
       )}
       {session.examples.length === 0 ? (
@@ -55,7 +53,7 @@ export function LessonTab() {
         </p>
       ) : (
         <div class="table-place">
-          <Examples session={session} panel={panel} studio={studio} />
+          <Examples session={session} panel={panel} />
         </div>
       )}
     </>

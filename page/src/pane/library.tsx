@@ -3,7 +3,7 @@
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
-import type { Studio } from "../studio";
+import { Form, Input } from "../fields";
 import { Behavior } from "./behavior";
 import { InterruptedLesson } from "./interrupted";
 import { LibraryTransfer } from "./librarytransfer";
@@ -18,11 +18,11 @@ export function LibraryTab() {
   const { folder, trained, trash, basic, interrupted: cutOff } = status.library;
   return (
     <>
-      {session !== null && <SaveAs studio={studio} name={session.name} />}
+      {session !== null && <SaveAs name={session.name} />}
       {cutOff.length > 0 && (
-        <ul class="behaviors">
+        <ul>
           {cutOff.map((left) => (
-            <InterruptedLesson key={left.name} left={left} studio={studio} />
+            <InterruptedLesson key={left.name} left={left} />
           ))}
         </ul>
       )}
@@ -31,16 +31,16 @@ export function LibraryTab() {
           No behavior is saved yet. Teach one and save it: it becomes a state that other automata can use.
         </p>
       )}
-      <ul class="behaviors">
+      <ul>
         {trained.map((each) => (
-          <Behavior key={each.name} trained={each} studio={studio} />
+          <Behavior key={each.name} trained={each} />
         ))}
       </ul>
-      <p class="padded">
+      <p>
         <ControlButton onClick={() => panel.choose("new")}>+ Teach something new</ControlButton>
       </p>
       <h3>Basic behaviors</h3>
-      <p class="padded tiny">{basic.map(plain).join(", ")}</p>
+      <p class="tiny">{basic.map(plain).join(", ")}</p>
       {trash.length > 0 && (
         <>
           <h3>Deleted</h3>
@@ -58,36 +58,29 @@ export function LibraryTab() {
       )}
       <Places />
       <h3>As a file</h3>
-      <LibraryTransfer studio={studio} />
-      <p class="padded tiny folder">in the folder {folder}</p>
+      <LibraryTransfer />
+      <p class="tiny folder">in the folder {folder}</p>
     </>
   );
 }
 
-function SaveAs({ studio, name }: { studio: Studio; name: string }) {
+function SaveAs({ name }: { name: string }) {
+  const studio = useStudio();
   const [wanted, setWanted] = useState("");
+  const save = (): void => {
+    if (wanted.trim() === "") return;
+    void studio.ask({ do: "save", name: wanted.trim() });
+    setWanted("");
+  };
   return (
-    <form
-      class="save-as"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (wanted.trim() === "") return;
-        void studio.ask({ do: "save", name: wanted.trim() });
-        setWanted("");
-      }}
-    >
+    <Form class="flex save-as" submit={save}>
       <label>
         Save {plain(name)} as{" "}
-        <input
-          value={wanted}
-          placeholder="another name"
-          disabled={!studio.hasControl}
-          onInput={(event) => setWanted(event.currentTarget.value)}
-        />
+        <Input value={wanted} placeholder="another name" disabled={!studio.hasControl} change={setWanted} />
       </label>
-      <button type="submit" class="small" disabled={!studio.hasControl || wanted.trim() === ""}>
+      <ControlButton type="submit" class="small" disabled={wanted.trim() === ""}>
         Save as
-      </button>
-    </form>
+      </ControlButton>
+    </Form>
   );
 }

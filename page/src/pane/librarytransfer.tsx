@@ -1,7 +1,9 @@
 /** The library as a zip: out as a download, and in again, where nothing is replaced without a question. */
 
 import { useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
+import { Prompt } from "../confirm";
+import { useStudio } from "../context";
 import type { Studio } from "../studio";
 import { plain } from "../words";
 
@@ -15,7 +17,8 @@ interface ImportAnswer {
   conflicts?: readonly string[];
 }
 
-export function LibraryTransfer({ studio }: { studio: Studio }) {
+export function LibraryTransfer() {
+  const studio = useStudio();
   const [conflict, setConflict] = useState<{ file: File; conflicts: readonly string[] } | null>(null);
   const [sending, setSending] = useState(false);
   const field = useRef<HTMLInputElement>(null);
@@ -30,14 +33,13 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
   };
   return (
     <>
-      <p class="padded library-transfer">
-        <button
-          type="button"
+      <p class="library-transfer">
+        <Button
           disabled={status === null || status.library.trained.length === 0}
           onClick={() => downloadLibrary(studio)}
         >
           Export library
-        </button>
+        </Button>
         <ControlButton disabled={sending} onClick={() => field.current?.click()}>
           Import…
         </ControlButton>
@@ -55,21 +57,16 @@ export function LibraryTransfer({ studio }: { studio: Studio }) {
         />
       </p>
       {conflict !== null && (
-        <div class="prompt" role="alert">
-          <p>
-            {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
-            library already, and not the same. What is replaced is kept as a former version.
-          </p>
-          <button type="button" class="small" onClick={() => void importFile(conflict.file, "replace")}>
-            Replace
-          </button>
-          <button type="button" class="small" onClick={() => void importFile(conflict.file, "keep")}>
-            Import only the others
-          </button>
-          <button type="button" class="link" onClick={() => setConflict(null)}>
-            not now
-          </button>
-        </div>
+        <Prompt
+          answers={{
+            Replace: () => void importFile(conflict.file, "replace"),
+            "Import only the others": () => void importFile(conflict.file, "keep"),
+          }}
+          onClose={() => setConflict(null)}
+        >
+          {conflict.conflicts.map(plain).join(", ")} {conflict.conflicts.length === 1 ? "is" : "are"} in the
+          library already, and not the same. What is replaced is kept as a former version.
+        </Prompt>
       )}
     </>
   );

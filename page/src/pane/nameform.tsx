@@ -1,18 +1,20 @@
 /** Another name for a trained behavior: for itself, or for a copy of it. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import type { Studio } from "../studio";
+import { useStudio } from "../context";
+import { Form, Input } from "../fields";
+import { listenTo } from "../listen";
 
 export type Way = "rename" | "duplicate";
 
 interface Props {
   way: Way;
   name: string;
-  studio: Studio;
   close: () => void;
 }
 
-export function NameForm({ way, name, studio, close }: Props) {
+export function NameForm({ way, name, close }: Props) {
+  const studio = useStudio();
   const [to, setTo] = useState(way === "rename" ? name : `${name} 2`);
   const field = useRef<HTMLInputElement>(null);
   useLayoutEffect(() => {
@@ -21,11 +23,9 @@ export function NameForm({ way, name, studio, close }: Props) {
   }, []);
   useLayoutEffect(() => {
     // As soon as the field is there: an effect after the next frame would miss an Escape pressed before it.
-    const leave = (event: KeyboardEvent): void => {
-      if (event.key === "Escape") close(); // even if another element has the focus by then
-    };
-    addEventListener("keydown", leave);
-    return () => removeEventListener("keydown", leave);
+    return listenTo(globalThis, {
+      keydown: ({ key }) => key === "Escape" && close(), // even if another element has the focus by then
+    });
   });
   const wanted = to.trim();
   const useless = wanted === "" || wanted === name || !studio.hasControl;
@@ -34,23 +34,17 @@ export function NameForm({ way, name, studio, close }: Props) {
     if (answer.error === undefined) close();
   };
   return (
-    <form
-      class="name-form"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (!useless) void act();
-      }}
-    >
-      <input
+    <Form class="name-form" submit={() => void (useless || act())}>
+      <Input
         ref={field}
         value={to}
         maxLength={150}
         aria-label={way === "rename" ? `New name of ${name}` : `Name of the copy of ${name}`}
-        onInput={(event) => setTo(event.currentTarget.value)}
+        change={setTo}
       />
       <button type="submit" class="small" disabled={useless}>
         {way === "rename" ? "Rename" : "Duplicate"}
       </button>
-    </form>
+    </Form>
   );
 }

@@ -2,6 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
+import { Prompt } from "../confirm";
 import { usePanel } from "../context";
 import type { InterruptedSession } from "../protocol";
 import type { Studio } from "../studio";
@@ -31,38 +32,27 @@ export function useOpenAction(studio: Studio, name: string, left?: InterruptedSe
     const answer = await studio.ask({ do: "discard", name });
     if (answer.error === undefined) await send();
   };
-  const notNow = (
-    <button type="button" class="link" onClick={() => setQuestion(null)}>
-      not now
-    </button>
-  );
+  const close = (): void => setQuestion(null);
   const asks = {
     unsaved: (
-      <div class="prompt" role="alert">
-        <p>{plain(session?.name ?? "")} has changes that are not in the library.</p>
-        <button type="button" class="small" onClick={() => void saveFirst()}>
-          Save, then open
-        </button>
-        <button type="button" class="small" onClick={proceed}>
-          Open without saving
-        </button>
-        {notNow}
-      </div>
+      <Prompt
+        answers={{ "Save, then open": () => void saveFirst(), "Open without saving": proceed }}
+        onClose={close}
+      >
+        {plain(session?.name ?? "")} has changes that are not in the library.
+      </Prompt>
     ),
     "cut off": (
-      <div class="prompt" role="alert">
-        <p>
-          A lesson of {plain(name)} was interrupted before it was saved, with{" "}
-          {formatCount(left?.examples ?? 0, "example")}.
-        </p>
-        <button type="button" class="small" onClick={() => void send()}>
-          Resume it
-        </button>
-        <button type="button" class="small" onClick={() => void openSaved()}>
-          Discard it, and open what is saved
-        </button>
-        {notNow}
-      </div>
+      <Prompt
+        answers={{
+          "Resume it": () => void send(),
+          "Discard it, and open what is saved": () => void openSaved(),
+        }}
+        onClose={close}
+      >
+        A lesson of {plain(name)} was interrupted before it was saved, with{" "}
+        {formatCount(left?.examples ?? 0, "example")}.
+      </Prompt>
     ),
   };
   return {

@@ -4,9 +4,11 @@
  */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
+import { useStudio } from "../context";
+import { Form, Input, Select } from "../fields";
+import { Progress, Sign, useFirst } from "../lists";
 import type { Evaluation, EvaluationResult, Session, LessonTest } from "../protocol";
-import type { Studio } from "../studio";
 import { className, formatCount, plain } from "../words";
 
 /** The number of worlds in which the trained automaton is tried at a click. */
@@ -14,24 +16,25 @@ const WORLDS = 100;
 /** The number of worlds in which it failed that are listed at first. */
 const FIRST = 6;
 
-export function Outcomes({ session, studio }: { session: Session; studio: Studio }) {
+export function Outcomes({ session }: { session: Session }) {
   return (
     <>
-      <PropertyList session={session} studio={studio} />
-      <UnseenWorlds session={session} studio={studio} />
+      <PropertyList session={session} />
+      <UnseenWorlds session={session} />
     </>
   );
 }
 
-function PropertyList({ session, studio }: { session: Session; studio: Studio }) {
+function PropertyList({ session }: { session: Session }) {
+  const studio = useStudio();
   const [adding, add] = useState(false);
   const { lessonTests } = studio;
   const tested = lessonTests.fresh
     ? lessonTests.results?.find(({ name }) => name === session.name)
     : undefined;
   return (
-    <section class="outcomes" aria-label="Properties">
-      <div class="outcomes-head">
+    <section class="card outcomes" aria-label="Properties">
+      <div class="flex wrap outcomes-head">
         <h3>Properties</h3>
         {session.flags.length > 0 && (
           <ControlButton
@@ -43,17 +46,16 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
             + property
           </ControlButton>
         )}
-        <button
-          type="button"
+        <Button
           class="small"
           disabled={lessonTests.testing !== null}
           title="All recorded moments and properties of the library, as everything is now"
           onClick={() => void lessonTests.test()}
         >
           {lessonTests.testing === null ? "Test lessons" : `Testing ${plain(lessonTests.testing)} …`}
-        </button>
+        </Button>
       </div>
-      {adding && <PropertyAdder session={session} studio={studio} close={() => add(false)} />}
+      {adding && <PropertyAdder session={session} close={() => add(false)} />}
       <ul>
         {session.properties.map((property, index) => (
           <li key={index}>
@@ -78,19 +80,20 @@ function PropertyList({ session, studio }: { session: Session; studio: Studio })
           </li>
         ))}
       </ul>
-      <Results studio={studio} />
+      <Results />
     </section>
   );
 }
 
 /** What is trained, tried in worlds that it was not taught in. */
-function UnseenWorlds({ session, studio }: { session: Session; studio: Studio }) {
+function UnseenWorlds({ session }: { session: Session }) {
+  const studio = useStudio();
   const { evaluation } = session;
   if (!studio.live.mapped) return null; // what success is in a body of one's own only the command line is told
   const running = evaluation !== undefined && evaluation.result === null && evaluation.problem === "";
   return (
-    <section class="outcomes" aria-label="Unseen worlds">
-      <div class="outcomes-head">
+    <section class="card outcomes" aria-label="Unseen worlds">
+      <div class="flex wrap outcomes-head">
         <h3>Unseen worlds</h3>
         {running ? (
           <ControlButton class="small" request={{ do: "cancel_evaluation" }}>
@@ -108,40 +111,23 @@ function UnseenWorlds({ session, studio }: { session: Session; studio: Studio })
         )}
       </div>
       {studio.live.real && <p class="tiny">Not with real robots: there is only the world they are in.</p>}
-      {running && <Progress evaluation={evaluation} />}
-      {evaluation !== undefined && !running && (
-        <EvaluationView evaluation={evaluation} session={session} studio={studio} />
+      {running && (
+        <Progress label="Worlds tried" finished={evaluation.finished} total={evaluation.worlds}>
+          {plain(evaluation.behavior)}: {evaluation.finished} of {formatCount(evaluation.worlds, "world")}
+        </Progress>
       )}
+      {evaluation !== undefined && !running && <EvaluationView evaluation={evaluation} session={session} />}
     </section>
   );
 }
 
-function Progress({ evaluation }: { evaluation: Evaluation }) {
-  const { behavior, worlds, finished } = evaluation;
-  return (
-    <p class="test-progress">
-      <progress aria-label="Worlds tried" value={finished} max={worlds} />
-      <span class="tiny">
-        {plain(behavior)}: {finished} of {formatCount(worlds, "world")}
-      </span>
-    </p>
-  );
-}
-
 /** What came of it: the rate, and the worlds in which it failed. */
-function EvaluationView({
-  evaluation,
-  session,
-  studio,
-}: {
-  evaluation: Evaluation;
-  session: Session;
-  studio: Studio;
-}) {
+function EvaluationView({ evaluation, session }: { evaluation: Evaluation; session: Session }) {
+  const studio = useStudio();
   const { behavior, worlds, result, problem, edition } = evaluation;
   return (
     <section class="tested" aria-label="How often it succeeded" aria-live="polite">
-      <div class="outcomes-head">
+      <div class="flex wrap outcomes-head">
         <b class={className(result === null && "warn")}>
           {result === null
             ? "It could not be tried"
@@ -165,12 +151,7 @@ function EvaluationView({
             {plain(behavior)} in worlds {result.first} to {result.last}. Success: {plain(result.success)}
             {(studio.scene?.robots ?? 1) > 1 && "; all robots run it"}.
           </p>
-          <FailedWorlds
-            result={result}
-            failed={worlds - result.succeeded}
-            session={session}
-            studio={studio}
-          />
+          <FailedWorlds result={result} failed={worlds - result.succeeded} session={session} />
         </>
       )}
     </section>
@@ -186,15 +167,13 @@ function FailedWorlds({
   result,
   failed,
   session,
-  studio,
 }: {
   result: EvaluationResult;
   failed: number;
   session: Session;
-  studio: Studio;
 }) {
-  const [all, setAll] = useState(false);
-  const listed = all ? result.failed : result.failed.slice(0, FIRST);
+  const studio = useStudio();
+  const [listed, more] = useFirst(result.failed, FIRST, (hidden) => `${hidden} more`);
   /** The world from its beginning, and what is trained decides in it. */
   const open = async (seed: number): Promise<void> => {
     if (session.mode === "training") {
@@ -223,16 +202,10 @@ function FailedWorlds({
           </li>
         ))}
       </ul>
-      {listed.length < result.failed.length && (
-        <p class="earlier">
-          <button type="button" class="link" onClick={() => setAll(true)}>
-            {result.failed.length - listed.length} more
-          </button>
-        </p>
-      )}
-      {all && result.failed.length < failed && (
-        <p class="tiny">and {failed - result.failed.length} more that are not listed</p>
-      )}
+      {more ||
+        (result.failed.length < failed && (
+          <p class="tiny">and {failed - result.failed.length} more that are not listed</p>
+        ))}
     </>
   );
 }
@@ -258,36 +231,23 @@ function PropertyMark({ outcome }: { outcome: LessonTest["properties"][number] |
   );
 }
 
-function PropertyAdder({ session, studio, close }: { session: Session; studio: Studio; close: () => void }) {
+function PropertyAdder({ session, close }: { session: Session; close: () => void }) {
+  const studio = useStudio();
   const [flag, setFlag] = useState(session.flags[0] ?? "");
   const [seconds, setSeconds] = useState("20");
   const within = Number(seconds);
   const sensible = seconds.trim() !== "" && within > 0;
-  const addProperty = async (event: Event): Promise<void> => {
-    event.preventDefault();
+  const addProperty = async (): Promise<void> => {
     if (!sensible) return;
     const answer = await studio.change({ do: "add_property", flag, within_s: within }, { do: "undo" });
     if (answer.error === undefined) close();
   };
   return (
-    <form class="property-adder" onSubmit={(event) => void addProperty(event)}>
+    <Form class="flex wrap property-adder" submit={() => void addProperty()}>
       <span>From here,</span>
-      <select aria-label="flag" value={flag} onChange={(event) => setFlag(event.currentTarget.value)}>
-        {session.flags.map((each) => (
-          <option key={each} value={each}>
-            {plain(each)}
-          </option>
-        ))}
-      </select>
+      <Select aria-label="flag" value={flag} among={session.flags} change={setFlag} />
       <label>
-        within{" "}
-        <input
-          value={seconds}
-          inputMode="decimal"
-          aria-label="seconds"
-          onInput={(event) => setSeconds(event.currentTarget.value)}
-        />{" "}
-        s
+        within <Input value={seconds} inputMode="decimal" aria-label="seconds" change={setSeconds} /> s
       </label>
       <ControlButton type="submit" class="small primary" disabled={!sensible}>
         Add property
@@ -295,12 +255,13 @@ function PropertyAdder({ session, studio, close }: { session: Session; studio: S
       <p class="tiny">
         Where everything stands now is kept with the lesson; the automaton starts afresh there.
       </p>
-    </form>
+    </Form>
   );
 }
 
 /** What was found, an automaton each, the one in training first. */
-function Results({ studio }: { studio: Studio }) {
+function Results() {
+  const studio = useStudio();
   const { lessonTests } = studio;
   const { results } = lessonTests;
   if (results === null || (results.length === 0 && lessonTests.testing === null)) return null;
@@ -310,7 +271,7 @@ function Results({ studio }: { studio: Studio }) {
     otherwise === 0 ? "All as shown" : `${formatCount(otherwise, "moment")} decided otherwise than shown`;
   return (
     <section class="tested" aria-label="Tested" aria-live="polite">
-      <div class="outcomes-head">
+      <div class="flex wrap outcomes-head">
         <b>
           {lessonTests.testing !== null
             ? "Testing"
@@ -322,14 +283,7 @@ function Results({ studio }: { studio: Studio }) {
           <span class="tiny">before the lesson changed; test it again</span>
         )}
         <span class="space" />
-        <button
-          type="button"
-          class="link"
-          aria-label="Close what was tested"
-          onClick={() => lessonTests.clearResults()}
-        >
-          ×
-        </button>
+        <CloseButton class="link" label="Close what was tested" onClick={() => lessonTests.clearResults()} />
       </div>
       <ul>
         {results.map((each) => (
@@ -346,9 +300,9 @@ function Result({ tested }: { tested: LessonTest }) {
   return (
     <li class={className("result", !works && "bad")}>
       <p>
-        <span role="img" aria-label={word} class={works ? "passes" : "warn"}>
+        <Sign tone={works ? "passes" : "warn"} means={word}>
           {sign}
-        </span>{" "}
+        </Sign>{" "}
         <b>{plain(name)}</b>{" "}
         <span class="tiny">
           {examples === 0 ? "nothing recorded" : formatCount(examples, "moment")}

@@ -1,7 +1,9 @@
 /** Where one teaches: other worlds and libraries, and the world as it stands as one more. */
 
 import { useState } from "preact/hooks";
+import { Prompt } from "../confirm";
 import { useStudio } from "../context";
+import { ControlSelect, Field, Form, Input } from "../fields";
 import type { Request } from "../protocol";
 import type { Studio } from "../studio";
 import { plain } from "../words";
@@ -26,18 +28,15 @@ export function usePlaceChange(studio: Studio) {
     else void send(to);
   };
   const asks = destination !== null && studio.session !== null && (
-    <div class="prompt" role="alert">
-      <p>{plain(studio.session.name)} has changes that are not in the library.</p>
-      <button type="button" class="small" onClick={() => void saveFirst(destination)}>
-        Save, then go to {destination.name}
-      </button>
-      <button type="button" class="small" onClick={() => void send(destination)}>
-        Go without saving
-      </button>
-      <button type="button" class="link" onClick={() => setDestination(null)}>
-        not now
-      </button>
-    </div>
+    <Prompt
+      answers={{
+        [`Save, then go to ${destination.name}`]: () => void saveFirst(destination),
+        "Go without saving": () => void send(destination),
+      }}
+      onClose={() => setDestination(null)}
+    >
+      {plain(studio.session.name)} has changes that are not in the library.
+    </Prompt>
   );
   return { go, asks };
 }
@@ -49,48 +48,37 @@ export function Places() {
   return (
     <>
       <h3>World</h3>
-      <WorldChoice studio={studio} go={go} />
-      <SaveWorld studio={studio} />
+      <WorldChoice go={go} />
+      <SaveWorld />
       <h3>Library</h3>
-      <LibraryChoice studio={studio} go={go} />
+      <LibraryChoice go={go} />
       {asks}
     </>
   );
 }
 
 interface ChoiceProps {
-  studio: Studio;
   go: (to: PlaceRequest) => void;
 }
 
-function WorldChoice({ studio, go }: ChoiceProps) {
+function WorldChoice({ go }: ChoiceProps) {
+  const studio = useStudio();
   if (studio.status === null) return null;
   const { world, worlds } = studio.status.places;
   return (
-    <label class="field">
-      <span>Teach in</span>
-      <select
+    <Field label="Teach in">
+      <ControlSelect
         value={world}
+        among={worlds}
         aria-label="World"
-        disabled={!studio.hasControl}
-        onChange={(event) => {
-          const name = event.currentTarget.value;
-          event.currentTarget.value = world; // until the server says so
-          event.currentTarget.blur();
-          go({ do: "open_world", name, discard: false });
-        }}
-      >
-        {worlds.map((each) => (
-          <option key={each} value={each}>
-            {plain(each)}
-          </option>
-        ))}
-      </select>
-    </label>
+        change={(name) => go({ do: "open_world", name, discard: false })}
+      />
+    </Field>
   );
 }
 
-function SaveWorld({ studio }: { studio: Studio }) {
+function SaveWorld() {
+  const studio = useStudio();
   const [name, setName] = useState("");
   const wanted = name.trim();
   const save = async (): Promise<void> => {
@@ -111,7 +99,8 @@ function SaveWorld({ studio }: { studio: Studio }) {
   );
 }
 
-function LibraryChoice({ studio, go }: ChoiceProps) {
+function LibraryChoice({ go }: ChoiceProps) {
+  const studio = useStudio();
   const [making, setMaking] = useState(false);
   const [name, setName] = useState("");
   if (studio.status === null) return null;
@@ -123,30 +112,17 @@ function LibraryChoice({ studio, go }: ChoiceProps) {
   };
   return (
     <>
-      <label class="field">
-        <span>Folder</span>
-        <select
+      <Field label="Folder">
+        <ControlSelect
           value={making ? NEW : library}
+          among={[...libraries.map((each) => [each, each] as const), [NEW, "new library …"]]}
           aria-label="Library"
-          disabled={!studio.hasControl}
-          onChange={(event) => {
-            const chosen = event.currentTarget.value;
+          change={(chosen) => {
             setMaking(chosen === NEW);
-            if (chosen !== NEW) {
-              event.currentTarget.value = library;
-              go({ do: "open_library", name: chosen, discard: false });
-            }
-            event.currentTarget.blur();
+            if (chosen !== NEW) go({ do: "open_library", name: chosen, discard: false });
           }}
-        >
-          {libraries.map((each) => (
-            <option key={each} value={each}>
-              {each}
-            </option>
-          ))}
-          <option value={NEW}>new library …</option>
-        </select>
-      </label>
+        />
+      </Field>
       {making && (
         <NameForm
           label="New library"
@@ -176,28 +152,13 @@ interface NameFormProps {
 
 function NameForm({ label, hint, about, button, name, change, enabled, act }: NameFormProps) {
   return (
-    <form
-      class="place-name"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (enabled) void act();
-      }}
-    >
-      <label class="field">
-        <span>{label}</span>
-        <input
-          value={name}
-          placeholder={hint}
-          maxLength={150}
-          spellcheck={false}
-          autocomplete="off"
-          onInput={(event) => change(event.currentTarget.value)}
-        />
-        <span class="tiny">{about}</span>
-      </label>
+    <Form class="place-name" submit={() => void (enabled && act())}>
+      <Field label={label} about={about}>
+        <Input value={name} placeholder={hint} maxLength={150} change={change} />
+      </Field>
       <button type="submit" class="small" disabled={!enabled}>
         {button}
       </button>
-    </form>
+    </Form>
   );
 }

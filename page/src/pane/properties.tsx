@@ -2,28 +2,30 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
-import type { LibraryProperties, LibraryProperty } from "../protocol";
-import type { Studio } from "../studio";
+import { useStudio } from "../context";
+import { Progress, Sign } from "../lists";
+import type { LibraryProperty } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { PropertyForm } from "./propertyform";
 
 const MARKS: Readonly<Record<LibraryProperty["verdict"], readonly [string, string, string]>> = {
   "not tested": ["○", "soft", "Not tested yet"],
-  holds: ["✓", "came", "Holds"],
+  holds: ["✓", "passes", "Holds"],
   fails: ["✗", "warn", "Fails"],
   undecided: ["?", "soft", "Undecided: more worlds are needed"],
 };
 /** The form is open for a new property. */
 const NEW = "\n";
 
-export function PropertiesPart({ studio }: { studio: Studio }) {
+export function PropertiesPart() {
+  const studio = useStudio();
   const [changing, change] = useState<string | null>(null);
   const properties = studio.status?.properties ?? null;
   if (properties === null) return null;
-  const { rows, problem, testing } = properties;
+  const { rows, problem, testing, finished, total } = properties;
   return (
-    <section class="outcomes properties" aria-label="Properties of the library">
-      <div class="outcomes-head">
+    <section class="card outcomes properties" aria-label="Properties of the library">
+      <div class="flex wrap outcomes-head">
         <h3>Library properties</h3>
         <ControlButton
           class="link"
@@ -45,50 +47,33 @@ export function PropertiesPart({ studio }: { studio: Studio }) {
           </ControlButton>
         )}
       </div>
-      {changing === NEW && (
-        <PropertyForm name={null} fields={null} studio={studio} close={() => change(null)} />
+      {changing === NEW && <PropertyForm name={null} fields={null} close={() => change(null)} />}
+      {testing !== null && (
+        <Progress label="Worlds of a property run" finished={finished} total={total}>
+          {testing}: {finished} of {formatCount(total, "world")}
+        </Progress>
       )}
-      <Progress properties={properties} />
       {problem !== "" && <p class="warn">{problem}</p>}
       {rows.length === 0 && problem === "" && changing === null && (
         <p class="tiny">What a behavior must never do, or must do in time, tested in many worlds.</p>
       )}
       <ul>
         {rows.map((row) => (
-          <PropertyItem
-            key={row.name}
-            row={row}
-            studio={studio}
-            open={changing === row.name}
-            change={change}
-          />
+          <PropertyItem key={row.name} row={row} open={changing === row.name} change={change} />
         ))}
       </ul>
     </section>
   );
 }
 
-function Progress({ properties }: { properties: LibraryProperties }) {
-  const { testing, finished, total } = properties;
-  if (testing === null) return null;
-  return (
-    <p class="test-progress">
-      <progress aria-label="Worlds of a property run" value={finished} max={total} />
-      <span class="tiny">
-        {testing}: {finished} of {formatCount(total, "world")}
-      </span>
-    </p>
-  );
-}
-
 interface ItemProps {
   row: LibraryProperty;
-  studio: Studio;
   open: boolean;
   change: (name: string | null) => void;
 }
 
-function PropertyItem({ row, studio, open, change }: ItemProps) {
+function PropertyItem({ row, open, change }: ItemProps) {
+  const studio = useStudio();
   const { name, claim, problem, fields, verdict, sentences, stale } = row;
   const [mark, tone, means] = problem === "" ? MARKS[verdict] : ["!", "warn", "Its table is not valid"];
   const remove = (): void => {
@@ -99,9 +84,9 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
   return (
     <>
       <li>
-        <span class={tone} role="img" aria-label={means} title={means}>
+        <Sign tone={tone} means={means}>
           {mark}
-        </span>
+        </Sign>
         <span class="claim">
           {name}{" "}
           <span class="soft">
@@ -137,7 +122,7 @@ function PropertyItem({ row, studio, open, change }: ItemProps) {
       {stale && <li class="proved">tested before the lesson changed</li>}
       {open && fields !== null && (
         <li class="proved">
-          <PropertyForm name={name} fields={fields} studio={studio} close={() => change(null)} />
+          <PropertyForm name={name} fields={fields} close={() => change(null)} />
         </li>
       )}
     </>

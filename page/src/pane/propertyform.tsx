@@ -2,9 +2,11 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useState } from "preact/hooks";
+import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
+import { Field, Form, Input, Select } from "../fields";
 import type { PropertyChoicesReply, PropertyFields, PropertyKind } from "../protocol";
 import type { Studio } from "../studio";
-import { plain } from "../words";
 
 const KINDS: Readonly<Record<PropertyKind, readonly [kind: string, condition: string]>> = {
   never: ["never", "Never"],
@@ -27,7 +29,6 @@ interface FormProps {
   /** The property that is changed; null for a new one. */
   name: string | null;
   fields: PropertyFields | null;
-  studio: Studio;
   close: () => void;
 }
 
@@ -74,7 +75,8 @@ function useChoices(studio: Studio, world: string, behavior: string): PropertyCh
   return choices;
 }
 
-export function PropertyForm({ name, fields, studio, close }: FormProps) {
+export function PropertyForm({ name, fields, close }: FormProps) {
+  const studio = useStudio();
   const [called, call] = useState(name ?? "");
   const [draft, setDraft] = useState(() => fields ?? begin(studio));
   const [mistake, setMistake] = useState<Mistake | null>(null);
@@ -100,63 +102,50 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
   };
   const mistakeOf = (field: string) => (mistake?.field === field ? mistake.mistake : null);
   return (
-    <form
+    <Form
       class="property-form"
       aria-label={name === null ? "New property" : `Property ${name}`}
-      onSubmit={(event) => {
-        event.preventDefault();
-        void save();
-      }}
+      submit={() => void save()}
     >
       {name === null && (
-        <Field label="Name" mistake={mistakeOf("name")}>
-          <input
-            value={called}
-            placeholder="clear-of-the-station"
-            maxLength={150}
-            onInput={(event) => call(event.currentTarget.value)}
-          />
-        </Field>
+        <PropertyField label="Name" mistake={mistakeOf("name")}>
+          <Input value={called} placeholder="clear-of-the-station" maxLength={150} change={call} />
+        </PropertyField>
       )}
-      <Field label="Behavior" mistake={mistakeOf("behavior")}>
+      <PropertyField label="Behavior" mistake={mistakeOf("behavior")}>
         <Choice
           value={draft.behavior}
           among={choices?.behaviors.map((each) => each.name) ?? []}
           choose={(behavior) => set({ behavior })}
         />
-      </Field>
+      </PropertyField>
       {parameters.map((each) => (
-        <Field key={each} label={`Target ${each}`} mistake={mistakeOf("targets")}>
+        <PropertyField key={each} label={`Target ${each}`} mistake={mistakeOf("targets")}>
           <Choice
             value={targets[each] ?? ""}
             among={bindable}
             choose={(target) => set({ targets: { ...targets, [each]: target } })}
           />
-        </Field>
+        </PropertyField>
       ))}
-      <Field label="World" mistake={mistakeOf("world")}>
+      <PropertyField label="World" mistake={mistakeOf("world")}>
         <Choice value={draft.world} among={choices?.worlds ?? []} choose={(world) => set({ world })} />
-      </Field>
-      <Field label="Claim" mistake={mistakeOf("kind")}>
-        <select
+      </PropertyField>
+      <PropertyField label="Claim" mistake={mistakeOf("kind")}>
+        <Select
           value={draft.kind}
-          onChange={(event) => {
-            const kind = event.currentTarget.value as PropertyKind;
+          among={Object.entries(KINDS).map(([kind, [name]]) => [kind, name])}
+          change={(chosen) => {
+            const kind = chosen as PropertyKind;
             const seconds = TIMES[kind] === null ? null : (draft.seconds ?? TIMES[kind]);
             set({ kind, seconds, limit_s: kind === "always" ? null : draft.limit_s });
           }}
-        >
-          {(Object.keys(KINDS) as PropertyKind[]).map((kind) => (
-            <option key={kind} value={kind}>
-              {KINDS[kind][0]}
-            </option>
-          ))}
-        </select>
-      </Field>
+        />
+      </PropertyField>
       {draft.kind !== "never" && (
-        <Field label="Time, s" mistake={mistakeOf("seconds")}>
+        <PropertyField label="Time, s" mistake={mistakeOf("seconds")}>
           <NumberInput value={draft.seconds} change={(seconds) => set({ seconds })} />
-        </Field>
+        </PropertyField>
       )}
       {draft.kind !== "progress" && (
         <ConditionField
@@ -167,47 +156,39 @@ export function PropertyForm({ name, fields, studio, close }: FormProps) {
           change={(condition) => set({ condition })}
         />
       )}
-      <Field
+      <PropertyField
         label="Seeds"
         hint="A number of worlds, [1, 4], or { first = 1000, count = 500 }"
         mistake={mistakeOf("seeds")}
       >
-        <input value={draft.seeds} onInput={(event) => set({ seeds: event.currentTarget.value })} />
-      </Field>
+        <Input value={draft.seeds} change={(seeds) => set({ seeds })} />
+      </PropertyField>
       {draft.kind !== "always" && (
-        <Field
+        <PropertyField
           label="Limit, s"
           hint="Of each world; that of the world if empty"
           mistake={mistakeOf("limit_s")}
         >
           <NumberInput value={draft.limit_s} change={(limit_s) => set({ limit_s })} />
-        </Field>
+        </PropertyField>
       )}
-      <Field
+      <PropertyField
         label="At least"
         hint="A share of the worlds, such as 0.95; all if empty"
         mistake={mistakeOf("at_least")}
       >
         <NumberInput value={draft.at_least} change={(at_least) => set({ at_least })} />
-      </Field>
-      {mistakeOf("") !== null && (
-        <p class="warn" role="alert">
-          {mistakeOf("")}
-        </p>
-      )}
+      </PropertyField>
+      <MistakeLine mistake={mistakeOf("")} />
       <p class="choices">
-        <button
-          type="submit"
-          class="small primary"
-          disabled={!studio.hasControl || saving || called.trim() === ""}
-        >
+        <ControlButton type="submit" class="small primary" disabled={saving || called.trim() === ""}>
           {saving ? "Saving …" : "Save and test"}
-        </button>
-        <button type="button" class="small" onClick={close}>
+        </ControlButton>
+        <Button class="small" onClick={close}>
           Cancel
-        </button>
+        </Button>
       </p>
-    </form>
+    </Form>
   );
 }
 
@@ -218,20 +199,22 @@ interface FieldProps {
   children: ComponentChildren;
 }
 
-function Field({ label, hint, mistake, children }: FieldProps) {
+function PropertyField({ label, hint, mistake, children }: FieldProps) {
   return (
     <>
-      <label class="field">
-        <span>{label}</span>
-        {children}
-      </label>
+      <Field label={label}>{children}</Field>
       {hint !== undefined && <p class="tiny">{hint}</p>}
-      {mistake !== null && (
-        <p class="warn" role="alert">
-          {mistake}
-        </p>
-      )}
+      <MistakeLine mistake={mistake} />
     </>
+  );
+}
+
+function MistakeLine({ mistake }: { mistake: string | null }) {
+  if (mistake === null) return null;
+  return (
+    <p class="warn" role="alert">
+      {mistake}
+    </p>
   );
 }
 
@@ -252,7 +235,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
   };
   return (
     <>
-      <Field label={label} mistake={null}>
+      <PropertyField label={label} mistake={null}>
         <textarea
           rows={2}
           value={draft.condition}
@@ -260,9 +243,8 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
           maxLength={1000}
           onInput={(event) => change(event.currentTarget.value.replaceAll("\n", " "))}
         />
-      </Field>
-      <label class="field">
-        <span />
+      </PropertyField>
+      <PropertyField label="" mistake={mistake}>
         <select
           class="small"
           aria-label="Add to the condition"
@@ -285,12 +267,7 @@ function ConditionField({ label, draft, choices, mistake, change }: ConditionPro
             </optgroup>
           ))}
         </select>
-      </label>
-      {mistake !== null && (
-        <p class="warn" role="alert">
-          {mistake}
-        </p>
-      )}
+      </PropertyField>
     </>
   );
 }
@@ -302,16 +279,7 @@ interface ChoiceProps {
 }
 
 function Choice({ value, among, choose }: ChoiceProps) {
-  const options = among.includes(value) ? among : [value, ...among];
-  return (
-    <select value={value} onChange={(event) => choose(event.currentTarget.value)}>
-      {options.map((each) => (
-        <option key={each} value={each}>
-          {plain(each)}
-        </option>
-      ))}
-    </select>
-  );
+  return <Select value={value} among={among.includes(value) ? among : [value, ...among]} change={choose} />;
 }
 
 function NumberInput({ value, change }: { value: number | null; change: (value: number | null) => void }) {
@@ -320,11 +288,10 @@ function NumberInput({ value, change }: { value: number | null; change: (value: 
     if (value !== null && Number(text) !== value) setText(String(value));
   }, [value]);
   return (
-    <input
+    <Input
       inputMode="decimal"
       value={text}
-      onInput={(event) => {
-        const written = event.currentTarget.value;
+      change={(written) => {
         const number = Number(written.replace(",", "."));
         setText(written);
         change(written.trim() === "" || Number.isNaN(number) ? null : number);

@@ -2,9 +2,10 @@
 
 import { useState } from "preact/hooks";
 import { ControlButton } from "../button";
+import { useStudio } from "../context";
+import { Option } from "../fields";
 import type { QueryPolicy, Session } from "../protocol";
 import { soundIsOn, turnSound } from "../sound";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
 
 const WAYS: Readonly<Record<QueryPolicy, readonly [name: string, about: string]>> = {
@@ -13,13 +14,14 @@ const WAYS: Readonly<Record<QueryPolicy, readonly [name: string, about: string]>
   mark: ["mark", "It goes on where it is unsure, and marks the moment here and on the time line."],
 };
 
-export function QueryPart({ session, studio }: { session: Session; studio: Studio }) {
+export function QueryPart({ session }: { session: Session }) {
+  const studio = useStudio();
   const { policy, marks } = session.queries;
   return (
     <section class="query" aria-label="Asking">
-      <div class="ask-when">
+      <div class="flex ask-when">
         <span id="ask-when">Ask when unsure</span>
-        <div class="ways" role="group" aria-labelledby="ask-when">
+        <div class="segments ways" role="group" aria-labelledby="ask-when">
           {(Object.keys(WAYS) as QueryPolicy[]).map((each) => (
             <ControlButton
               key={each}
@@ -48,7 +50,7 @@ export function QueryPart({ session, studio }: { session: Session; studio: Studi
           {[...marks].reverse().map(({ number, time_s, run, sentence }) => (
             <li key={number}>
               <ControlButton
-                class="link"
+                class="link number"
                 title="Go back to this moment, and answer"
                 request={{ do: "go_to_mark", number }}
               >
@@ -68,13 +70,13 @@ export function QueryPart({ session, studio }: { session: Session; studio: Studi
 
 function SoundChoice() {
   const [on, setOn] = useState(soundIsOn());
-  const turn = () => {
-    turnSound(!on);
-    setOn(!on);
+  const turn = (wanted: boolean) => {
+    turnSound(wanted);
+    setOn(wanted);
   };
   return (
-    <label class="option">
-      <input type="checkbox" checked={on} onChange={turn} /> Sound when it asks
-    </label>
+    <Option checked={on} change={turn}>
+      Sound when it asks
+    </Option>
   );
 }

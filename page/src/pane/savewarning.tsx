@@ -1,6 +1,6 @@
 /** What saving would break, and what changed unasked, before it is saved: save anyway, or not now. */
 
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { DecisionChanges } from "../changes";
 import { useStudio } from "../context";
 import { plain } from "../words";
@@ -36,9 +36,9 @@ export function SaveWarning() {
         >
           Save anyway
         </ControlButton>
-        <button type="button" class="small" onClick={() => lessonTests.dismissWarning()}>
+        <Button class="small" onClick={() => lessonTests.dismissWarning()}>
           Not now
-        </button>
+        </Button>
       </p>
     </section>
   );

@@ -84,7 +84,7 @@ function GoalLine({ score }: { score: Score }) {
         </p>
       )}
       {(choosing || goal === "") && (
-        <ul aria-label="What success can mean">
+        <ul class="choices" aria-label="What success can mean">
           {others.map(({ name, claim }) => (
             <li key={name}>
               <ControlButton class="small" title={plain(claim)} onClick={() => pick(name)}>

@@ -1,10 +1,11 @@
 /** The automaton with fewer questions beside the one there is: keep it so, or leave it. */
 
 import { useEffect, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
+import { ConditionChanges } from "../changes";
+import { useStudio } from "../context";
 import type { Panel } from "../panel";
 import type { Session, SimplifyPreview } from "../protocol";
-import type { Studio } from "../studio";
 import { formatCount, plain } from "../words";
 
 const MOST_DECISIONS = 8;
@@ -19,14 +20,13 @@ export function PruningLine({ session, show }: PruningLineProps) {
   if (session.pruning === null || session.edges.length === 0) return null;
   return (
     <span class="pruned">
-      <button
-        type="button"
+      <Button
         class="link"
         title="Shows the automaton with fewer questions, and what it would decide otherwise"
         onClick={show}
       >
         {session.pruning > 0 ? "simplified …" : "simplify …"}
-      </button>
+      </Button>
       {session.pruning > 0 && (
         <ControlButton
           class="link"
@@ -45,11 +45,11 @@ export function PruningLine({ session, show }: PruningLineProps) {
 interface CardProps {
   session: Session;
   panel: Panel;
-  studio: Studio;
   close: () => void;
 }
 
-export function SimplifyCard({ session, panel, studio, close }: CardProps) {
+export function SimplifyCard({ session, panel, close }: CardProps) {
+  const studio = useStudio();
   const [wanted, want] = useState<number | null>(null);
   const [preview, setPreview] = useState<SimplifyPreview | null>(null);
   useEffect(() => {
@@ -70,7 +70,7 @@ export function SimplifyCard({ session, panel, studio, close }: CardProps) {
     if (answer.error === undefined) close();
   };
   return (
-    <section class="simpler" aria-label="Simplify">
+    <section class="card simpler" aria-label="Simplify">
       <p>
         <b>
           {changes
@@ -104,9 +104,9 @@ export function SimplifyCard({ session, panel, studio, close }: CardProps) {
             Keep
           </ControlButton>
         )}
-        <button type="button" class="small" onClick={close}>
+        <Button class="small" onClick={close}>
           Leave
-        </button>
+        </Button>
       </p>
     </section>
   );
@@ -121,9 +121,9 @@ function Advice({ preview, suggest }: { preview: SimplifyPreview; suggest: () =>
   const { left_out: all, wrong, wrong_pruned: pruned } = suggested;
   if (suggested.pruning !== pruning) {
     return (
-      <button type="button" class="link" onClick={suggest}>
+      <Button class="link" onClick={suggest}>
         as suggested
-      </button>
+      </Button>
     );
   }
   return (
@@ -145,20 +145,7 @@ function Conditions({ state, before, after }: SimplifyPreview["states"][number])
             {plain(line)}
           </p>
         ))}
-      {before
-        .filter((line) => !after.includes(line))
-        .map((line) => (
-          <p key={line} class="change gone">
-            − {plain(line)}
-          </p>
-        ))}
-      {after
-        .filter((line) => !before.includes(line))
-        .map((line) => (
-          <p key={line} class="change new">
-            + {plain(line)}
-          </p>
-        ))}
+      <ConditionChanges was={before} now={after} />
     </div>
   );
 }
@@ -174,9 +161,9 @@ function Decisions({ preview, panel }: { preview: SimplifyPreview; panel: Panel 
       </p>
       {decisions.slice(0, MOST_DECISIONS).map(({ number, state, shown: example, before, after }) => (
         <p key={number} class="tiny">
-          <button type="button" class="link" onClick={() => panel.openExample(number)}>
+          <Button class="link" onClick={() => panel.openExample(number)}>
             {number}
-          </button>{" "}
+          </Button>{" "}
           in {plain(state)}: {plain(before ?? "")} → {plain(after ?? "")} (
           {after === example ? "as shown" : `shown: ${plain(example)}`})
         </p>
@@ -184,13 +171,9 @@ function Decisions({ preview, panel }: { preview: SimplifyPreview; panel: Panel 
       {decisions.length > MOST_DECISIONS && (
         <p class="tiny">
           and{" "}
-          <button
-            type="button"
-            class="link"
-            onClick={() => panel.showExamples(decisions.map(({ number }) => number))}
-          >
+          <Button class="link" onClick={() => panel.showExamples(decisions.map(({ number }) => number))}>
             {decisions.length - MOST_DECISIONS} more
-          </button>
+          </Button>
         </p>
       )}
     </div>

@@ -1,8 +1,10 @@
 /** The states of a form: behaviors to choose from and, on request, their names and further states with one behavior. */
 
 import { useState } from "preact/hooks";
+import { Button, CloseButton } from "../button";
 import { chooseState as fresh, duplicateState, stateNames, type StateChoice, type Offer } from "../calls";
-import { Choices } from "./fields";
+import { Input } from "../fields";
+import { Choices } from "./options";
 import { plain } from "../words";
 
 interface StatesProps {
@@ -25,8 +27,7 @@ export function States({ offers, chosen, choose }: StatesProps) {
       {chosen.length > 0 && (
         <>
           {" · "}
-          <button
-            type="button"
+          <Button
             class="link"
             aria-label="Names of the states"
             aria-expanded={showsNames}
@@ -34,7 +35,7 @@ export function States({ offers, chosen, choose }: StatesProps) {
             onClick={() => setOpened(!opened)}
           >
             names
-          </button>
+          </Button>
         </>
       )}
     </>
@@ -61,32 +62,26 @@ function Names({ chosen, choose }: Omit<StatesProps, "offers">) {
     <ul class="state-names">
       {chosen.map((state, index) => (
         <li key={index}>
-          <input
+          <Input
             aria-label={`Name of the state ${index + 1}, which runs ${plain(state.runs)}`}
             value={state.name}
             placeholder={unnamed[index]}
-            spellcheck={false}
-            autocomplete="off"
-            onInput={(event) => change(index, event.currentTarget.value)}
+            change={(name) => change(index, name)}
           />
           <span class="tiny cut">runs {plain(state.runs)}</span>
-          <button
-            type="button"
+          <Button
             class="link"
             aria-label={`${plain(state.runs)} once more`}
             title="Duplicate state"
             onClick={() => choose(duplicateState(chosen, index))}
           >
             once more
-          </button>
-          <button
-            type="button"
+          </Button>
+          <CloseButton
             class="link"
-            aria-label={`Leave out ${plain(names[index] ?? "")}`}
+            label={`Leave out ${plain(names[index] ?? "")}`}
             onClick={() => choose(chosen.filter((_, at) => at !== index))}
-          >
-            ×
-          </button>
+          />
         </li>
       ))}
     </ul>

@@ -1,13 +1,14 @@
 /** Former versions of a trained behavior: what changed after each, and going back to one. */
 
 import { useEffect, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import type { Version } from "../protocol";
-import type { Studio } from "../studio";
 import { formatMoment } from "../words";
 import { Changes } from "./changes";
 
-export function Versions({ name, count, studio }: { name: string; count: number; studio: Studio }) {
+export function Versions({ name, count }: { name: string; count: number }) {
+  const studio = useStudio();
   const [versions, setVersions] = useState<readonly Version[] | null>(null);
   const [picked, setPicked] = useState<number | null>(null);
   useEffect(() => {
@@ -21,15 +22,14 @@ export function Versions({ name, count, studio }: { name: string; count: number;
     <ul class="versions" aria-label={`Versions of ${name}`}>
       {versions.map(({ number, saved }) => (
         <li key={number}>
-          <div class="behavior-head">
-            <button
-              type="button"
+          <div class="flex behavior-head">
+            <Button
               class="link"
               aria-expanded={picked === number}
               onClick={() => setPicked(picked === number ? null : number)}
             >
               version {number}
-            </button>
+            </Button>
             <span class="tiny">{formatMoment(saved)}</span>
             <span class="space" />
             <ControlButton
@@ -40,9 +40,7 @@ export function Versions({ name, count, studio }: { name: string; count: number;
               Go back to it
             </ControlButton>
           </div>
-          {picked === number && (
-            <Changes name={name} version={number} count={count} versions={versions} studio={studio} />
-          )}
+          {picked === number && <Changes name={name} version={number} count={count} versions={versions} />}
         </li>
       ))}
     </ul>

@@ -1,13 +1,12 @@
 /** The explanation of the present decision: for each level, its conditions and the examples behind it. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { useSlowNews } from "../news";
 import type { Answer, DecisionBasis, Level, ResponsibleExample } from "../protocol";
-import type { Studio } from "../studio";
 import { formatTime, plain } from "../words";
-import { KINDS, kindOf } from "./examples";
+import { KindSign } from "./examples";
 
 const EVERY_MS = 300;
 
@@ -18,15 +17,14 @@ export function Why() {
   const isOpen = name !== null && panel.why === name;
   return (
     <div class="why">
-      <button
-        type="button"
+      <Button
         class="small"
         aria-expanded={isOpen}
         title="Explains what it decides now, and why it last switched"
         onClick={() => panel.askWhy(isOpen ? null : name)}
       >
         why?
-      </button>
+      </Button>
       <ControlButton
         class="small"
         title="The automaton from its start state, the robot where it is"
@@ -34,13 +32,14 @@ export function Why() {
       >
         Restart automaton
       </ControlButton>
-      {isOpen && <Reasons studio={studio} close={() => panel.askWhy(null)} />}
+      {isOpen && <Reasons close={() => panel.askWhy(null)} />}
     </div>
   );
 }
 
 /** The reasons of the moment that is shown, asked for again whenever it is another. */
-function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
+function Reasons({ close }: { close: () => void }) {
+  const studio = useStudio();
   useSlowNews(studio.framed, EVERY_MS);
   const [answer, setAnswer] = useState<Answer | null>(null);
   const { session, runHistory } = studio;
@@ -72,9 +71,7 @@ function Reasons({ studio, close }: { studio: Studio; close: () => void }) {
   const { levels, last } = answer;
   return (
     <section class="reasons" aria-label="Why">
-      <button type="button" class="link close" aria-label="Close the explanation" onClick={close}>
-        ×
-      </button>
+      <CloseButton class="link close" label="Close the explanation" onClick={close} />
       {levels.map((level, depth) => (
         <div key={depth} class="reason" style={{ marginLeft: `${9 * depth}px` }}>
           <p class="tiny">
@@ -118,15 +115,14 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
           shown by{" "}
           {examples.map((example) =>
             in_lesson ? (
-              <button
-                type="button"
+              <Button
                 key={example.number}
                 class="link"
                 title={`Open example ${example.number} in the lesson`}
                 onClick={() => panel.openExample(example.number)}
               >
                 <ExampleLink example={example} />
-              </button>
+              </Button>
             ) : (
               <span key={example.number}>
                 <ExampleLink example={example} />
@@ -135,9 +131,9 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
           )}
           {omitted > 0 && <span>and {omitted} more</span>}
           {!in_lesson && (
-            <button type="button" class="link" onClick={() => panel.showBehavior(behavior)}>
+            <Button class="link" onClick={() => panel.showBehavior(behavior)}>
               of {plain(behavior)}
-            </button>
+            </Button>
           )}
         </p>
       )}
@@ -147,13 +143,9 @@ function BasisView({ basis }: { basis: DecisionBasis }) {
 
 /** An example by its number, how it came about, and when. */
 function ExampleLink({ example }: { example: ResponsibleExample }) {
-  const [sign, word] = KINDS[kindOf(example)];
   return (
     <>
-      {example.number}{" "}
-      <span role="img" aria-label={word} title={word}>
-        {sign}
-      </span>
+      {example.number} <KindSign example={example} />
       {example.time_s !== null && <span class="soft"> {formatTime(example.time_s)}</span>}
     </>
   );

@@ -1,7 +1,10 @@
 /** Where drivers contradict each other, and who is right: for one contradiction, or for all. */
 
+import { Button } from "../button";
+import { Select } from "../fields";
 import type { Contradiction, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
+import { ReviewButton } from "./bar";
 import { around, type Recording } from "./recording";
 
 interface ContradictionsProps {
@@ -36,22 +39,14 @@ export function Contradictions({ recording, review, learned }: ContradictionsPro
         ))}
       </ul>
       {(contradictions.length > 0 || review.trust !== null) && (
-        <label class="trust">
+        <label class="flex trust">
           Right everywhere else
-          <select
+          <Select
             value={review.trust ?? ""}
+            among={[["", "undecided"], ...review.drivers.map((driver) => [driver, driver] as const)]}
             disabled={recording.busy !== null}
-            onChange={(event) =>
-              void recording.ask({ do: "trust", driver: event.currentTarget.value || null })
-            }
-          >
-            <option value="">undecided</option>
-            {review.drivers.map((driver) => (
-              <option key={driver} value={driver}>
-                {driver}
-              </option>
-            ))}
-          </select>
+            change={(driver) => void recording.ask({ do: "trust", driver: driver || null })}
+          />
         </label>
       )}
       {open > 0 && (
@@ -76,22 +71,21 @@ function Row({ recording, review, contradiction, index }: RowProps) {
     <li class={className(trust !== null && "settled")}>
       {choices.map(({ driver, description, tick }) => (
         <p key={driver}>
-          <button type="button" class="link" onClick={() => recording.select(around(review, tick))}>
+          <Button class="link" onClick={() => recording.select(around(review, tick))}>
             {plain(description)}
-          </button>
+          </Button>
         </p>
       ))}
       {trust === null ? (
         <div class="answers">
           {choices.map(({ driver }) => (
-            <button
-              type="button"
+            <ReviewButton
               key={driver}
-              disabled={recording.busy !== null}
-              onClick={() => void recording.ask({ do: "settle", contradiction: index, trust: driver })}
+              recording={recording}
+              request={{ do: "settle", contradiction: index, trust: driver }}
             >
               {driver} is right
-            </button>
+            </ReviewButton>
           ))}
         </div>
       ) : (

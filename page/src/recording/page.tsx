@@ -1,7 +1,9 @@
 /** The page of a recording: its timeline, what is selected, questions, and what was learned. */
 
 import { useEffect } from "preact/hooks";
+import { listenTo } from "../listen";
 import { useNews } from "../news";
+import { Bar, ReviewButton } from "./bar";
 import { PathView } from "./path";
 import { filesIn, type Recording } from "./recording";
 import { ReviewPane } from "./pane";
@@ -16,25 +18,13 @@ export function RecordingPage({ recording }: { recording: Recording }) {
   const seconds = review.episodes.reduce((sum, { first, end }) => sum + (end - first) * review.tick_s, 0);
   return (
     <div class="recording">
-      <header class="bar">
-        <h1 class="logo">Understudy</h1>
-        <span class="divider" />
-        <b class="cut">{files.join(", ")}</b>
+      <Bar title={files.join(", ")} error={error}>
         <span class="soft">{seconds.toFixed(0)} s</span>
         <span class="space" />
-        <button
-          type="button"
-          disabled={!review.can_undo || recording.busy !== null}
-          onClick={() => void recording.ask({ do: "undo" })}
-        >
+        <ReviewButton recording={recording} disabled={!review.can_undo} request={{ do: "undo" }}>
           Undo
-        </button>
-      </header>
-      {error !== "" && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
+        </ReviewButton>
+      </Bar>
       <main>
         <TimelineView recording={recording} review={review} series={series.series} />
         {series.path.length > 1 && <PathView recording={recording} review={review} series={series} />}
@@ -58,6 +48,5 @@ export function listen(recording: Recording, suspended = (): boolean => false): 
     else return;
     event.preventDefault();
   };
-  addEventListener("keydown", press);
-  return () => removeEventListener("keydown", press);
+  return listenTo(globalThis, { keydown: press });
 }

@@ -1,11 +1,14 @@
 /** Beside the timeline: what is selected, what is in doubt, and what was learned. */
 
 import { useState } from "preact/hooks";
+import { Button } from "../button";
+import { Form, Input } from "../fields";
 import type { BehaviorProposal, LearnedDrive, Review } from "../protocol";
 import { className, formatCount, plain } from "../words";
 import { Contradictions } from "./contradictions";
 import type { Recording } from "./recording";
-import { swatch } from "./scale";
+import { ReviewButton } from "./bar";
+import { nameLabel, Swatch } from "./label";
 
 interface PaneProps {
   recording: Recording;
@@ -22,7 +25,7 @@ export function ReviewPane({ recording, review }: PaneProps) {
       {review.omissions.length > 0 && (
         <section>
           <h3>Left out</h3>
-          <ul class="omissions tiny">
+          <ul class="tiny">
             {review.omissions.map((each) => (
               <li key={each}>{each}</li>
             ))}
@@ -54,18 +57,17 @@ function SelectedSpan({ recording, review }: PaneProps) {
         {review.labels.map((label, index) => {
           const none = index === review.labels.length - 1;
           return (
-            <button
-              type="button"
+            <Button
               key={label}
               disabled={selected === null || recording.busy !== null}
-              class={className("label", ((whole && span.label === index) || now === index) && "on")}
+              class={className("flex", "label", ((whole && span.label === index) || now === index) && "on")}
               aria-pressed={whole && span.label === index}
               onClick={() => void recording.label(index)}
             >
-              <span class="swatch" style={{ background: swatch(index, review.labels.length) }} />
-              <span class="cut">{none ? "none of these" : plain(label)}</span>
+              <Swatch label={index} review={review} />
+              <span class="cut">{nameLabel(review, index)}</span>
               {(none || index < 9) && <kbd>{none ? 0 : index + 1}</kbd>}
-            </button>
+            </Button>
           );
         })}
       </div>
@@ -84,34 +86,25 @@ function Questions({ recording, review }: PaneProps) {
       <ul class="questions">
         {review.questions.map((question) => (
           <li key={question.first}>
-            <button
-              type="button"
-              class="link"
-              onClick={() => recording.select({ first: question.first, end: question.end })}
-            >
+            <Button class="link" onClick={() => recording.select(question)}>
               {recording.period(question)}
-            </button>
+            </Button>
             <div class="answers">
               {question.labels.map((label, index) => (
-                <button
-                  type="button"
+                <ReviewButton
                   key={label}
-                  disabled={recording.busy !== null}
-                  onClick={() => {
-                    const name = review.labels[label];
-                    if (name !== undefined)
-                      void recording.ask({
-                        do: "label",
-                        first: question.first,
-                        end: question.end,
-                        label: name,
-                      });
+                  recording={recording}
+                  request={{
+                    do: "label",
+                    first: question.first,
+                    end: question.end,
+                    label: review.labels[label] ?? "",
                   }}
                 >
-                  <span class="swatch" style={{ background: swatch(label, review.labels.length) }} />
-                  {label === review.labels.length - 1 ? "none of these" : plain(review.labels[label] ?? "")}
+                  <Swatch label={label} review={review} />
+                  {nameLabel(review, label)}
                   <span class="soft"> {(100 * (question.chances[index] ?? 0)).toFixed(0)} %</span>
-                </button>
+                </ReviewButton>
               ))}
             </div>
           </li>
@@ -128,7 +121,7 @@ function Proposals({ recording, review }: PaneProps) {
   return (
     <section>
       <h3>Not explained</h3>
-      <ul class="questions proposals">
+      <ul class="questions">
         {review.proposals.map((proposal) => (
           <Proposal key={proposal.description} recording={recording} proposal={proposal} />
         ))}
@@ -145,34 +138,19 @@ function Proposal({ recording, proposal }: { recording: Recording; proposal: Beh
       <b>{plain(proposal.description)}</b>
       <p class="tiny soft">
         {proposal.seconds.toFixed(1)} s in {formatCount(proposal.spans, "span")}, the longest{" "}
-        <button
-          type="button"
-          class="link"
-          onClick={() => recording.select({ first: proposal.first, end: proposal.end })}
-        >
+        <Button class="link" onClick={() => recording.select(proposal)}>
           {recording.period(proposal)}
-        </button>
+        </Button>
       </p>
-      <form
-        class="save"
-        onSubmit={(event) => {
-          event.preventDefault();
-          void recording.ask({ do: "define", name, command: proposal.command });
-        }}
-      >
+      <Form class="save" submit={() => void recording.ask({ do: "define", name, command: proposal.command })}>
         <label>
           Name of the behavior
-          <input
-            value={name}
-            onInput={(event) => setName(event.currentTarget.value.trim())}
-            required
-            maxLength={150}
-          />
+          <Input value={name} change={(text) => setName(text.trim())} required maxLength={150} />
         </label>
-        <button type="submit" disabled={recording.busy !== null || name === ""}>
+        <ReviewButton recording={recording} disabled={name === ""}>
           Add
-        </button>
-      </form>
+        </ReviewButton>
+      </Form>
     </li>
   );
 }
@@ -184,15 +162,12 @@ function Splits({ recording, learned }: { recording: Recording; learned: Learned
       {learned.splits.map((split) => (
         <div key={split.state} class="split">
           <p>{plain(split.evidence.charAt(0).toUpperCase() + split.evidence.slice(1))}.</p>
-          <button
-            type="button"
-            disabled={recording.busy !== null}
-            onClick={() =>
-              void recording.ask({ do: "split", state: split.state, entered_from: split.entered_from })
-            }
+          <ReviewButton
+            recording={recording}
+            request={{ do: "split", state: split.state, entered_from: split.entered_from }}
           >
             Split {plain(split.state)} in two
-          </button>
+          </ReviewButton>
         </div>
       ))}
     </>
@@ -205,14 +180,9 @@ function LearnedPart({ recording, review }: PaneProps) {
     <section>
       <h3>Automaton</h3>
       {learned === null ? (
-        <button
-          type="button"
-          class="primary"
-          disabled={recording.busy !== null}
-          onClick={() => void recording.ask({ do: "learn" })}
-        >
+        <ReviewButton class="primary" recording={recording} request={{ do: "learn" }}>
           {recording.busy === "learn" ? "Learning …" : "Learn from these labels"}
-        </button>
+        </ReviewButton>
       ) : (
         <>
           <Result learned={learned} />
@@ -259,26 +229,15 @@ function Save({ recording, review }: PaneProps) {
   const [name, setName] = useState(review.name);
   return (
     <>
-      <form
-        class="save"
-        onSubmit={(event) => {
-          event.preventDefault();
-          void recording.ask({ do: "save", name });
-        }}
-      >
+      <Form class="save" submit={() => void recording.ask({ do: "save", name })}>
         <label>
           Name
-          <input
-            value={name}
-            onInput={(event) => setName(event.currentTarget.value)}
-            required
-            maxLength={150}
-          />
+          <Input value={name} change={setName} required maxLength={150} />
         </label>
-        <button type="submit" class="primary" disabled={recording.busy !== null || name === ""}>
+        <ReviewButton class="primary" recording={recording} disabled={name === ""}>
           Save
-        </button>
-      </form>
+        </ReviewButton>
+      </Form>
       {review.saved !== null && (
         <p class="saved" role="status">
           Saved in {review.saved}

@@ -1,5 +1,6 @@
 /** A recording under review: what the server told of it, what is selected, and what is asked of the server. */
 
+import { serverAddress } from "../link";
 import { News } from "../news";
 import type { LabelSpan, RecordedSeries, Review, ReviewRequest } from "../protocol";
 import { formatTime } from "../words";
@@ -87,7 +88,7 @@ export class Recording {
   }
 
   select(ticks: Ticks | null): void {
-    this.selected = ticks;
+    this.selected = ticks && { first: ticks.first, end: ticks.end };
     this.news.tell();
   }
 
@@ -102,7 +103,7 @@ export class Recording {
     const spans = this.review?.spans ?? [];
     const at = this.selected === null ? -1 : spans.findIndex(({ end }) => end > (this.selected?.first ?? 0));
     const next = spans[this.selected === null ? 0 : Math.min(spans.length - 1, Math.max(0, at + by))];
-    if (next !== undefined) this.select({ first: next.first, end: next.end });
+    if (next !== undefined) this.select(next);
   }
 
   get ticks(): number {
@@ -131,11 +132,9 @@ export class Recording {
   }
 
   private async fetch(path: string, request?: ReviewRequest): Promise<unknown> {
-    const token = new URL(location.href).searchParams.get("token");
-    const query = token === null ? "" : `?token=${encodeURIComponent(token)}`;
     const sent = request === undefined ? {} : { method: "POST", body: JSON.stringify(request) };
     try {
-      const answer = await fetch(`${path}${query}`, sent);
+      const answer = await fetch(serverAddress(path), sent);
       const result = (await answer.json()) as { error?: string };
       this.error = result.error ?? "";
       return answer.ok ? result : null;

@@ -1,6 +1,7 @@
 /** The timeline: labels, what the learned automaton does, commands and readings, tick by tick. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { Button } from "../button";
 import type { Review, Series } from "../protocol";
 import { className, formatTime, plain, formatValue } from "../words";
 import { filesIn, turns, type Recording, type Ticks } from "./recording";
@@ -74,6 +75,25 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
   const top = AXIS + (drives.length > 1 ? DRIVERS : 0);
   const lanesTop = top + LABELS + (learned === null ? 0 : STATES + 4) + 6;
   const height = lanesTop + series.length * SERIES;
+  /** A line at a tick, from a height to the bottom. */
+  const lineAt = (tick: number, y: number, name?: string) => (
+    <line class={name} x1={tick * tickWidth} x2={tick * tickWidth} y1={y} y2={height} />
+  );
+  /** A box as wide as ticks in a row, with room after it. */
+  const box = (
+    { first, end }: Ticks,
+    y: number,
+    height: number,
+    { gap = 1, least = 1, ...rest }: { gap?: number; least?: number; class?: string; fill?: string } = {},
+  ) => (
+    <rect
+      x={first * tickWidth}
+      y={y}
+      width={Math.max(least, (end - first) * tickWidth - gap)}
+      height={height}
+      {...rest}
+    />
+  );
   const tickAt = (event: PointerEvent): number => {
     const box = (event.currentTarget as SVGElement).getBoundingClientRect();
     return Math.min(ticks, Math.max(0, Math.round((event.clientX - box.left) / tickWidth)));
@@ -101,16 +121,16 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
       if (request !== null) void recording.ask(request);
     } else if (Math.abs(drag.now - drag.from) * tickWidth < REACH) {
       const span = recording.spanAt(Math.min(tickAt(event), ticks - 1));
-      if (span !== undefined) recording.select({ first: span.first, end: span.end });
+      if (span !== undefined) recording.select(span);
     } else {
-      recording.select({ first: Math.min(drag.from, drag.now), end: Math.max(drag.from, drag.now) });
+      recording.select(orderTicks(drag.from, drag.now));
     }
   };
   const span = drag?.kind === "range" ? orderTicks(drag.from, drag.now) : recording.selected;
 
   return (
     <section class="timeline-view" aria-label="Timeline">
-      <div class="tools">
+      <div class="flex tools">
         <span class="tiny soft">
           {live
             ? "What explains your commands, about a second after you gave them. Pause to change labels."
@@ -119,12 +139,12 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
         <span class="space" />
         {!live && (
           <>
-            <button type="button" aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
+            <Button aria-label="Zoom out" onClick={() => enlarge(1 / ZOOM)}>
               −
-            </button>
-            <button type="button" aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
+            </Button>
+            <Button aria-label="Zoom in" onClick={() => enlarge(ZOOM)}>
               +
-            </button>
+            </Button>
           </>
         )}
       </div>
@@ -176,33 +196,20 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
               <g key={episode.first}>
                 {marks(episode, review.tick_s, tickWidth).map(({ tick, time }) => (
                   <g key={tick} class="mark">
-                    <line x1={tick * tickWidth} x2={tick * tickWidth} y1={AXIS - 5} y2={height} />
+                    {lineAt(tick, AXIS - 5)}
                     <text x={tick * tickWidth + 3} y={AXIS - 8}>
                       {formatTime(time)}
                     </text>
                   </g>
                 ))}
-                {episode.first > 0 && (
-                  <line
-                    class="gap"
-                    x1={episode.first * tickWidth}
-                    x2={episode.first * tickWidth}
-                    y1={0}
-                    y2={height}
-                  />
-                )}
+                {episode.first > 0 && lineAt(episode.first, 0, "gap")}
               </g>
             ))}
             {drives.length > 1 &&
               drives.map(({ driver, first, end }) => (
                 <g key={first} class="driver" data-driver={driver}>
                   <title>{`${driver}, ${filesIn(review, { first, end }).join(", ")}`}</title>
-                  <rect
-                    x={first * tickWidth}
-                    y={AXIS}
-                    width={Math.max(1, (end - first) * tickWidth - 1)}
-                    height={DRIVERS - 3}
-                  />
+                  {box({ first, end }, AXIS, DRIVERS - 3)}
                   <text x={first * tickWidth + 6} y={AXIS + DRIVERS - 8}>
                     {fitText(driver, (end - first) * tickWidth - 12)}
                   </text>
@@ -219,22 +226,8 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                   {`${plain(labels[span.label] ?? "")}, ${recording.period(span)}, ` +
                     (span.by_hand ? "by hand" : `${(100 * span.certainty).toFixed(0)} % certain`)}
                 </title>
-                <rect
-                  x={span.first * tickWidth}
-                  y={top}
-                  width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
-                  height={LABELS}
-                  fill={color(span.label, labels.length)}
-                />
-                {span.by_hand && (
-                  <rect
-                    class="hand"
-                    x={span.first * tickWidth}
-                    y={top + LABELS - 4}
-                    width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
-                    height={4}
-                  />
-                )}
+                {box(span, top, LABELS, { fill: color(span.label, labels.length) })}
+                {span.by_hand && box(span, top + LABELS - 4, 4, { class: "hand" })}
                 <SpanLabel
                   span={span}
                   text={plain(labels[span.label] ?? "")}
@@ -249,25 +242,15 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
               </g>
             ))}
             {learned?.spans.map((span) => (
-              <rect
-                key={`learned ${span.first}`}
-                x={span.first * tickWidth}
-                y={top + LABELS + 4}
-                width={Math.max(1, (span.end - span.first) * tickWidth)}
-                height={STATES - 6}
-                fill={color(span.label, labels.length)}
-              />
+              <g key={`learned ${span.first}`}>
+                {box(span, top + LABELS + 4, STATES - 6, { gap: 0, fill: color(span.label, labels.length) })}
+              </g>
             ))}
             {learned !== null &&
-              differences(review).map(({ first, end }) => (
-                <rect
-                  key={`differs ${first}`}
-                  class="differs"
-                  x={first * tickWidth}
-                  y={top + LABELS + STATES - 1}
-                  width={Math.max(1.5, (end - first) * tickWidth)}
-                  height={3}
-                />
+              differences(review).map((ticks) => (
+                <g key={`differs ${ticks.first}`}>
+                  {box(ticks, top + LABELS + STATES - 1, 3, { gap: 0, least: 1.5, class: "differs" })}
+                </g>
               ))}
             {series.map((each, index) => (
               <SeriesLane
@@ -278,33 +261,9 @@ export function TimelineView({ recording, review, series, live = false }: Timeli
                 width={width}
               />
             ))}
-            {span !== null && (
-              <rect
-                class="selected"
-                x={span.first * tickWidth}
-                y={top}
-                width={Math.max(1, (span.end - span.first) * tickWidth - 1)}
-                height={height - top}
-              />
-            )}
-            {drag?.kind === "boundary" && (
-              <line
-                class="boundary"
-                x1={drag.now * tickWidth}
-                x2={drag.now * tickWidth}
-                y1={top}
-                y2={height}
-              />
-            )}
-            {recording.pointed !== null && (
-              <line
-                class="pointed"
-                x1={recording.pointed * tickWidth}
-                x2={recording.pointed * tickWidth}
-                y1={top}
-                y2={height}
-              />
-            )}
+            {span !== null && box(span, top, height - top, { class: "selected" })}
+            {drag?.kind === "boundary" && lineAt(drag.now, top, "boundary")}
+            {recording.pointed !== null && lineAt(recording.pointed, top, "pointed")}
           </svg>
         </div>
       </div>

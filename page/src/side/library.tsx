@@ -1,6 +1,6 @@
 /** The library at a glance: basic behaviors, trained ones, and the way to a new one. */
 
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
 import { usePanel, useStudio } from "../context";
 import { className, formatCount, plain } from "../words";
 
@@ -20,7 +20,7 @@ export function LibraryList() {
         </summary>
         <p class="tiny list">{basic.map(plain).join(", ")}</p>
       </details>
-      <ul class="rows">
+      <ul>
         {session !== null && !isSaved && (
           <li class="row on">
             <span aria-hidden="true">◆</span>
@@ -30,8 +30,7 @@ export function LibraryList() {
         )}
         {trained.map(({ name, parameters, runs, examples, complete }) => (
           <li key={name}>
-            <button
-              type="button"
+            <Button
               class={className("row", name === session?.name && "on")}
               onClick={() => panel.showBehavior(name)}
               title={complete ? "Go to it in the tab Library" : "Some choices are missing"}
@@ -51,7 +50,7 @@ export function LibraryList() {
                   !
                 </span>
               )}
-            </button>
+            </Button>
           </li>
         ))}
         <li>

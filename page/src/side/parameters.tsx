@@ -1,34 +1,26 @@
 /** What the parameters stand for now. */
 
 import { useStudio } from "../context";
-import { plain } from "../words";
+import { ControlSelect } from "../fields";
 
 export function ParameterList() {
   const studio = useStudio();
   const { session, scene } = studio;
   if (session === null || scene === null || session.parameters.length === 0) return null;
-  const choose = (parameter: string, select: HTMLSelectElement): void => {
-    void studio.ask({ do: "bind_targets", targets: { ...session.targets, [parameter]: select.value } });
-    select.blur();
-  };
+  const choose = (parameter: string, target: string): void =>
+    void studio.ask({ do: "bind_targets", targets: { ...session.targets, [parameter]: target } });
   return (
     <section>
       <h2>Parameters</h2>
       {session.parameters.map((parameter) => (
         <label class="row" key={parameter}>
           <b>{parameter}</b> <span class="soft">is</span>
-          <select
+          <ControlSelect
             value={session.targets[parameter] ?? ""}
-            disabled={!studio.hasControl}
+            among={scene.targets}
             aria-label={`What ${parameter} stands for`}
-            onChange={(event) => choose(parameter, event.currentTarget)}
-          >
-            {scene.targets.map((target) => (
-              <option key={target} value={target}>
-                {plain(target)}
-              </option>
-            ))}
-          </select>
+            change={(target) => choose(parameter, target)}
+          />
         </label>
       ))}
     </section>

@@ -21,10 +21,10 @@ export function RobotList() {
   const { sort } = studio;
   return (
     <>
-      {scene.squads.length > 0 && <Squads studio={studio} squads={scene.squads} />}
+      {scene.squads.length > 0 && <Squads squads={scene.squads} />}
       <section>
         <h2>Robots</h2>
-        <ul class="rows">
+        <ul>
           {few.map((robot) => {
             const trained = sort === null && robot === chosen;
             return (

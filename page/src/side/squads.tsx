@@ -1,7 +1,8 @@
 /** The coordinators as a tree, the topmost first, and what their robots are at. */
 
 import { useMemo, useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, ControlButton } from "../button";
+import { useStudio } from "../context";
 import type { SquadSort } from "../protocol";
 import type { Studio } from "../studio";
 import { squadTree, type Squad } from "../squads";
@@ -12,24 +13,22 @@ import { countActivities } from "./activities";
 const FEW = 8;
 
 interface Props {
-  studio: Studio;
   squads: readonly SquadSort[];
 }
 
-export function Squads({ studio, squads }: Props) {
+export function Squads({ squads }: Props) {
   const tops = useMemo(() => squadTree(squads), [squads]);
   const [turned, turn] = useState<ReadonlyMap<string, boolean>>(new Map());
   const toggle = (squad: Squad, open: boolean) => turn(new Map(turned).set(squad.name, open));
   return (
     <section>
       <h2>Team</h2>
-      <Level studio={studio} squads={tops} opensBelow={tops.length <= FEW} turned={turned} toggle={toggle} />
+      <Level squads={tops} opensBelow={tops.length <= FEW} turned={turned} toggle={toggle} />
     </section>
   );
 }
 
 interface LevelProps {
-  studio: Studio;
   squads: readonly Squad[];
   /** Whether those below are shown by default. */
   opensBelow: boolean;
@@ -38,9 +37,10 @@ interface LevelProps {
   toggle: (squad: Squad, open: boolean) => void;
 }
 
-function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
+function Level({ squads, opensBelow, turned, toggle }: LevelProps) {
+  const studio = useStudio();
   return (
-    <ul class="rows">
+    <ul>
       {squads.map((squad) => {
         const first = opensBelow || squad.below.some((each) => holds(each, studio));
         const open = squad.below.length > 0 && (turned.get(squad.name) ?? first);
@@ -48,25 +48,18 @@ function Level({ studio, squads, opensBelow, turned, toggle }: LevelProps) {
           <li key={squad.name}>
             <div class="squad-row">
               {squad.below.length > 0 && (
-                <button
-                  type="button"
+                <Button
                   class="fold"
                   aria-expanded={open}
                   aria-label={`What ${squad.name} is made of`}
                   onClick={() => toggle(squad, !open)}
                 />
               )}
-              <Coordinator studio={studio} squad={squad} />
+              <Coordinator squad={squad} />
             </div>
             {open && (
               <div class="below">
-                <Level
-                  studio={studio}
-                  squads={squad.below}
-                  opensBelow={false}
-                  turned={turned}
-                  toggle={toggle}
-                />
+                <Level squads={squad.below} opensBelow={false} turned={turned} toggle={toggle} />
               </div>
             )}
           </li>
@@ -85,7 +78,8 @@ function holds(squad: Squad, studio: Studio): boolean {
   return isTrained(squad, studio) || squad.below.some((each) => holds(each, studio));
 }
 
-function Coordinator({ studio, squad }: { studio: Studio; squad: Squad }) {
+function Coordinator({ squad }: { squad: Squad }) {
+  const studio = useStudio();
   const { session } = studio;
   const trained = isTrained(squad, studio);
   return (

@@ -2,8 +2,7 @@
 
 import { toWorld } from "./geometry";
 import { paint } from "./palette";
-import { disc, is, spot, type Picture } from "./picture";
-import { strokeRing } from "./things";
+import { fillDisc, is, spot, strokeRing, type Picture } from "./picture";
 
 const STEPS = [1, 2, 5, 10, 20, 50, 100];
 const FINEST_PX = 28;
@@ -50,10 +49,7 @@ function drawSolid(picture: Picture): void {
   scene.discs.forEach((each, index) => {
     const at = is(picture.dragged, "obstacle", index) ? (picture.dragged ?? each) : each;
     const [x, y] = spot(picture, at.x, at.y);
-    pen.beginPath();
-    disc(pen, x, y, each.radius * view.scale);
-    pen.fillStyle = paint(each.color, palette.solid);
-    pen.fill();
+    fillDisc(pen, x, y, each.radius * view.scale, paint(each.color, palette.solid));
     if (is(picture.marked, "obstacle", index))
       strokeRing(pen, x, y, each.radius * view.scale + 4, palette.accent, 2);
   });

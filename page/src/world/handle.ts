@@ -1,6 +1,6 @@
 /** The handle of a chosen robot, ahead of it: dragged with the mouse or a finger, it turns the robot. */
 
-import { disc, spot, type Picture } from "./picture";
+import { fillDisc, spot, strokeLine, strokeRing, type Picture } from "./picture";
 import { pose, size } from "./robots";
 
 /** Half of what a finger needs, px. */
@@ -26,18 +26,10 @@ export function drawHandle(picture: Picture, held: Handle | null): Handle | null
   const at = pose(picture, robot);
   const [fromX, fromY] = spot(picture, at.x, at.y);
   const share = size(picture, robot) / Math.hypot(x - fromX, y - fromY);
-  pen.beginPath();
-  pen.moveTo(fromX + (x - fromX) * share, fromY + (y - fromY) * share);
-  pen.lineTo(x, y);
-  pen.strokeStyle = palette.accent;
-  pen.lineWidth = 1.5;
-  pen.stroke();
-  pen.beginPath();
-  disc(pen, x, y, SHOWN_PX);
-  pen.fillStyle = palette.panel;
-  pen.fill();
-  pen.lineWidth = 2;
-  pen.stroke();
+  const rim = [fromX + (x - fromX) * share, fromY + (y - fromY) * share] as const;
+  strokeLine(pen, [rim, [x, y]], palette.accent, 1.5);
+  fillDisc(pen, x, y, SHOWN_PX, palette.pane);
+  strokeRing(pen, x, y, SHOWN_PX, palette.accent, 2);
   drawArrow(pen, x, y, palette.accent);
   return { robot, x, y, behind };
 }

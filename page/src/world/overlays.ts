@@ -1,7 +1,7 @@
 /** What is shown on demand: the way it came, lines to targets, measured distances, what the camera sees. */
 
 import { toDegrees, useMinusSign, plain } from "../words";
-import { disc, letters, spot, type PictureSession, type Picture } from "./picture";
+import { fillDisc, letters, spot, strokeLine, type PictureSession, type Picture } from "./picture";
 import { pose } from "./robots";
 
 const TO_RADIANS = Math.PI / 180;
@@ -19,19 +19,15 @@ export function drawOverlays(picture: Picture): void {
 
 function drawTrail(picture: Picture): void {
   const { pen, motion, palette, session } = picture;
-  pen.beginPath();
-  for (const { x, y } of motion.trail.slice(0, -1)) pen.lineTo(...spot(picture, x, y));
-  const frame = motion.last;
-  if (frame !== null) {
-    const { x, y } = pose(picture, frame.agent);
-    pen.lineTo(...spot(picture, x, y));
+  const trail = motion.trail.slice(0, -1).map(({ x, y }) => spot(picture, x, y));
+  if (motion.last !== null) {
+    const { x, y } = pose(picture, motion.last.agent);
+    trail.push(spot(picture, x, y));
   }
-  pen.strokeStyle = session?.mode === "testing" ? palette.test : palette.train;
   pen.globalAlpha = 0.6;
-  pen.lineWidth = 2;
   pen.setLineDash([1, 5]);
   pen.lineCap = "round";
-  pen.stroke();
+  strokeLine(pen, trail, session?.mode === "testing" ? palette.test : palette.train, 2);
   pen.setLineDash([]);
   pen.globalAlpha = 1;
 }
@@ -98,10 +94,8 @@ function drawHit(picture: Picture, robot: number, deg: number, away: number): vo
   const at = pose(picture, robot);
   const angle = at.heading + deg * TO_RADIANS;
   const [x, y] = spot(picture, at.x + away * Math.cos(angle), at.y + away * Math.sin(angle));
-  picture.pen.beginPath();
-  disc(picture.pen, x, y, 2.5);
   picture.pen.globalAlpha = 0.9;
-  picture.pen.fill();
+  fillDisc(picture.pen, x, y, 2.5, picture.palette.train);
 }
 
 /** A line to each target that the automaton knows distance and angle of, as it senses them. */
@@ -113,19 +107,14 @@ function drawTargets(picture: Picture, robot: number, session: PictureSession, v
     const bearing = sensed.heading + angle;
     const x = sensed.x + Math.cos(bearing) * distance;
     const y = sensed.y + Math.sin(bearing) * distance;
-    const [fromX, fromY] = spot(picture, at.x, at.y);
-    const [toX, toY] = spot(picture, x, y);
-    pen.beginPath();
-    pen.moveTo(fromX, fromY);
-    pen.lineTo(toX, toY);
+    const from = spot(picture, at.x, at.y);
+    const to = spot(picture, x, y);
     pen.setLineDash([2, 5]);
-    pen.lineWidth = 1.5;
-    pen.strokeStyle = palette.accent;
-    pen.stroke();
+    strokeLine(pen, [from, to], palette.accent, 1.5);
     pen.setLineDash([]);
-    if (Math.hypot(toX - fromX, toY - fromY) < NEAR_PX) continue;
+    if (Math.hypot(to[0] - from[0], to[1] - from[1]) < NEAR_PX) continue;
     const text = `${plain(name)} · ${distance.toFixed(2)} m, ${useMinusSign(`${toDegrees(angle)}°`)}`;
-    letters(picture, text, (fromX + toX) / 2 + 8, (fromY + toY) / 2 - 6, palette.accent);
+    letters(picture, text, (from[0] + to[0]) / 2 + 8, (from[1] + to[1]) / 2 - 6, palette.accent);
   }
 }
 

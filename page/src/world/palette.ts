@@ -1,36 +1,22 @@
 /** The colors of the picture: those of the page, and calmer ones for the colors that scenarios name. */
 
-export interface Palette {
-  ground: string;
-  grid: string;
-  wall: string;
-  solid: string;
-  ink: string;
-  soft: string;
-  panel: string;
-  robot: string;
-  train: string;
-  test: string;
-  fix: string;
-  accent: string;
-  food: string;
-}
+/** The variables of the style sheet that the picture uses. */
+const NAMES = [
+  "ground",
+  "grid",
+  "wall",
+  "solid",
+  "ink",
+  "soft",
+  "pane",
+  "robot",
+  "train",
+  "test",
+  "accent",
+  "food",
+] as const;
 
-const VARIABLES: Readonly<Record<keyof Palette, string>> = {
-  ground: "--ground",
-  grid: "--grid",
-  wall: "--wall",
-  solid: "--solid",
-  ink: "--ink",
-  soft: "--soft",
-  panel: "--pane",
-  robot: "--robot",
-  train: "--train",
-  test: "--test",
-  fix: "--fix",
-  accent: "--accent",
-  food: "--food",
-};
+export type Palette = Record<(typeof NAMES)[number], string>;
 
 const PAINTS: Readonly<Record<string, string>> = {
   black: "#4a525c",
@@ -52,9 +38,7 @@ const PAINTS: Readonly<Record<string, string>> = {
 
 export function palette(of: Element): Palette {
   const style = getComputedStyle(of);
-  const read = (name: keyof Palette): [string, string] => [name, style.getPropertyValue(VARIABLES[name])];
-  const names = Object.keys(VARIABLES) as (keyof Palette)[];
-  return Object.fromEntries(names.map(read)) as unknown as Palette;
+  return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`)])) as Palette;
 }
 
 /** How a scenario's color is drawn; `otherwise` where it names none. */

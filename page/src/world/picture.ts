@@ -48,6 +48,48 @@ export function disc(pen: CanvasRenderingContext2D, x: number, y: number, radius
   pen.arc(x, y, radius, 0, 2 * Math.PI);
 }
 
+export function fillDisc(
+  pen: CanvasRenderingContext2D,
+  x: number,
+  y: number,
+  radius: number,
+  color: string,
+): void {
+  pen.beginPath();
+  disc(pen, x, y, radius);
+  pen.fillStyle = color;
+  pen.fill();
+}
+
+export function strokeRing(
+  pen: CanvasRenderingContext2D,
+  x: number,
+  y: number,
+  radius: number,
+  color: string,
+  width: number,
+): void {
+  pen.beginPath();
+  disc(pen, x, y, radius);
+  pen.strokeStyle = color;
+  pen.lineWidth = width;
+  pen.stroke();
+}
+
+/** A line through points on the screen. */
+export function strokeLine(
+  pen: CanvasRenderingContext2D,
+  points: readonly (readonly [number, number])[],
+  color: string,
+  width: number,
+): void {
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.strokeStyle = color;
+  pen.lineWidth = width;
+  pen.stroke();
+}
+
 /** Letters with a rim of the ground's color, readable on anything. */
 export function letters(picture: Picture, text: string, x: number, y: number, color: string): void {
   const { pen, palette } = picture;

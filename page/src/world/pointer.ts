@@ -1,6 +1,7 @@
 /** The pointer on the world: pan, pinch and zoom; drag and turn robots, drag objects; click to choose or to place. */
 
 import { toWorld } from "./geometry";
+import { listenTo } from "../listen";
 import { GRASP_PX, type Handle } from "./handle";
 import type { Mark } from "./picture";
 import type { Stage } from "./stage";
@@ -21,25 +22,19 @@ export interface Click {
 
 export function listenToPointer(stage: Stage, clicked: (chosen: Click) => void): () => void {
   const drag = new PointerDrag(stage, clicked);
-  const { canvas } = stage;
-  const ends: (() => void)[] = [];
-  const on = <K extends keyof HTMLElementEventMap>(
-    name: K,
-    act: (event: HTMLElementEventMap[K]) => void,
-  ): void => {
-    canvas.addEventListener(name, act, { passive: false });
-    ends.push(() => canvas.removeEventListener(name, act));
-  };
-  on("pointerdown", (event) => drag.down(event));
-  on("pointermove", (event) => drag.move(event));
-  on("pointerup", (event) => drag.up(event));
-  on("pointercancel", (event) => drag.up(event));
-  on("dblclick", () => stage.fit());
-  on("wheel", (event) => {
+  const wheel = (event: WheelEvent): void => {
     event.preventDefault();
     stage.zoom(Math.exp(-event.deltaY * 0.0016), event.offsetX, event.offsetY);
-  });
-  return () => ends.forEach((end) => end());
+  };
+  const handlers = {
+    pointerdown: (event: PointerEvent) => drag.down(event),
+    pointermove: (event: PointerEvent) => drag.move(event),
+    pointerup: (event: PointerEvent) => drag.up(event),
+    pointercancel: (event: PointerEvent) => drag.up(event),
+    dblclick: () => stage.fit(),
+    wheel,
+  };
+  return listenTo(stage.canvas, handlers, { passive: false });
 }
 
 class PointerDrag {

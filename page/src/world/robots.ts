@@ -1,8 +1,7 @@
 /** The robots: a ring with a line where each heads; the trained one in the color of its mode. */
 
 import { paint } from "./palette";
-import { disc, is, letters, spot, type Picture } from "./picture";
-import { strokeRing } from "./things";
+import { disc, fillDisc, is, letters, spot, strokeRing, type Picture } from "./picture";
 import type { Pose } from "./motion";
 import { plain } from "../words";
 
@@ -35,10 +34,8 @@ function drawDoing(picture: Picture): void {
   pen.globalAlpha = 0.35;
   for (let robot = 0; robot < robots.count; robot += 1) {
     const { x, y } = pose(picture, robot);
-    pen.fillStyle = DOING[(robots.doing[robot] ?? 0) % DOING.length] ?? "";
-    pen.beginPath();
-    disc(pen, ...spot(picture, x, y), size(picture, robot) + 7);
-    pen.fill();
+    const color = DOING[(robots.doing[robot] ?? 0) % DOING.length] ?? "";
+    fillDisc(pen, ...spot(picture, x, y), size(picture, robot) + 7, color);
   }
   pen.globalAlpha = 1;
 }
@@ -61,7 +58,7 @@ function drawCrowd(picture: Picture, type: number, trained: number): void {
   for (let robot = 0; robot < count; robot += 1) {
     if (robot !== trained && scene.robot_type[robot] === type) outline(picture, robot);
   }
-  pen.fillStyle = palette.panel;
+  pen.fillStyle = palette.pane;
   pen.fill();
   pen.strokeStyle = paint(scene.types[type]?.color ?? null, palette.robot);
   pen.lineWidth = thin(picture, scene.types[type]?.radius ?? 0.2, 2);
@@ -89,14 +86,11 @@ function drawTrained(picture: Picture, robot: number): void {
   const radius = size(picture, robot);
   const color = session?.mode === "testing" ? palette.test : palette.train;
   pen.globalAlpha = 0.16;
-  pen.fillStyle = color;
-  pen.beginPath();
-  disc(pen, x, y, radius + 9);
-  pen.fill();
+  fillDisc(pen, x, y, radius + 9, color);
   pen.globalAlpha = 1;
   pen.beginPath();
   outline(picture, robot);
-  pen.fillStyle = palette.panel;
+  pen.fillStyle = palette.pane;
   pen.fill();
   pen.strokeStyle = color;
   pen.lineWidth = Math.max(1.5, Math.min(3, radius * 0.28));

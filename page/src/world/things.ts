@@ -3,7 +3,7 @@
 import type { ObjectClass } from "../protocol";
 import { plain } from "../words";
 import { paint } from "./palette";
-import { disc, is, letters, spot, type Picture } from "./picture";
+import { fillDisc, is, letters, spot, strokeLine, strokeRing, type Picture } from "./picture";
 
 const LEAST_PX = 4;
 const FLAG_PX = 18;
@@ -44,10 +44,10 @@ function drawThing(picture: Picture, index: number): void {
   } else {
     if (kind.food) {
       pen.globalAlpha = 0.18;
-      fillDisc(pen, x, y, size);
+      fillDisc(pen, x, y, size, color);
       pen.globalAlpha = 1;
     }
-    if (left > 0) fillDisc(pen, x, y, size * Math.sqrt(left));
+    if (left > 0) fillDisc(pen, x, y, size * Math.sqrt(left), color);
   }
   if (kind.pushable) strokeRing(pen, x, y, size + 2, palette.ink, 1);
   if (is(picture.marked, "thing", slot)) strokeRing(pen, x, y, size + 5, palette.accent, 2);
@@ -62,40 +62,15 @@ function drawMarker(picture: Picture, x: number, y: number, size: number, color:
   const { pen, palette } = picture;
   const high = Math.max(2.6 * size, FLAG_PX);
   pen.globalAlpha = 0.25;
-  fillDisc(pen, x, y, size);
+  fillDisc(pen, x, y, size, color);
   pen.globalAlpha = 1;
   strokeRing(pen, x, y, size, color, 2);
+  const top = [x, y - high] as const;
+  strokeLine(pen, [[x, y], top], palette.ink, 2);
   pen.beginPath();
-  pen.moveTo(x, y);
-  pen.lineTo(x, y - high);
-  pen.strokeStyle = palette.ink;
-  pen.lineWidth = 2;
-  pen.stroke();
-  pen.beginPath();
-  pen.moveTo(x, y - high);
+  pen.moveTo(...top);
   pen.lineTo(x + 0.6 * high, y - 0.78 * high);
   pen.lineTo(x, y - 0.56 * high);
   pen.closePath();
   pen.fill();
-}
-
-function fillDisc(pen: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
-  pen.beginPath();
-  disc(pen, x, y, radius);
-  pen.fill();
-}
-
-export function strokeRing(
-  pen: CanvasRenderingContext2D,
-  x: number,
-  y: number,
-  radius: number,
-  color: string,
-  width: number,
-): void {
-  pen.beginPath();
-  disc(pen, x, y, radius);
-  pen.strokeStyle = color;
-  pen.lineWidth = width;
-  pen.stroke();
 }

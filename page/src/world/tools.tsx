@@ -1,8 +1,9 @@
 /** Tools on the world: what is overlaid, nearer and farther, adding things, and what was clicked. */
 
 import { useState } from "preact/hooks";
-import { ControlButton } from "../button";
+import { Button, CloseButton, ControlButton } from "../button";
 import { useStudio } from "../context";
+import { ControlSelect } from "../fields";
 import type { Request } from "../protocol";
 import { className, plain } from "../words";
 import { OVERLAYS, type Mark, type Overlay } from "./picture";
@@ -32,8 +33,7 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
     <>
       <div class="tools overlays" role="toolbar" aria-label="Overlays">
         {OVERLAYS.filter((each) => live.mapped && has[each]).map((each) => (
-          <button
-            type="button"
+          <Button
             key={each}
             aria-pressed={stage.overlays.has(each)}
             onClick={() => {
@@ -42,45 +42,40 @@ export function Tools({ stage, tool, choose }: ToolsProps) {
             }}
           >
             {each}
-          </button>
+          </Button>
         ))}
       </div>
       {scene.drawing !== "none" && (
         <div class="tools zoom" role="toolbar" aria-label="View">
-          <button type="button" aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
+          <Button aria-label="Nearer" onClick={() => stage.zoom(1.4)}>
             +
-          </button>
-          <button type="button" aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
+          </Button>
+          <Button aria-label="Farther" onClick={() => stage.zoom(1 / 1.4)}>
             −
-          </button>
-          <button type="button" aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
+          </Button>
+          <Button aria-label="All of it" title="All of it" onClick={() => stage.fit()}>
             ⤢
-          </button>
+          </Button>
         </div>
       )}
       {hasControl && !live.fixed && (
-        <select
+        <ControlSelect
           class="tools add"
           aria-label="Add to the world"
           value={tool === null ? "" : tool.what === "obstacle" ? "obstacle" : `thing ${tool.kind}`}
-          onChange={(event) => {
-            const [what, kind] = event.currentTarget.value.split(/ (.*)/s);
+          among={[
+            ["", tool === null ? "+ add" : "not now"],
+            "obstacle",
+            ...scene.classes
+              .filter(({ offered }) => offered)
+              .map(({ name }) => [`thing ${name}`, plain(name)] as const),
+          ]}
+          change={(chosen) => {
+            const [what, kind] = chosen.split(/ (.*)/s);
             if (what === "obstacle") choose({ what });
             else choose(kind === undefined ? null : { what: "thing", kind });
-            event.currentTarget.blur();
           }}
-        >
-          <option value="">{tool === null ? "+ add" : "not now"}</option>
-          <option value="obstacle">obstacle</option>
-          {scene.classes.map(
-            ({ name, offered }) =>
-              offered && (
-                <option key={name} value={`thing ${name}`}>
-                  {plain(name)}
-                </option>
-              ),
-          )}
-        </select>
+        />
       )}
       {tool !== null && <p class="tools placing-hint">Click to place it. Esc cancels.</p>}
     </>
@@ -131,9 +126,7 @@ export function Chosen({ mark, close }: { mark: Mark; close: () => void }) {
           <ControlButton onClick={() => act(removal(mark))}>Remove</ControlButton>
         </>
       )}
-      <button type="button" aria-label="Close" onClick={close}>
-        ×
-      </button>
+      <CloseButton label="Close" onClick={close} />
     </div>
   );
 }

@@ -1,1 +1,0 @@
-import{T as e,p as t}from"./base-B3EtOG1D.js";import{a as n,t as r}from"./page-DaHBUpWK.js";var i=new n,a=document.getElementById(`app`);a!==null&&e(t(r,{recording:i}),a),i.open();
