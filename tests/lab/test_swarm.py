@@ -13,7 +13,7 @@ from understudy_lab.swarm.evaluate import (
 )
 from understudy_lab.swarm.practice import SPECS, make_swarm_team, robots_world
 from understudy_lab.tasks.swarm_world import make_expert_libraries
-from understudy_lab.team_runs import FAILING
+from understudy_lab.teams import FAILING
 
 
 @pytest.mark.retrains

@@ -76,7 +76,7 @@ KINDS: Mapping[str, Callable[[AgentsApart, str], Iterator[None]]] = {
 @contextmanager
 def run_patrol(folder: Path, seed: int) -> Iterator[AgentsApart]:
     """Teach a patrol, simulate its robots, and run an agent for each robot and the coordinator."""
-    save_library(teach(seed), folder / "library")
+    save_library(teach(seed).libraries, folder / "library")
     with simulate(folder, seed), LossyLinks(MEMBERS) as links, take_precedence():
         agents = AgentsApart(folder, folder / "library", links)
         try:

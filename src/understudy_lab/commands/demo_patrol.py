@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.view import RunFrame
 from understudy.storage.atomic_write import convert_os_errors
 from understudy.ui.cli.output import make_table
@@ -24,8 +25,8 @@ from understudy_lab.commands.demo import (
 from understudy_lab.patrol import evaluate
 from understudy_lab.patrol.evaluate import DEFER
 from understudy_lab.patrol.metrics import cycles
-from understudy_lab.patrol.practice import SQUAD, make_coordinated_team, make_uncoordinated_team
-from understudy_lab.patrol.teach import PatrolTeaching, teach
+from understudy_lab.patrol.practice import ROBOT, SQUAD, make_coordinated_team, make_uncoordinated_team
+from understudy_lab.patrol.teach import teach
 from understudy_lab.patrol.tracks import RUN_AWAY, PatrolTracks, watch
 
 PATROL_WORLDS = 40
@@ -38,17 +39,18 @@ def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     talk.print("\n[bold]Four robots and their coordinator learn to patrol by being shown.[/]")
     with show_progress_table(talk) as progress:
         taught = teach(seed, progress=progress)
-    robots, coordinator = taught.robots.library, taught.coordinators.library
+    libraries = taught.libraries
+    robots, coordinator = libraries[ROBOT], libraries[SQUAD]
     print_lessons(list(coordinator.taught.values()), talk)
     talk.print("  [dim]and what the robots learned: see the pictures[/]")
     pictures = [
         *save_with_graphs(robots, out / "library", out / "pictures"),
         *save_with_graphs(coordinator, out / "library" / SQUAD, out / "pictures"),
     ]
-    judged, world = _evaluate_patrol(taught, seed, quiet=talk.quiet)
-    pictures.append(_film_patrol(taught, out / "pictures", world))
+    judged, world = _evaluate_patrol(libraries, seed, quiet=talk.quiet)
+    pictures.append(_film_patrol(libraries, out / "pictures", world))
     result = {
-        **summarize_teaching({**taught.robots.accounts, **taught.coordinators.accounts}),
+        **summarize_teaching(taught.accounts),
         "worlds": PATROL_WORLDS,
         **judged,
         "seed": seed,
@@ -59,9 +61,9 @@ def demo_patrol(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     return result
 
 
-def _film_patrol(taught: PatrolTeaching, folder: Path, world: int) -> Path:
+def _film_patrol(libraries: Libraries, folder: Path, world: int) -> Path:
     """Film one patrol and return the file."""
-    team = make_coordinated_team(taught.robots.library, taught.coordinators.library, [world], DEFER)
+    team = make_coordinated_team(libraries, [world], DEFER)
     film = folder / "patrol.gif"
     with convert_os_errors(folder, "writing the pictures", remedy="see that the disk has room"):
         draw_run_gif(_frames(team), film, speed=PATROL_SPEED)
@@ -76,19 +78,16 @@ def _frames(team: Any) -> list[RunFrame]:
     return frames
 
 
-def _evaluate_patrol(taught: PatrolTeaching, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
+def _evaluate_patrol(libraries: Libraries, seed: int, *, quiet: bool) -> tuple[dict[str, Any], int]:
     """Return the results of the taught team, and the index of a world worth filming."""
-    robots, coordinators = taught.robots.library, taught.coordinators.library
     worlds, ticks = evaluate.worlds_of(seed)[:PATROL_WORLDS], evaluate.TICKS
     with show_progress("Patrolling in unseen worlds", quiet=quiet) as report:
         report(0, 3)
-        by_themselves = evaluate.rounds(watch(make_uncoordinated_team(robots, worlds), ticks))
+        by_themselves = evaluate.rounds(watch(make_uncoordinated_team(libraries, worlds), ticks))
         report(1, 3)
-        together = evaluate.rounds(
-            watch(make_coordinated_team(robots, coordinators, worlds, evaluate.PATROL), ticks)
-        )
+        together = evaluate.rounds(watch(make_coordinated_team(libraries, worlds, evaluate.PATROL), ticks))
         report(2, 3)
-        boss = watch(make_coordinated_team(robots, coordinators, worlds, evaluate.DEFER), ticks)
+        boss = watch(make_coordinated_team(libraries, worlds, evaluate.DEFER), ticks)
     judged = {"alone": by_themselves, "coordinated": together, "deferring": evaluate.deferrals(boss)}
     return judged, worlds[_eventful(boss)]
 

@@ -29,7 +29,7 @@ from understudy_lab.commands.demo import (
 from understudy_lab.swarm.evaluate import ALONE, ANSWERING, LOADS, THREE, WAYS, measure_gathered, worlds_of
 from understudy_lab.swarm.practice import make_swarm_team, teach
 from understudy_lab.tasks.swarm_world import EACH, make_expert_libraries, of_platoons
-from understudy_lab.team_runs import world_of
+from understudy_lab.teams import world_of
 
 SWARM_WORLDS, TICKS = 2, 6_000
 """The number of test worlds, and the ticks of 0.1 s that each runs."""
@@ -44,15 +44,17 @@ def demo_swarm(seed: int, out: Path, talk: Console) -> dict[str, Any]:
     talk.print("\n[bold]Two hundred robots and three levels of coordinators learn by being shown.[/]")
     with show_progress_table(talk) as report:
         taught = teach(seed, progress=report)
-    coordinators = {name: each.library for name, each in taught.squads.items()}
-    print_lessons([each for library in coordinators.values() for each in library.taught.values()], talk)
+    libraries = taught.libraries
+    robots, *coordinators = libraries.values()
+    print_lessons([each for library in coordinators for each in library.taught.values()], talk)
     talk.print("  [dim]and what the robots learned: see the pictures[/]")
-    pictures = save_with_graphs(taught.robots.library, out / "library", out / "pictures")
-    for name, library in coordinators.items():
-        pictures += save_with_graphs(library, out / "library" / name, out / "pictures")
-    results, films = _evaluate_swarm(taught.libraries, seed, out / "pictures", quiet=talk.quiet)
+    pictures = []
+    for name, library in libraries.items():
+        folder = out / "library" if library is robots else out / "library" / name
+        pictures += save_with_graphs(library, folder, out / "pictures")
+    results, films = _evaluate_swarm(libraries, seed, out / "pictures", quiet=talk.quiet)
     result = {
-        **summarize_teaching({name: each for of in taught.teachings for name, each in of.accounts.items()}),
+        **summarize_teaching(taught.accounts),
         "worlds": SWARM_WORLDS,
         **results,
         "seed": seed,

@@ -28,12 +28,12 @@ from understudy.errors import UnderstudyError
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.lossy_networks.links import LossyLinks
 from understudy_lab.lossy_networks.simulated_robots import TEAM, WORLD
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.teach import PatrolTeaching
 from understudy_lab.patrol.tracks import DOING, OTHER, OWN_HOME, ObjectTrack, OrderedActivity, PatrolTracks
 
 SQUAD = f"{practice.SQUAD}_0"
@@ -88,11 +88,11 @@ def wait_for(path: Path) -> None:
         time.sleep(0.05)
 
 
-def save_library(taught: PatrolTeaching, folder: Path) -> None:
+def save_library(libraries: Libraries, folder: Path) -> None:
     """Save what was taught as the library of a team."""
-    for automaton in taught.robots.library.taught.values():
+    for automaton in libraries[practice.ROBOT].taught.values():
         save_automaton(folder, automaton)
-    for automaton in taught.coordinators.library.taught.values():
+    for automaton in libraries[practice.SQUAD].taught.values():
         save_automaton(folder / practice.SQUAD, automaton)
 
 
@@ -218,9 +218,8 @@ def read_lines(path: Path) -> list[Any]:
     return lines
 
 
-def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dict[str, list[Any]]:
+def run_together(folder: Path, libraries: Libraries, *, seconds: float) -> dict[str, list[Any]]:
     """Run the patrol in this program for a while, as `understudy run --team` does; return as `run_apart`."""
-    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     activities: dict[str, list[Any]] = {name: [] for name in ROBOTS}
     with connect_team(folder / TEAM) as fleet, take_precedence():
         until = time.monotonic() + PATIENCE_S

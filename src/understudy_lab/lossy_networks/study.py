@@ -52,15 +52,15 @@ def work(task: Task) -> Row:
     """Teach a patrol, and run it in the same unseen world over each of the networks; refuse where that cannot be."""
     check_machine()
     seed = task["seed"]
-    taught = teach(seed)
+    libraries = teach(seed).libraries
     row: dict[str, Any] = {}
     for network, loss in NETWORKS.items():
         with TemporaryDirectory() as name:
             folder = Path(name)
-            save_library(taught, folder / "library")
+            save_library(libraries, folder / "library")
             with simulate(folder, seed):
                 if loss is None:
-                    done = run_together(folder, taught, seconds=SECONDS)
+                    done = run_together(folder, libraries, seconds=SECONDS)
                 else:
                     with LossyLinks(MEMBERS, loss, seed=seed) as links:
                         done = run_apart(folder, folder / "library", links, seconds=SECONDS)

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec.structs import replace
 
 from understudy.model.learner_options import LearnerOptions
-from understudy.model.library import Kit, Library
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import make_scenario_kit, make_type_kits
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import CaptureRule, ObjectClass, RobotGroup, Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
+from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
 from understudy_lab.tasks import salvage_carrier_teacher, salvage_scout_teacher
 from understudy_lab.tasks.salvage_carrier_teacher import CAPACITY
-from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
+from understudy_lab.teams import TeamCourse, make_team_libraries
 
 SCOUT, CARRIER, SQUAD = "scout", "carrier", "crew"
 SIZE = (14.0, 14.0)
@@ -33,12 +30,6 @@ PLENTY = 60
 def scenario() -> Scenario:
     """Return the built-in salvage scenario."""
     return load_scenario("salvage")
-
-
-@cache
-def kits() -> Mapping[str, Kit]:
-    """Return the kit of each type of robot."""
-    return make_type_kits(scenario(), make_scenario_kit(scenario()))
 
 
 def _made(
@@ -132,21 +123,6 @@ def robots_world(practice: str, seed: int) -> World:
     return World(practices()[practice], [seed])
 
 
-def squads_library(robots: Libraries) -> Library:
-    """Return the library with which the coordinator starts."""
-    return collect_libraries(scenario(), robots)[SQUAD]
-
-
-def troops(robots: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Return a function that makes the robots on which the coordinator is taught."""
-    libraries = collect_libraries(scenario(), robots)
-
-    def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(squad_practices()[practice], SQUAD, libraries, seed=seed)
-
-    return make
-
-
 @cache
 def make_single_type_scenario(kind: str) -> Scenario:
     """Return the scenario with the same number of robots, all of one type."""
@@ -155,56 +131,34 @@ def make_single_type_scenario(kind: str) -> Scenario:
     return replace(scenario(), robots=robots, squads={}, goal=None)
 
 
-def make_uncoordinated_team(robots: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
+def make_uncoordinated_team(libraries: Libraries, seeds: Sequence[int], doing: Mapping[str, str]) -> Team:
     """Make the mixed team without its coordinator; `doing` gives the behavior of each type."""
-    libraries = collect_libraries(scenario(), robots)
-    return make_team(scenario(), seeds, libraries, {kind: (name, {}) for kind, name in doing.items()})
+    robots = make_team_libraries(scenario(), {kind: libraries[kind] for kind in scenario().types})
+    return make_team(scenario(), seeds, robots, {kind: (name, {}) for kind, name in doing.items()})
 
 
-def make_single_type_team(kind: str, robots: Libraries, seeds: Sequence[int], behavior: str) -> Team:
+def make_single_type_team(kind: str, libraries: Libraries, seeds: Sequence[int], behavior: str) -> Team:
     """Make a team of one type, with one world per seed."""
-    return make_team(
-        make_single_type_scenario(kind),
-        seeds,
-        collect_libraries(make_single_type_scenario(kind), robots),
-        {kind: (behavior, {})},
-    )
+    alone = make_single_type_scenario(kind)
+    return make_team(alone, seeds, make_team_libraries(alone, libraries), {kind: (behavior, {})})
 
 
-def make_coordinated_team(
-    robots: Libraries, coordinator: Library, seeds: Sequence[int], behavior: str = "lead"
-) -> Team:
+def make_coordinated_team(libraries: Libraries, seeds: Sequence[int], behavior: str = "lead") -> Team:
     """Make the mixed team whose coordinator runs a behavior, with one world per seed."""
-    return make_team(scenario(), seeds, {**robots, SQUAD: coordinator}, {SQUAD: (behavior, {})})
+    return make_team(scenario(), seeds, libraries, {SQUAD: (behavior, {})})
 
 
-TOPICS = {SCOUT: salvage_scout_teacher.SCOUTS, CARRIER: salvage_carrier_teacher.CARRIERS}
-OPTIONS = {"goto": LearnerOptions(watched=True, reaction_s=0.2)}
-"""The options of lessons about motion: record examples while watching, and compensate for late presses."""
-
-
-class MixedTeaching(NamedTuple):
-    """The results of teaching each type of robot and the coordinator."""
-
-    robots: dict[str, TeachingResult]
-    coordinator: TeachingResult
-
-    @property
-    def libraries(self) -> Libraries:
-        """The library of each type of robot."""
-        return {kind: teaching.library for kind, teaching in self.robots.items()}
-
-
-def teach(seed: int, *, progress: Progress = lambda name, what, account: None) -> MixedTeaching:
-    """Teach robots and coordinator from empty libraries; the same seed gives the same lessons."""
-    robots = {
-        kind: ScriptedTeacher(
-            Library(kits()[kind]), robots_world, seed, options=OPTIONS, progress=progress
-        ).teach(*topics)
-        for kind, topics in TOPICS.items()
-    }
-    libraries = {kind: teaching.library for kind, teaching in robots.items()}
-    teacher = ScriptedTeacher(
-        squads_library(libraries), troops(libraries), seed, options={}, progress=progress
-    )
-    return MixedTeaching(robots, teacher.teach(*salvage_carrier_teacher.TOPICS))
+COURSE = TeamCourse(
+    scenario,
+    {
+        SCOUT: salvage_scout_teacher.SCOUTS,
+        CARRIER: salvage_carrier_teacher.CARRIERS,
+        SQUAD: salvage_carrier_teacher.TOPICS,
+    },
+    robots_world,
+    squad_practices,
+    {"goto": LearnerOptions(watched=True, reaction_s=0.2)},
+)
+"""Lessons about motion record examples while watching, and compensate for late presses."""
+teach = COURSE.teach
+"""Teach scouts, carriers, and their coordinator."""

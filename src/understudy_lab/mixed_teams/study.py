@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from understudy.runtime.team.team import Team
-from understudy_lab import team_runs
+from understudy.sim.team.libraries import Libraries
+from understudy_lab import teams
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
 from understudy_lab.figures import Dots, Panels, by_value
 from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
 from understudy_lab.mixed_teams.practice import (
     CARRIER,
     SCOUT,
-    MixedTeaching,
+    SQUAD,
     make_coordinated_team,
     make_single_type_team,
     make_uncoordinated_team,
@@ -24,7 +25,7 @@ from understudy_lab.mixed_teams.practice import (
 )
 from understudy_lab.rows import Median, Rows, group_by_arm
 from understudy_lab.study import Row, Study, Task
-from understudy_lab.team_runs import FAILING, run_with_failures, world_of
+from understudy_lab.teams import FAILING, run_with_failures, world_of
 
 WORLDS, TICKS = 50, 12_000
 """The number of worlds per teaching, and the ticks of 0.1 s that each runs: twenty minutes."""
@@ -46,25 +47,24 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def measure_mixed_teams(taught: MixedTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+def measure_mixed_teams(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
     """Measure the yield of each team, and of the mixed ones also after a third of their members failed."""
-    robots, coordinator = taught.libraries, taught.coordinator.library
-    teams: dict[str, Callable[[], Team]] = {
-        LED: lambda: make_coordinated_team(robots, coordinator, worlds),
-        MIXED: lambda: make_uncoordinated_team(robots, worlds, ALONE),
+    makers: dict[str, Callable[[], Team]] = {
+        LED: lambda: make_coordinated_team(libraries, worlds),
+        MIXED: lambda: make_uncoordinated_team(libraries, worlds, ALONE),
     }
-    whole = {name: measure_delivered(make(), ticks) for name, make in teams.items()}
+    whole = {name: measure_delivered(make(), ticks) for name, make in makers.items()}
     killed = {
-        name: measure_delivered(make(), ticks, schedule_failures(worlds)) for name, make in teams.items()
+        name: measure_delivered(make(), ticks, schedule_failures(worlds)) for name, make in makers.items()
     }
     single = {
-        name: measure_delivered(make_single_type_team(kind, robots, worlds, behavior), ticks)
+        name: measure_delivered(make_single_type_team(kind, libraries, worlds, behavior), ticks)
         for name, (kind, behavior) in SINGLE.items()
     }
     return {
         "rate": {name: each["rate"] for name, each in (whole | single).items()},
-        "kept": {name: _share(killed[name]["late"], whole[name]["late"]) for name in teams},
-        "after_failures": {name: killed[name]["late"] for name in teams},
+        "kept": {name: _share(killed[name]["late"], whole[name]["late"]) for name in makers},
+        "after_failures": {name: killed[name]["late"] for name in makers},
         "found": whole[LED]["total"],
     }
 
@@ -88,7 +88,7 @@ def measure_delivered(
     return {"rate": round(end / hours, 1), "late": late, "total": total}
 
 
-schedule_failures = partial(team_runs.schedule_failures, robots=12, within=FAILS_TICK)
+schedule_failures = partial(teams.schedule_failures, robots=12, within=FAILS_TICK)
 
 
 def _share(part: float, whole: float) -> float:
@@ -107,9 +107,10 @@ NAMES = {LED: "mixed, under their coordinator", MIXED: MIXED} | {name: name for 
 def work(task: Task) -> Row:
     """Teach a mixed team with one seed and test it in its own unseen worlds."""
     taught = teach(task["seed"])
-    lessons = {kind: lessons_of(teaching) for kind, teaching in taught.robots.items()}
-    lessons["coordinator"] = lessons_of(taught.coordinator)
-    return {**measure_mixed_teams(taught, worlds_of(task["seed"])), "lessons": lessons}
+    lessons = {
+        "coordinator" if sort == SQUAD else sort: lessons_of(each) for sort, each in taught.by_sort.items()
+    }
+    return {**measure_mixed_teams(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
 
 
 def compare_with_single(row: Row) -> float:

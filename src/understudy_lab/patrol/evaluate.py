@@ -9,6 +9,7 @@ import numpy as np
 
 from understudy.model.library import Library
 from understudy.sim.scenario.squad_schema import CommsSpec
+from understudy.sim.team.libraries import Libraries
 from understudy_lab.patrol.metrics import (
     attackers,
     captures,
@@ -19,8 +20,13 @@ from understudy_lab.patrol.metrics import (
     residual_s,
     sighting_to_capture,
 )
-from understudy_lab.patrol.practice import ROBOTS, make_coordinated_team, make_uncoordinated_team
-from understudy_lab.patrol.teach import PatrolTeaching
+from understudy_lab.patrol.practice import (
+    ROBOT,
+    ROBOTS,
+    SQUAD,
+    make_coordinated_team,
+    make_uncoordinated_team,
+)
 from understudy_lab.patrol.tracks import PatrolTracks, watch
 
 
@@ -66,16 +72,15 @@ def worlds_of(seed: int) -> range:
     return range(WORLDS * seed, WORLDS * (seed + 1))
 
 
-def measure_patrol(taught: PatrolTeaching, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
+def measure_patrol(libraries: Libraries, worlds: Sequence[int], ticks: int = TICKS) -> dict[str, Any]:
     """Return all measurements of one taught team."""
-    robots, coordinators = taught.robots.library, taught.coordinators.library
-    together = watch(make_coordinated_team(robots, coordinators, worlds, PATROL), ticks)
-    deferring = watch(make_coordinated_team(robots, coordinators, worlds, DEFER), ticks)
-    bad = watch(make_coordinated_team(robots, coordinators, worlds, PATROL, BAD_RADIO), ticks)
-    failing = watch(make_coordinated_team(robots, coordinators, worlds, PATROL), ticks, _failing(worlds))
-    of_one, of_all = count_flat_states(robots, coordinators, DEFER)
+    together = watch(make_coordinated_team(libraries, worlds, PATROL), ticks)
+    deferring = watch(make_coordinated_team(libraries, worlds, DEFER), ticks)
+    bad = watch(make_coordinated_team(libraries, worlds, PATROL, BAD_RADIO), ticks)
+    failing = watch(make_coordinated_team(libraries, worlds, PATROL), ticks, _failing(worlds))
+    of_one, of_all = count_flat_states(libraries[ROBOT], libraries[SQUAD], DEFER)
     return {
-        "alone": rounds(watch(make_uncoordinated_team(robots, worlds), ticks)),
+        "alone": rounds(watch(make_uncoordinated_team(libraries, worlds), ticks)),
         "coordinated": rounds(together),
         "deferring": deferrals(deferring),
         "bad_radio": rounds(bad),

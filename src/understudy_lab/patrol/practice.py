@@ -7,8 +7,6 @@ from functools import cache
 
 from msgspec.structs import replace
 
-from understudy.model.library import Library
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import (
@@ -19,8 +17,9 @@ from understudy.sim.scenario.schema import (
     Scenario,
 )
 from understudy.sim.scenario.squad_schema import CommsSpec
-from understudy.sim.team.libraries import collect_libraries, make_coordinator_body, make_team
+from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
+from understudy_lab.teams import make_team_libraries
 
 ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
 
@@ -124,29 +123,14 @@ def robots_world(practice: str, seed: int) -> World:
     return World(practices()[practice], [seed])
 
 
-def squads_library(robots: Library) -> Library:
-    """Return the library with which the coordinator starts."""
-    return collect_libraries(scenario(), robots)[SQUAD]
-
-
-def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
-    """Return a function that makes the robots on which the coordinator is taught."""
-    libraries = collect_libraries(scenario(), robots)
-
-    def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(squad_practices()[practice], SQUAD, libraries, seed=seed)
-
-    return make
-
-
-def make_uncoordinated_team(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
+def make_uncoordinated_team(libraries: Libraries, seeds: Sequence[int], behavior: str = "patrol") -> Team:
     """Make the team without a coordinator, with one world per seed."""
-    return make_team(scenario(), seeds, collect_libraries(scenario(), robots), {ROBOT: (behavior, {})})
+    robots = make_team_libraries(scenario(), {ROBOT: libraries[ROBOT]})
+    return make_team(scenario(), seeds, robots, {ROBOT: (behavior, {})})
 
 
 def make_coordinated_team(
-    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
+    libraries: Libraries, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
     """Make the team whose coordinator runs a behavior, with one world per seed."""
-    libraries = {ROBOT: robots, SQUAD: coordinators}
     return make_team(replace(scenario(), radio=radio), seeds, libraries, {SQUAD: (behavior, {})})

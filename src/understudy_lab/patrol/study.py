@@ -12,10 +12,10 @@ from understudy_lab.figures import Dots, Panels
 from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
 from understudy_lab.live_comparison import LIVE_TEACHINGS, LiveComparison
 from understudy_lab.patrol import four_patrols
-from understudy_lab.patrol import teach as paper
 from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
 from understudy_lab.patrol.flat_automaton import SECONDS, make_lone_robot_team, teach_undivided
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import ROBOT
+from understudy_lab.patrol.teach import PAPERS_TOPICS, teach
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks import patrol_teacher
@@ -49,17 +49,17 @@ def work(task: Task) -> Row:
         return _in_one_piece(task["seed"])
     if task["features"] == TOGETHER:
         return four_patrols.measure_four_patrols(task["seed"])
-    topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
-    taught = teach(task["seed"], *topics, method=task.get("method", "watched"))
+    topics = PAPERS_TOPICS if task["features"] == PAPERS else None
+    taught = teach(task["seed"], topics, method=task.get("method", "watched"))
     return {
-        **measure_patrol(taught, worlds_of(task["seed"])),
-        "lessons": [*lessons_of(taught.robots), *lessons_of(taught.coordinators)],
+        **measure_patrol(taught.libraries, worlds_of(task["seed"])),
+        "lessons": [lesson for teaching in taught.by_sort.values() for lesson in lessons_of(teaching)],
     }
 
 
 def _in_one_piece(seed: int) -> dict[str, Any]:
     """Test one robot's Patrol, taught as one automaton and in layers, in the same worlds."""
-    whole, robots = teach_undivided(seed), teach(seed, ALONE, ()).robots
+    whole, robots = teach_undivided(seed), teach(seed, {ROBOT: ALONE}).by_sort[ROBOT]
     return {
         "whole": make_lone_robot_team(whole.library, worlds_of(seed)),
         "layers": make_lone_robot_team(robots.library, worlds_of(seed)),

@@ -2,40 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
-from understudy.model.library import Library
-from understudy.sim.kit import make_scenario_kit
-from understudy_lab.patrol.practice import robots_world, scenario, squads_library, troops
+from understudy_lab.patrol.practice import ROBOT, SQUAD, robots_world, scenario, squad_practices
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
-from understudy_lab.teachers.live_teacher import choose_teacher
-from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Progress, Situation, TeachingResult
+from understudy_lab.teachers.teacher import LessonDesign, Situation
+from understudy_lab.teams import TeamCourse
 
-
-class PatrolTeaching(NamedTuple):
-    """The results of teaching the robots and their coordinator."""
-
-    robots: TeachingResult
-    coordinators: TeachingResult
-
-
-def teach(
-    seed: int,
-    topics: Sequence[LessonPlan] = patrol_teacher.TOPICS,
-    squads: Sequence[LessonPlan] = patrol_squad_teacher.SQUAD_TOPICS,
-    *,
-    method: str = "watched",
-    progress: Progress = lambda name, what, account: None,
-) -> PatrolTeaching:
-    """Teach robots and coordinator from empty libraries, live or as in the paper; a seed gives the same lessons."""
-    make_teacher = choose_teacher(method)
-    kit = make_scenario_kit(scenario())
-    robots = make_teacher(Library(kit), robots_world, seed, options={}, progress=progress).teach(*topics)
-    library = robots.library
-    teacher = make_teacher(squads_library(library), troops(library), seed, options={}, progress=progress)
-    return PatrolTeaching(robots, teacher.teach(*squads))
+COURSE = TeamCourse(
+    scenario,
+    {ROBOT: patrol_teacher.TOPICS, SQUAD: patrol_squad_teacher.SQUAD_TOPICS},
+    robots_world,
+    squad_practices,
+)
+teach = COURSE.teach
+"""Teach the robots of a patrol and their coordinator."""
 
 
 SERVO = replace(
@@ -64,12 +45,15 @@ COLLECTIVE_PATROL = replace(
     ),
 )
 
-ROBOTS = (
-    patrol_wander_teacher.DISPERSE,
-    SERVO,
-    ATTACK,
-    patrol_teacher.SCATTER,
-    patrol_teacher.RUN_AWAY,
-    patrol_teacher.PATROL,
-)
-SQUADS = (COLLECTIVE_PATROL, patrol_squad_teacher.DEFER)
+PAPERS_TOPICS = {
+    ROBOT: (
+        patrol_wander_teacher.DISPERSE,
+        SERVO,
+        ATTACK,
+        patrol_teacher.SCATTER,
+        patrol_teacher.RUN_AWAY,
+        patrol_teacher.PATROL,
+    ),
+    SQUAD: (COLLECTIVE_PATROL, patrol_squad_teacher.DEFER),
+}
+"""The lessons with the features of the paper."""

@@ -17,7 +17,7 @@ from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
-from understudy_lab.team_runs import world_of
+from understudy_lab.teams import world_of
 
 OTHER, DISPERSE, ATTACK, HOME, RUN_AWAY = range(5)
 OWN_HOME = "(own home)"

@@ -48,8 +48,7 @@ def patrol(
 
     `together` runs all robots in one process; `tick_s` is the time between two decisions.
     """
-    taught = teach_patrol(seed)
-    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    libraries = teach_patrol(seed).libraries
     with TemporaryDirectory() as folder:
         options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
         options += [] if together else ["--apart"]

@@ -28,6 +28,7 @@ from understudy_lab.tasks import forage_teacher, soccer
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
+from understudy_lab.teams import TeamTeaching
 
 WORLDS = 20
 """The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
@@ -152,21 +153,17 @@ def make_quiet_patrol_scenario() -> Scenario:
 # CollectivePatrol: four robots and their coordinator.
 
 
-def teach_patrol(seed: int) -> teach.PatrolTeaching:
+def teach_patrol(seed: int) -> TeamTeaching:
     """Teach the robots of the patrol and their coordinator, as in the experiment `patrol`."""
     return teach.teach(seed)
 
 
-def patrol_cycles(taught: teach.PatrolTeaching, ground: World | MujocoBody) -> dict[str, Any]:
+def patrol_cycles(libraries: Libraries, ground: World | MujocoBody) -> dict[str, Any]:
     """Return the numbers of captures, `cycles` and `complete` cycles, the duration of each in s, and their success.
 
     A cycle lasts from the capture of an intruder until the robots are ordered to disperse again. It is complete if all
     robots were at home by then, and in time. `success` is the share of complete cycles.
     """
-    libraries: Libraries = {
-        practice.ROBOT: taught.robots.library,
-        practice.SQUAD: taught.coordinators.library,
-    }
     team = Team(
         ground, assign_team_members(practice.scenario()), libraries, {practice.SQUAD: ("collective_patrol", {})},
         worlds=ground.worlds, makes=Engine, seeds=ground.seeds,
@@ -238,9 +235,9 @@ def _disperse(seed: int) -> dict[str, Any]:
 def _patrol(seed: int) -> dict[str, Any]:
     taught, seeds = teach_patrol(seed), worlds_of(seed, PATROLS)
     return {
-        "examples": taught.robots.examples + taught.coordinators.examples,
-        FLAT: patrol_cycles(taught, World(practice.scenario(), seeds)),
-        PHYSICS: patrol_cycles(taught, MujocoBody(practice.scenario(), seeds)),
+        "examples": taught.examples,
+        FLAT: patrol_cycles(taught.libraries, World(practice.scenario(), seeds)),
+        PHYSICS: patrol_cycles(taught.libraries, MujocoBody(practice.scenario(), seeds)),
     }
 
 

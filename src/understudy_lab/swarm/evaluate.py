@@ -9,7 +9,7 @@ from typing import Any
 from understudy.runtime.team.team import Team
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
-from understudy_lab import team_runs
+from understudy_lab import teams
 from understudy_lab.swarm.practice import make_swarm_team
 from understudy_lab.tasks.swarm_world import (
     EACH,
@@ -20,7 +20,7 @@ from understudy_lab.tasks.swarm_world import (
     make_expert_libraries,
     of_platoons,
 )
-from understudy_lab.team_runs import run_with_failures, world_of
+from understudy_lab.teams import run_with_failures, world_of
 
 WORLDS, TICKS = 10, 6_000
 """The number of worlds per teaching, and the ticks of 0.1 s that each runs: ten minutes."""
@@ -92,7 +92,7 @@ def measure_late_gathering(team: Team, ticks: int, fails: Mapping[int, Sequence[
     return (_loads(world) - early) / ((ticks - at) * world.tick_s / 3600 * world.worlds)
 
 
-schedule_failures = partial(team_runs.schedule_failures, robots=8 * EACH, within=FAILS_TICK)
+schedule_failures = partial(teams.schedule_failures, robots=8 * EACH, within=FAILS_TICK)
 
 
 def _each(team: Team, ticks: int) -> float:

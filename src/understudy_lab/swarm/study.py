@@ -27,9 +27,9 @@ from understudy_lab.swarm.evaluate import (
     worlds_of,
 )
 from understudy_lab.swarm.practice import teach
-from understudy_lab.tasks.swarm_world import EACH, ROBOT
+from understudy_lab.tasks.swarm_world import EACH
 from understudy_lab.teachers.live_teacher import LIVE
-from understudy_lab.team_runs import FAILING
+from understudy_lab.teams import FAILING
 
 TEACHINGS = range(60_100, 60_110)
 """The teaching seeds of the published result; none was used during development."""
@@ -60,8 +60,7 @@ def tasks(plan: StudyPlan) -> list[Task]:
 def work(task: Task) -> Row:
     """Teach a swarm with one seed and test it in its own unseen worlds."""
     taught = teach(task["seed"], method=task.get("method", "watched"))
-    lessons = {ROBOT: lessons_of(taught.robots)}
-    lessons |= {sort: lessons_of(teaching) for sort, teaching in taught.squads.items()}
+    lessons = {sort: lessons_of(teaching) for sort, teaching in taught.by_sort.items()}
     return {**measure_swarm(taught.libraries, worlds_of(task["seed"])), "lessons": lessons}
 
 
