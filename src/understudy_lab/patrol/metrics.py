@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, tau
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,17 @@ def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
             until[world] = tracks.ticks
             if (tracks.ticks - tick) * tracks.tick_s > OPEN_S:
                 yield PatrolCycle(world, tick, float("nan"), float("nan"))
+
+
+def count_cycles(tracks: PatrolTracks) -> dict[str, Any]:
+    """Return the numbers of cycles, complete ones and captures, and the duration of each cycle in s, None if open."""
+    ended = list(cycles(tracks))
+    return {
+        "cycles": len(ended),
+        "complete": sum(each.complete for each in ended),
+        "captures": len(captures(tracks)),
+        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in ended],
+    }
 
 
 def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:

@@ -213,6 +213,28 @@ def record_tracks(
     )
 
 
+def make_tracks(
+    tick_s: float, doing: NDArray[np.int8], places: Floats, *, intruder: Floats, boss: Floats, home: Floats
+) -> PatrolTracks:
+    """Make the tracks of one world in which neither headings nor what robots see was recorded.
+
+    `doing` [T, N] are the activities and `places` [T, N, 2] the positions of the robots; `intruder` and `boss` [T, 3]
+    the position of each and whether it is there, `home` [2] that of the home.
+    """
+    x, y = places.astype(np.float32).transpose(2, 0, 1)[:, :, None]
+    never = np.zeros(x.shape, np.bool_)
+    tracks = [
+        ObjectTrack(
+            each[:, None, 2] > 0, each[:, None, 0].astype(np.float32), each[:, None, 1].astype(np.float32)
+        )
+        for each in (intruder, boss)
+    ]
+    return PatrolTracks(
+        tick_s, doing[:, None], x, y, np.zeros_like(x), never, never, *tracks,
+        np.tile(home, (x.shape[2], 1)), np.array([0], np.intp), np.zeros((1, 0, 3)),
+    )  # fmt: skip
+
+
 def _slot(world: World, name: str) -> int:
     """Return the index of the first object of a class in a world."""
     return int(world.rules.classes["first"][world.names.classes.index(name)])

@@ -21,7 +21,7 @@ from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.patrol import practice, teach
-from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.metrics import count_cycles
 from understudy_lab.patrol.tracks import watch
 from understudy_lab.servoing import trials as servoing
 from understudy_lab.tasks import forage_teacher, soccer
@@ -168,15 +168,9 @@ def patrol_cycles(libraries: Libraries, ground: World | MujocoBody) -> dict[str,
         ground, assign_team_members(practice.scenario()), libraries, {practice.SQUAD: ("collective_patrol", {})},
         worlds=ground.worlds, makes=Engine, seeds=ground.seeds,
     )  # fmt: skip
-    tracks = watch(team, PATROL_TICKS)
-    ended = list(cycles(tracks))
-    return {
-        "success": sum(cycle.complete for cycle in ended) / len(ended) if ended else nan,
-        "cycles": len(ended),
-        "complete": sum(cycle.complete for cycle in ended),
-        "captures": len(captures(tracks)),
-        "values": _rounded(np.array([cycle.seconds for cycle in ended])),
-    }
+    counts = count_cycles(watch(team, PATROL_TICKS))
+    values, ended = counts.pop("cycle_s"), counts["cycles"]
+    return {"success": counts["complete"] / ended if ended else nan, **counts, "values": values}
 
 
 def _rounded(seconds: np.ndarray[Any, Any]) -> list[float]:
