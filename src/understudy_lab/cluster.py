@@ -12,8 +12,8 @@ from typing import Any
 
 from understudy.errors import UnderstudyError
 from understudy.extras import ExtraMissing
-from understudy_lab.parts import Part, run_part
 from understudy_lab.row_cache import RowCache
+from understudy_lab.runner import Part, run
 from understudy_lab.study import StudyPlan, find_experiment
 
 JOBS = "jobs"
@@ -47,7 +47,7 @@ class PartJob:
 
         compile_on_first_call()
         kept = RowCache(self.experiment, self.folder, self.part.file_name)
-        return len(run_part(find_experiment(self.experiment), self.plan, self.part, kept))
+        return len(run(find_experiment(self.experiment), self.plan, kept, part=self.part))
 
     def checkpoint(self) -> Any:
         """Return the job that the scheduler is to run after this one was preempted: the same one."""

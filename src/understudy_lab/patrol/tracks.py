@@ -223,14 +223,12 @@ def make_tracks(
     """
     x, y = places.astype(np.float32).transpose(2, 0, 1)[:, :, None]
     never = np.zeros(x.shape, np.bool_)
-    tracks = [
-        ObjectTrack(
-            each[:, None, 2] > 0, each[:, None, 0].astype(np.float32), each[:, None, 1].astype(np.float32)
-        )
+    seen_intruder, seen_boss = (
+        ObjectTrack(each[:, None, 2] > 0, *each[:, None, :2].astype(np.float32).transpose(2, 0, 1))
         for each in (intruder, boss)
-    ]
+    )
     return PatrolTracks(
-        tick_s, doing[:, None], x, y, np.zeros_like(x), never, never, *tracks,
+        tick_s, doing[:, None], x, y, np.zeros_like(x), never, never, seen_intruder, seen_boss,
         np.tile(home, (x.shape[2], 1)), np.array([0], np.intp), np.zeros((1, 0, 3)),
     )  # fmt: skip
 

@@ -56,7 +56,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def use(experiment: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy_lab.study.find_experiment", lambda name: experiment)
+    monkeypatch.setattr("understudy_lab.commands.experiment.find_experiment", lambda name: experiment)
 
 
 def test_all_are_listed() -> None:
