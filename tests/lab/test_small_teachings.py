@@ -16,8 +16,8 @@ from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
 from understudy_lab.ablation.evaluate import PATIENCE
-from understudy_lab.ablation.feature_variants import kit as ablation_kit
 from understudy_lab.ablation.variants import BASE, VARIANTS
+from understudy_lab.ablation.variants import kit as ablation_kit
 from understudy_lab.baselines.demonstrations import record_libraries
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.behavior_suite import teach as behavior_suite

@@ -14,8 +14,6 @@ from collections.abc import Callable
 from importlib import import_module
 from itertools import cycle, islice
 from math import tau
-from statistics import median
-from time import perf_counter
 from typing import Any
 
 from understudy.errors import UnderstudyError
@@ -29,6 +27,7 @@ from understudy.model.library import Kit, Library
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
+from understudy_lab.bench.harness import medians
 
 TICKS, ROUNDS = 2000, 25
 NEAR, AHEAD = 0.4, 0.3
@@ -40,20 +39,19 @@ def run() -> dict[str, Any]:
     theirs = _peer()
     rows = readings(TICKS)
     ours = interpreter()
-    ours_us: list[float] = []
-    theirs_us: list[float] = []
-    for _ in range(ROUNDS + 1):
+
+    def run_ours() -> None:
         ours.start(0.0)
-        began = perf_counter()
         pulse = ours.pulse
         for tick, row in enumerate(rows):
             pulse(row, tick * 0.1)
-        ours_us.append((perf_counter() - began) / TICKS * 1e6)
-        began = perf_counter()
+
+    def run_theirs() -> None:
         for row in rows:
             theirs.tick(row)
-        theirs_us.append((perf_counter() - began) / TICKS * 1e6)
-    pulse_us, tick_us = median(ours_us[1:]), median(theirs_us[1:])
+
+    taken_ms = medians(ROUNDS, ours=run_ours, theirs=run_theirs)
+    pulse_us, tick_us = (taken_ms[f"{who}_ms"] / TICKS * 1e3 for who in ("ours", "theirs"))
     return {
         "levels": len(ours.path),
         "path": list(ours.path),

@@ -11,10 +11,10 @@ from understudy.judging.intervals import exact_interval_of_share
 from understudy.model.library import Library
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, teach
 from understudy_lab.coaching_benefit.tasks import EXERCISES
-from understudy_lab.counterexamples.arrivals import ArrivalMeasure
 from understudy_lab.counterexamples.lessons import (
     LESSONS,
     SEARCHED,
+    ArrivalMeasure,
     teach_at_random,
     teach_by_failures,
     teach_by_watching,

@@ -65,7 +65,7 @@ def work(task: Task) -> Row:
 
 
 def _yield(row: Row, way: str) -> Mapping[str, float]:
-    return cast(Mapping[str, float], row["by_hand"] if way == BY_HAND else row["taught"][way])
+    return cast("Mapping[str, float]", row["by_hand"] if way == BY_HAND else row["taught"][way])
 
 
 def _compare(way: str, to: str = BY_HAND) -> Callable[[Row], float]:
