@@ -41,21 +41,6 @@ def find_bearing(screen: SessionView, target: str = "A") -> float:
     return (screen.features[f"angle_to({target})"] + pi) % tau - pi
 
 
-def find_angle_ahead(screen: SessionView) -> float:
-    """Return the angle in rad that a robot still has to turn to A; negative when it has turned too far."""
-    return -find_bearing(screen) if screen.state == "rotate_right" else find_bearing(screen)
-
-
-def is_beside(side: int, nearest: float, farthest: float) -> Seen:
-    """Return a predicate: A is to the left (1) or right (-1), at a distance between `nearest` and `farthest` (m)."""
-
-    def suits(screen: SessionView) -> bool:
-        distance = screen.features["distance_to(A)"]
-        return 0.8 < side * find_bearing(screen) < 2.6 and nearest < distance < farthest
-
-    return suits
-
-
 def never_confirm(wish: Wish) -> Wish:
     """Return a function that asks for the same states as `wish`, but never confirms the current one."""
 
