@@ -24,8 +24,7 @@ from understudy_lab.lossy_networks.simulated_patrol import make_agents, make_los
 from understudy_lab.lossy_networks.simulated_robots import WORLD
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures
-from understudy_lab.patrol.practice import make_coordinated_team
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import make_coordinated_team, teach
 from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, PatrolTracks, watch
 
 

@@ -20,11 +20,12 @@ from understudy_lab.novices.failure_causes import (
     WALKS_ON,
     classify_blind_behavior,
     count_turn_backs,
+    has_succeeded,
     list_blind_states,
+    succeeds_everywhere,
 )
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.sensitivity import SAID
-from understudy_lab.novices.success import has_succeeded, succeeds_everywhere
 from understudy_lab.novices.traits import (
     ALIKE,
     MINUTES_S,

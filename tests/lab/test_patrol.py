@@ -28,8 +28,8 @@ from understudy_lab.patrol.practice import (
     practices,
     scenario,
     squad_practices,
+    teach,
 )
-from understudy_lab.patrol.teach import teach
 from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, ObjectTrack, PatrolTracks, watch
 from understudy_lab.results import load_published
 from understudy_lab.teams import make_team_libraries

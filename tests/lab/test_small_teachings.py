@@ -20,7 +20,7 @@ from understudy_lab.ablation.variants import BASE, VARIANTS
 from understudy_lab.ablation.variants import kit as ablation_kit
 from understudy_lab.baselines.demonstrations import record_libraries
 from understudy_lab.baselines.tasks import EXERCISES
-from understudy_lab.behavior_suite import teach as behavior_suite
+from understudy_lab.behavior_suite import task as behavior_suite
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.coaching_benefit import tasks as coaching_tasks
 from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, teach
@@ -32,7 +32,7 @@ from understudy_lab.mixed_teams import practice as mixed_teams
 from understudy_lab.noisy_teachers import study as noisy_teachers
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.traits import MINUTES_S, draw_traits
-from understudy_lab.patrol import teach as patrol
+from understudy_lab.patrol import practice as patrol
 from understudy_lab.recordings.study import BEHAVIORS
 from understudy_lab.results import load_published
 from understudy_lab.searches.rare_failures import find_arrival_tests

@@ -29,7 +29,7 @@ from understudy_lab.lossy_networks.distributed_patrol import (
     take_precedence,
 )
 from understudy_lab.lossy_networks.links import LossyLinks, find_obstacle
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import teach
 
 BEGINS_S = 8.0
 """The time until all robots are armed and one agent leads, s."""

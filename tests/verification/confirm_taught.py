@@ -20,7 +20,7 @@ from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy_lab.forage.teach import teach as teach_forager
 from understudy_lab.patrol.practice import scenario as patrol_scenario
-from understudy_lab.patrol.teach import teach as teach_patrol
+from understudy_lab.patrol.practice import teach as teach_patrol
 from understudy_lab.swarm.practice import teach as teach_swarm
 from understudy_lab.tasks.swarm_world import scenario as swarm_scenario
 

@@ -35,7 +35,7 @@ from understudy.runtime.program import link
 from understudy.sim.team.assignment import assign_team_members
 from understudy_lab.forage.teach import teach as teach_forager
 from understudy_lab.patrol.practice import ROBOT, SQUAD, scenario
-from understudy_lab.patrol.teach import teach as teach_patrol
+from understudy_lab.patrol.practice import teach as teach_patrol
 
 CYCLES = (FindingKind.CHATTER, FindingKind.CYCLE, FindingKind.REPEATED_ORDER)
 

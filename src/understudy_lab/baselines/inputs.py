@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.model.kinds import Categorical, Kind, Toroidal
-from understudy_lab.baselines.recording_body import RESTING, Ints, Raw, RecordedTicks
+from understudy_lab.baselines.demonstrations import RESTING, Ints, Raw, RecordedTicks
 
 Floats: TypeAlias = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ from understudy.runtime.feature_columns import get_feature_key
 from understudy.runtime.program import link
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings, make_practice_worlds
 from understudy.sim.world import World
+from understudy_lab.baselines.demonstrations import Robots
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
-from understudy_lab.baselines.recording_body import Robots
 from understudy_lab.behavior_suite.random_rooms import make_scenario, room
 from understudy_lab.behavior_suite.tracks import record
 from understudy_lab.behavior_suite.wall_following import LEFT, WALL_LIMIT_S, WALL_TASKS, judge_wall_following

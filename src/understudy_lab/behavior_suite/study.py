@@ -16,8 +16,7 @@ from understudy_lab.behavior_suite import (
     wall_following,
     waypoints,
 )
-from understudy_lab.behavior_suite.task import BehaviorTask
-from understudy_lab.behavior_suite.teach import PAPER, WORLDS, row_of
+from understudy_lab.behavior_suite.task import PAPER, WORLDS, BehaviorTask, row_of
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, goals_among
 from understudy_lab.figures import Dots, Panels, by_group
 from understudy_lab.rows import Count, Median, Rows, Value, group_by

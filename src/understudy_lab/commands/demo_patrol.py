@@ -25,8 +25,7 @@ from understudy_lab.commands.demo import (
 from understudy_lab.patrol import evaluate
 from understudy_lab.patrol.evaluate import DEFER
 from understudy_lab.patrol.metrics import cycles
-from understudy_lab.patrol.practice import ROBOT, SQUAD, make_coordinated_team, make_uncoordinated_team
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import ROBOT, SQUAD, make_coordinated_team, make_uncoordinated_team, teach
 from understudy_lab.patrol.tracks import RUN_AWAY, PatrolTracks, watch
 
 PATROL_WORLDS = 40

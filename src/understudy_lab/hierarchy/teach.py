@@ -38,7 +38,7 @@ from understudy_lab.tasks.servo_teacher import (
 )
 from understudy_lab.tasks.soccer import ANYWHERE, Soccer
 from understudy_lab.tasks.soccer import kit as soccer_kit
-from understudy_lab.teachers.person import ReactionTime, SimulatedPerson, TryResult
+from understudy_lab.teachers.person import ReactionTime, SimulatedPerson, TryResult, has_raised_flag
 from understudy_lab.teachers.teacher import (
     LessonDesign,
     LessonPlan,
@@ -164,11 +164,6 @@ NEAR_M = 0.5
 """The largest distance in m from the ball's center at which stopping counts: 25 cm from rim to rim."""
 
 
-def says_it_arrived(screen: SessionView) -> bool:
-    """Return whether the automaton has raised a flag."""
-    return screen.flag is not None
-
-
 def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
     """Return the lesson plans by variant: one automaton for all, or an approach and an automaton above it.
 
@@ -182,7 +177,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
         LessonDesign(states=FOUR_STATES, flags=["done"], features=FEATURES),
         ApproachAndStopTeacher(shown),
         ApproachAndStopTeacher(complained),
-        says_it_arrived,
+        has_raised_flag,
         cases=approach.cases,
         tries=TRIES,
         limit_s=LIMIT_S,
@@ -192,7 +187,7 @@ def topics(search: str) -> Mapping[str, tuple[LessonPlan, ...]]:
         LessonDesign(states=["approach"], flags=["done"], features=["blob_size(ball)"]),
         show_approach_then_stop,
         show_approach_then_stop,
-        says_it_arrived,
+        has_raised_flag,
         cases=(Situation("anywhere", suits=_seen), Situation("anywhere", suits=_seen)),
         tries=TRIES,
         limit_s=LIMIT_S,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import msgspec
 import numpy as np
 
-from understudy_lab.behavior_suite import teach as repertoire
+from understudy_lab.behavior_suite import task as repertoire
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.figures import dots, panels
 from understudy_lab.forage import teach as forage

@@ -29,7 +29,7 @@ from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR, fi
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.evaluate import TICKS, worlds_of
 from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import teach
 from understudy_lab.patrol.tracks import PatrolTracks, record_tracks
 
 SEEDS = range(67_000, 67_004)

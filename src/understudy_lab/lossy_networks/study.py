@@ -25,7 +25,7 @@ from understudy_lab.lossy_networks.distributed_patrol import (
     simulate,
 )
 from understudy_lab.lossy_networks.links import NONE, Loss, LossyLinks, find_obstacle
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import teach
 from understudy_lab.rows import Rows, group_by_arm
 from understudy_lab.study import ResultTable, Row, Study, StudyPlan, Task
 

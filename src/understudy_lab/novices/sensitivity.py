@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from understudy_lab.figures import COLORS
-from understudy_lab.novices.success import (
+from understudy_lab.novices.failure_causes import (
     format_succeeding,
     has_succeeded,
     select_unchanged,

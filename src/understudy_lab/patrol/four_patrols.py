@@ -17,8 +17,7 @@ from understudy_lab.declaration import ColumnPerGroup, Goal
 from understudy_lab.lesson_stats import examples_in, lessons_of
 from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
 from understudy_lab.patrol.metrics import cycles
-from understudy_lab.patrol.practice import NEVER, ROBOT, SQUAD, robots_world
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import NEVER, ROBOT, SQUAD, robots_world, teach
 from understudy_lab.patrol.tracks import PatrolTracks, watch
 from understudy_lab.rows import Median, Rows
 from understudy_lab.study import ResultTable, Row, StudyGoal

@@ -1,7 +1,8 @@
-"""The patrol team, and the practice worlds of its robots and its coordinator."""
+"""The patrol team: the practice worlds of its robots and its coordinator, and how they are taught."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
@@ -19,7 +20,9 @@ from understudy.sim.scenario.schema import (
 from understudy.sim.scenario.squad_schema import CommsSpec
 from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
-from understudy_lab.teams import make_team_libraries
+from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
+from understudy_lab.teachers.teacher import LessonDesign, Situation
+from understudy_lab.teams import TeamCourse, make_team_libraries
 
 ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
 
@@ -134,3 +137,53 @@ def make_coordinated_team(
 ) -> Team:
     """Make the team whose coordinator runs a behavior, with one world per seed."""
     return make_team(replace(scenario(), radio=radio), seeds, libraries, {SQUAD: (behavior, {})})
+
+
+COURSE = TeamCourse(
+    scenario,
+    {ROBOT: patrol_teacher.TOPICS, SQUAD: patrol_squad_teacher.SQUAD_TOPICS},
+    robots_world,
+    squad_practices,
+)
+teach = COURSE.teach
+"""Teach the robots of a patrol and their coordinator."""
+
+
+SERVO = dataclasses.replace(
+    patrol_teacher.SERVO,
+    design=LessonDesign(
+        parameters=["A"],
+        states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
+        features=["blob_x(A)"],
+    ),
+)
+
+ATTACK = dataclasses.replace(
+    patrol_teacher.ATTACK,
+    design=LessonDesign(parameters=["A"], states=["servo(A)"], flags=["done"], features=["blob_size(A)"]),
+    cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
+)
+
+COLLECTIVE_PATROL = dataclasses.replace(
+    patrol_squad_teacher.COLLECTIVE_PATROL,
+    design=LessonDesign(
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["all_done", "someone_done", "someone_sees(intruder)"],
+    ),
+    cases=(
+        Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
+    ),
+)
+
+PAPERS_TOPICS = {
+    ROBOT: (
+        patrol_wander_teacher.DISPERSE,
+        SERVO,
+        ATTACK,
+        patrol_teacher.SCATTER,
+        patrol_teacher.RUN_AWAY,
+        patrol_teacher.PATROL,
+    ),
+    SQUAD: (COLLECTIVE_PATROL, patrol_squad_teacher.DEFER),
+}
+"""The lessons with the features of the paper."""

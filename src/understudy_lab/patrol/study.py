@@ -14,8 +14,7 @@ from understudy_lab.live_comparison import LIVE_TEACHINGS, LiveComparison
 from understudy_lab.patrol import four_patrols
 from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
 from understudy_lab.patrol.flat_automaton import SECONDS, make_lone_robot_team, teach_undivided
-from understudy_lab.patrol.practice import ROBOT
-from understudy_lab.patrol.teach import PAPERS_TOPICS, teach
+from understudy_lab.patrol.practice import PAPERS_TOPICS, ROBOT, teach
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks import patrol_teacher

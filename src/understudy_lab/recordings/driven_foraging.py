@@ -17,9 +17,14 @@ from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
 from understudy_lab.forage.teach import judge, teach
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
+from understudy_lab.recordings.drive_recording import (
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    record_drives,
+)
 from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
 from understudy_lab.tasks.forage_teacher import CAPACITY
 
 MOVES = ("forward", "rotate_left", "rotate_right", "load_food", "unload_food")

@@ -17,8 +17,7 @@ from understudy.learning.fit import learn_automaton
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.lesson_design import parse_feature
-from understudy_lab.recordings.drive_recording import MeantDrive
-from understudy_lab.recordings.stick_driver import StickSettings
+from understudy_lab.recordings.drive_recording import MeantDrive, StickSettings
 
 Flags = NDArray[np.bool_]
 

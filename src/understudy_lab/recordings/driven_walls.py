@@ -10,8 +10,13 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy_lab.behavior_suite.random_rooms import build_world, room
-from understudy_lab.behavior_suite.task import BehaviorTask
-from understudy_lab.behavior_suite.teach import make_taught_controller, share_done, teach, worlds_of
+from understudy_lab.behavior_suite.task import (
+    BehaviorTask,
+    make_taught_controller,
+    share_done,
+    teach,
+    worlds_of,
+)
 from understudy_lab.behavior_suite.wall_following import (
     AHEAD,
     BLOCKED_M,
@@ -23,9 +28,14 @@ from understudy_lab.behavior_suite.wall_following import (
     WELL_M,
     WIDE_M,
 )
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
+from understudy_lab.recordings.drive_recording import (
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    record_drives,
+)
 from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
 
 FORWARD, AWAY, NEARER = range(3)
 BESIDE_M = 0.8

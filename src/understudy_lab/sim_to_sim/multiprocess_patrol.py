@@ -31,7 +31,6 @@ from understudy_lab.lossy_networks.distributed_patrol import make_live_team, wai
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import count_cycles
 from understudy_lab.patrol.tracks import PatrolTracks, make_tracks
-from understudy_lab.sim_to_sim.trials import teach_patrol
 
 
 def patrol(
@@ -41,7 +40,7 @@ def patrol(
 
     `together` runs all robots in one process; `tick_s` is the time between two decisions.
     """
-    libraries = teach_patrol(seed).libraries
+    libraries = practice.teach(seed).libraries
     with TemporaryDirectory() as folder:
         options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
         options += [] if together else ["--apart"]

@@ -20,7 +20,7 @@ from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy_lab.forage.teach import make_practice
-from understudy_lab.patrol import practice, teach
+from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import count_cycles
 from understudy_lab.patrol.tracks import watch
 from understudy_lab.servoing import trials as servoing
@@ -28,7 +28,6 @@ from understudy_lab.tasks import forage_teacher, soccer
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.teacher import ScriptedTeacher, TeachingResult
-from understudy_lab.teams import TeamTeaching
 
 WORLDS = 20
 """The number of worlds in which each automaton is tested; CollectivePatrol uses PATROLS."""
@@ -72,12 +71,7 @@ def _to_station(ground: World | MujocoBody, agent: int) -> float:
 
 def teach_servoing(seed: int) -> TeachingResult:
     """Teach the approach with four states, as in the experiment `servoing`."""
-    return servoing.teach(seed, servoing_method())
-
-
-def servoing_method() -> str:
-    """Return the name of the method with four states."""
-    return next(iter(topics("left")))
+    return servoing.teach(seed, next(iter(topics("left"))))
 
 
 def make_physics_field(body: soccer.Soccer) -> MujocoBody:
@@ -153,11 +147,6 @@ def make_quiet_patrol_scenario() -> Scenario:
 # CollectivePatrol: four robots and their coordinator.
 
 
-def teach_patrol(seed: int) -> TeamTeaching:
-    """Teach the robots of the patrol and their coordinator, as in the experiment `patrol`."""
-    return teach.teach(seed)
-
-
 def patrol_cycles(libraries: Libraries, ground: World | MujocoBody) -> dict[str, Any]:
     """Return the numbers of captures, `cycles` and `complete` cycles, the duration of each in s, and their success.
 
@@ -227,7 +216,7 @@ def _disperse(seed: int) -> dict[str, Any]:
 
 
 def _patrol(seed: int) -> dict[str, Any]:
-    taught, seeds = teach_patrol(seed), worlds_of(seed, PATROLS)
+    taught, seeds = practice.teach(seed), worlds_of(seed, PATROLS)
     return {
         "examples": taught.examples,
         FLAT: patrol_cycles(taught.libraries, World(practice.scenario(), seeds)),
