@@ -170,16 +170,16 @@ def test_a_drive_along_walls_is_labelled_right() -> None:
     library = Library(walls.find_wall_task(0).kit)
     candidates = make_candidates(library, drive.recording, walls.list_moves("left"))
     found = judge_labels(segment(drive.recording, candidates), drive.meant, STEADY).score()
-    assert found.ticks >= 0.97
-    assert found.switches >= 0.95
+    assert found["ticks"] >= 0.97
+    assert found["switches"] >= 0.95
 
 
 def test_a_drive_to_the_ball_is_labelled_right() -> None:
     drive = servoing.drive_to_ball(STEADY, range(2), "left")
     candidates = make_candidates(Library(kit), drive.recording, servoing.MOVES)
     found = judge_labels(segment(drive.recording, candidates), drive.meant, STEADY).score()
-    assert found.ticks >= 0.97
-    assert found.switches >= 0.95
+    assert found["ticks"] >= 0.97
+    assert found["switches"] >= 0.95
 
 
 def test_the_hand_is_late_and_overshoots() -> None:

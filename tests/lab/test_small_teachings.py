@@ -163,7 +163,7 @@ def teach_for_transfer(row: Row) -> Parts:
 
 def learn_from_recordings(row: Row) -> Parts:
     scores = BEHAVIORS["goto"].learn(row["task"]["seed"]).hits.score()
-    return {name: round(getattr(scores, name), 4) for name in ("ticks", "answered", "switches")}
+    return {name: round(scores[name], 4) for name in ("ticks", "answered", "switches")}
 
 
 def teach_by_counterexamples(row: Row) -> Parts:

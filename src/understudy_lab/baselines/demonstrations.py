@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self, TypeAlias
+from typing import TYPE_CHECKING, Protocol, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,11 @@ from understudy.sim.walker import Walker
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
-from understudy_lab.baselines.tasks import BaselineTask
 from understudy_lab.teachers.person import Seen, SimulatedPerson
 from understudy_lab.teachers.teacher import FIRST_SEED, LOOK_S, ScriptedTeacher, TeachingCost
+
+if TYPE_CHECKING:
+    from understudy_lab.baselines.tasks import BaselineTask
 
 Robots: TypeAlias = World | Walker
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,12 +69,8 @@ class Inputs:
         return np.hstack([filled, missing[:, self._absent]])
 
 
-class Classifier(Protocol):
-    """A fitted classifier: from inputs [N, F] to the probabilities of the P learned behaviors [N, P]."""
-
-    def __call__(self, inputs: Floats, /) -> Floats:
-        """Return the probabilities [N, P]."""
-        ...
+Classifier: TypeAlias = Callable[[Floats], Floats]
+"""A fitted classifier: from inputs [N, F] to the probabilities of the P learned behaviors [N, P]."""
 
 
 @dataclass(frozen=True)

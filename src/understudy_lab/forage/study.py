@@ -13,7 +13,7 @@ from understudy.judging.rollout import measure_success
 from understudy.sim.forage import Forage, make_corner_cases
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units, goals_among
 from understudy_lab.figures import Dots, Panels, by_group
-from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
+from understudy_lab.forage.teach import METHODS, WORLDS, teach_and_judge, worlds_of
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.statistics import spread
 from understudy_lab.study import Row, Study, Task
@@ -29,7 +29,7 @@ REACHED = 0.95
 def work(task: Task) -> Row:
     """Teach one robot, test it in its own unseen worlds, and compare the baseline there with its lower bound."""
     return {
-        **summary(teach_and_judge(task["seed"], method=task["method"])),
+        **teach_and_judge(task["seed"], method=task["method"]),
         "yardstick": measure_expert_ratio(task["seed"]),
     }
 

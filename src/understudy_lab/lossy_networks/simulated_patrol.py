@@ -26,9 +26,8 @@ from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR, find_activity
-from understudy_lab.patrol import practice
+from understudy_lab.patrol import metrics, practice
 from understudy_lab.patrol.evaluate import TICKS, worlds_of
-from understudy_lab.patrol.metrics import captures, cycles
 from understudy_lab.patrol.practice import teach
 from understudy_lab.patrol.tracks import PatrolTracks, record_tracks
 
@@ -94,10 +93,9 @@ def count_cycles(seed: int, loses: bool, worlds: int = WORLDS, ticks: int = TICK
     for number in worlds_of(seed)[:worlds]:
         world = World(practice.scenario(), [number])
         team = make_agents(libraries, world, make_lossy_fate(number) if loses else deliver_at_once)
-        tracks = watch_agents(team, world, ticks)
-        ended = list(cycles(tracks))
-        complete, open_ = sum(each.complete for each in ended), sum(np.isnan(each.seconds) for each in ended)
-        counts.append(CycleCount(len(ended), complete, int(open_), len(captures(tracks))))
+        found = metrics.count_cycles(watch_agents(team, world, ticks))
+        never_ended = found["cycle_s"].count(None)
+        counts.append(CycleCount(found["cycles"], found["complete"], never_ended, found["captures"]))
     return add_counts(counts)
 
 

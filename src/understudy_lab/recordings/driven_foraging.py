@@ -16,7 +16,6 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
-from understudy_lab.forage.teach import judge, teach
 from understudy_lab.recordings.drive_recording import (
     DriverStep,
     MeantDrive,
@@ -190,13 +189,3 @@ def learn_foraging_from_drives(seed: int) -> DrivenLesson:
         library = learned.library
         hits.append(learned.hits)
     return DrivenLesson(reduce(add, hits), library)
-
-
-def teach_foraging_by_presses(seed: int) -> Library:
-    """Teach the same levels by presses, as in the other experiments."""
-    return teach(seed).library
-
-
-def measure_foraging_success(library: Library, seed: int) -> float:
-    """Return the share of unseen worlds in which all food is brought home in time."""
-    return judge(library, seed).success

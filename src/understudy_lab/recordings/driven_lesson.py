@@ -26,23 +26,11 @@ NEAR_S = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class LabelScores:
-    """The scores of the labels of a drive, as shares from 0 to 1.
-
-    `ticks` compares labels with what the driver means, `answered` with what the hand answers to, which is later by the
-    dead time. `switches` counts those within 0.3 s of where the driver decides.
-    """
-
-    ticks: float
-    answered: float
-    switches: float
-
-
-@dataclass(frozen=True, slots=True)
 class LabelHits:
     """The labels of a drive that are right.
 
-    `ticks` [T] are those labelled as the driver meant, `answered` [T] as the hand answered, `switches` [S] those found.
+    `ticks` [T] are those labelled as the driver meant, `answered` [T] as the hand answered, which is later by the dead
+    time, and `switches` [S] those found within 0.3 s of where the driver decides.
     """
 
     ticks: Flags
@@ -58,9 +46,10 @@ class LabelHits:
         ]
         return LabelHits(*map(np.concatenate, pairs))
 
-    def score(self) -> LabelScores:
-        """Return the shares."""
-        return LabelScores(*(float(each.mean()) for each in (self.ticks, self.answered, self.switches)))
+    def score(self) -> dict[str, float]:
+        """Return the share of each, from 0 to 1."""
+        hits = {"ticks": self.ticks, "answered": self.answered, "switches": self.switches}
+        return {name: float(each.mean()) for name, each in hits.items()}
 
 
 @dataclass(frozen=True, slots=True)

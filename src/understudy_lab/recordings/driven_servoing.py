@@ -22,7 +22,7 @@ from understudy_lab.recordings.drive_recording import (
     record_drives,
 )
 from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.servoing.trials import search_side, teach
+from understudy_lab.servoing.trials import search_side
 from understudy_lab.tasks.servo_teacher import EDGE_PX, EMERGED_PX, THERE_PX
 from understudy_lab.tasks.soccer import MIDDLE_PX, SIZE, Soccer, X, approach_by, kit
 
@@ -96,11 +96,6 @@ def learn_servoing_from_drives(seed: int) -> DrivenLesson:
     hand = draw_stick_settings(seed)
     drive = drive_to_ball(hand, range(1000 * seed, 1000 * seed + DRIVES), search_side(seed))
     return learn_from_drive(drive, hand, Library(kit), "approach", MOVES)
-
-
-def teach_servoing_by_presses(seed: int) -> Library:
-    """Teach the approach to the ball by presses, as in the other experiments."""
-    return teach(seed, METHOD).library
 
 
 def measure_servoing_success(library: Library, seed: int) -> float:

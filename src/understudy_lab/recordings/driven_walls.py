@@ -14,7 +14,6 @@ from understudy_lab.behavior_suite.task import (
     BehaviorTask,
     make_taught_controller,
     share_done,
-    teach,
     worlds_of,
 )
 from understudy_lab.behavior_suite.wall_following import (
@@ -106,11 +105,6 @@ def learn_walls_from_drives(seed: int) -> DrivenLesson:
     task = find_wall_task(seed)
     moves = list_moves(side)
     return learn_from_drive(drive, hand, Library(task.kit), task.behavior, moves, learner=LEARNER)
-
-
-def teach_walls_by_presses(seed: int) -> Library:
-    """Teach wall following on the same side by presses, as in the other experiments."""
-    return teach(find_wall_task(seed), seed).library
 
 
 def measure_wall_success(library: Library, seed: int) -> float:

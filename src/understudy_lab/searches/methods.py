@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -73,11 +73,8 @@ def search_by_cross_entropy(
             spread += SMOOTHING * (elite.std(axis=0) - spread)
 
 
-class CountedSearch(Protocol):
-    """A function that counts the runs until a search finds a failing world; None if none of `most_runs` fails."""
-
-    def __call__(self, measure: Measure, space: SearchSpace, *, seed: int, most_runs: int) -> int | None:
-        """Search with a seed, and count."""
+CountedSearch: TypeAlias = Callable[..., int | None]
+"""A function that counts the runs until a search finds a failing world; None if none of `most_runs` fails."""
 
 
 def count_random_runs(measure: Measure, space: SearchSpace, *, seed: int, most_runs: int) -> int | None:
