@@ -15,7 +15,7 @@ from understudy_lab.rows import Count, Groups, Median, Rows, read_value
 from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
-    from understudy_lab.live_comparison import LiveComparison
+    from understudy_lab.lesson_stats import LiveComparison
 
 Text: TypeAlias = str | Callable[..., str]
 """A text, or a function that writes it."""

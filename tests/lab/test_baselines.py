@@ -11,9 +11,15 @@ from understudy.model.kinds import BOOLEAN, Continuous, Toroidal
 from understudy_lab.baselines import study
 from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
 from understudy_lab.baselines.demonstrations import RESTING, RecordedTicks, record_demonstrations
-from understudy_lab.baselines.flat_learners import CLASSICAL
+from understudy_lab.baselines.flat_learners import (
+    CLASSICAL,
+    Inputs,
+    InputSpec,
+    LabeledTicks,
+    Policy,
+    lesson_of,
+)
 from understudy_lab.baselines.flat_teachers import head_for
-from understudy_lab.baselines.inputs import Inputs, InputSpec, LabeledTicks, Policy, lesson_of
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of

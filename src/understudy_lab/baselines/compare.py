@@ -20,8 +20,14 @@ from understudy_lab.baselines.demonstrations import (
     record_demonstrations,
     record_libraries,
 )
-from understudy_lab.baselines.flat_learners import CLASSICAL, fit_nets
-from understudy_lab.baselines.inputs import InputSpec, LabeledTicks, Policy, lesson_of
+from understudy_lab.baselines.flat_learners import (
+    CLASSICAL,
+    InputSpec,
+    LabeledTicks,
+    Policy,
+    fit_nets,
+    lesson_of,
+)
 from understudy_lab.baselines.tasks import EXERCISES, BaselineTask
 
 Learn: TypeAlias = Callable[[RecordedTicks], OnboardPolicy]

@@ -24,10 +24,10 @@ from understudy.learning.mislabels import find_mislabels
 from understudy.model.library import Library, TrainedAutomaton
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import CoachingTask
-from understudy_lab.noisy_teachers.slipping_person import rebuild_screen
 from understudy_lab.novices.novice import Novice
 from understudy_lab.novices.teach_live import draw_seed, teach_live
 from understudy_lab.teachers.live_teacher import LIVE
+from understudy_lab.teachers.person import rebuild_screen
 from understudy_lab.teachers.teacher import FIRST_SEED
 
 ALONE, COACHED = "alone", "coached"

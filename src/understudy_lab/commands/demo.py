@@ -85,7 +85,7 @@ def demo(
     make_output_folders(folder)
     talk = make_console(err=as_json)
     talk.quiet = as_json
-    module = import_module(f"understudy_lab.commands.demo_{task}")
+    module = import_module(f"understudy_lab.commands.demo_{'forage' if task == TASKS[0] else 'teams'}")
     choice = {"method": method} if task == TASKS[0] else {}
     result = getattr(module, f"demo_{task}")(seed, folder, talk, **choice)
     if as_json:

@@ -23,7 +23,6 @@ from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels
-from understudy_lab.noisy_teachers.slipping_person import SlippingPerson
 from understudy_lab.novices.traits import ALIKE, RANGES
 from understudy_lab.rows import Median, Rows
 from understudy_lab.servoing.trials import search_side
@@ -31,7 +30,7 @@ from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import Soccer
-from understudy_lab.teachers.person import ReactionTime
+from understudy_lab.teachers.person import ReactionTime, SlippingPerson
 from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, TeachingCost
 
 if TYPE_CHECKING:

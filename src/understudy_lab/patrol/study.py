@@ -9,8 +9,7 @@ import numpy as np
 
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, CountGoal, Goal, goals_among
 from understudy_lab.figures import Dots, Panels
-from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
-from understudy_lab.live_comparison import LIVE_TEACHINGS, LiveComparison
+from understudy_lab.lesson_stats import LIVE_TEACHINGS, LessonTable, LiveComparison, examples_in, lessons_of
 from understudy_lab.patrol import four_patrols
 from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
 from understudy_lab.patrol.flat_automaton import SECONDS, make_lone_robot_team, teach_undivided

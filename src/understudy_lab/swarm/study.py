@@ -9,8 +9,7 @@ import numpy as np
 
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import Dots, Panels, by_value
-from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
-from understudy_lab.live_comparison import LIVE_TEACHINGS, LiveComparison
+from understudy_lab.lesson_stats import LIVE_TEACHINGS, LessonTable, LiveComparison, examples_in, lessons_of
 from understudy_lab.rows import Groups, Median, Rows
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.swarm.evaluate import (
