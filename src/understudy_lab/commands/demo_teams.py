@@ -32,8 +32,8 @@ from understudy_lab.patrol.evaluate import DEFER
 from understudy_lab.patrol.metrics import cycles
 from understudy_lab.patrol.practice import make_coordinated_team, make_uncoordinated_team
 from understudy_lab.patrol.tracks import RUN_AWAY, PatrolTracks, watch
-from understudy_lab.swarm.evaluate import ALONE, ANSWERING, LOADS, THREE, WAYS, measure_gathered, worlds_of
 from understudy_lab.swarm.practice import COURSE, make_swarm_team
+from understudy_lab.swarm.study import ALONE, ANSWERING, LOADS, THREE, WAYS, measure_gathered, worlds_of
 from understudy_lab.tasks.swarm_world import EACH, make_expert_libraries, of_platoons
 from understudy_lab.teams import TeamCourse, TeamTeaching, world_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,14 +21,13 @@ from understudy_lab.counterexamples.lessons import (
     teach_by_watching,
 )
 from understudy_lab.declaration import Units
-from understudy_lab.figures import COLORS, panels
+from understudy_lab.figures import COLORS, Panels
 from understudy_lab.novices.traits import draw_traits
 from understudy_lab.statistics import compute_paired_p, format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SEEDS = range(71_100, 71_130)
 """The seeds of the novices; the lessons were developed on seeds 70900 to 70959."""
@@ -164,29 +164,29 @@ def _format_count(failed: int) -> str:
     return f"{failed} ({100 * low:.2f}–{100 * high:.2f})"
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the failures of each robot before and after the lessons of each kind."""
-    figure, axes = panels(3, wide=3.2, tall=3.4)
-    failing = select_failing(rows)
-    for panel, name, color in zip(axes, LESSONS_IN, COLORS, strict=False):
-        _draw_lines(panel, failing, name, color)
-        fall = float(np.median([compute_fall(row, name) for row in failing]))
-        panel.set_title(f"{TITLES[name]}:\ndivided by {fall:.{0 if fall >= WANTED else 1}f} (median)")
-    axes[0].set_ylabel(f"failures in {UNSEEN} unseen worlds")
-    axes[0].legend(loc="lower left")
-    return figure
-
-
-def _draw_lines(panel: Axes, rows: Sequence[Row], name: str, color: str) -> None:
+def _draw(panel: Axes, rows: Sequence[Row], name: str) -> None:
+    """Draw the failures of each robot before and after the lessons of one kind."""
     counts = np.array([[row["failures"][each] for each in (BEFORE, name)] for row in rows], np.float64)
-    panel.plot([0, 1], counts.T, "-o", color=color, linewidth=0.8, markersize=3.5, alpha=0.55)
-    medians = np.median(counts, axis=0)
-    panel.plot([0, 1], medians, "-", color="#1f2937", linewidth=2.5, label="median")
+    panel.plot(
+        [0, 1],
+        counts.T,
+        "-o",
+        color=COLORS[LESSONS_IN.index(name)],
+        linewidth=0.8,
+        markersize=3.5,
+        alpha=0.55,
+    )
+    panel.plot([0, 1], np.median(counts, axis=0), "-", color="#1f2937", linewidth=2.5, label="median")
     panel.set_yscale("symlog", linthresh=1.0)
     panel.set_ylim(-0.15, UNSEEN * 1.2)
     panel.set_yticks([0, 1, 10, 100, 1000], ["0", "1", "10", "100", "1000"])
     panel.set_xticks([0, 1], ["before", f"after {LESSONS} lessons"])
     panel.set_xlim(-0.25, 1.25)
+    fall = float(np.median([compute_fall(row, name) for row in rows]))
+    panel.set_title(f"{TITLES[name]}:\ndivided by {fall:.{0 if fall >= WANTED else 1}f} (median)")
+    if name == FAILURES:
+        panel.set_ylabel(f"failures in {UNSEEN} unseen worlds")
+        panel.legend(loc="lower left")
 
 
 EXPERIMENT = Study(
@@ -196,5 +196,7 @@ EXPERIMENT = Study(
     tasks=Units({}),
     work=work,
     conclude=conclude,
-    draw=draw,
+    draw=Panels(
+        [partial(_draw, name=name) for name in LESSONS_IN], wide=3.2, tall=3.4, prepare=select_failing
+    ),
 )
