@@ -12,7 +12,7 @@ from typing import Any
 
 from understudy.errors import UnderstudyError
 from understudy.extras import ExtraMissing
-from understudy_lab.row_cache import RowCache
+from understudy_lab.results import RowCache
 from understudy_lab.runner import Part, run
 from understudy_lab.study import StudyPlan, find_experiment
 

@@ -18,7 +18,7 @@ import msgspec
 
 from understudy.errors import SettingError, UnderstudyError
 from understudy.judging.process_pool import run_calls
-from understudy_lab.row_cache import RowCache
+from understudy_lab.results import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
 
 Progress: TypeAlias = Callable[[int, int], None]

@@ -26,7 +26,7 @@ from understudy_lab.counterexamples.lessons import (
     teach_at_random,
     teach_by_failures,
 )
-from understudy_lab.novices.traits import UNDERSTOOD, draw_traits
+from understudy_lab.novices.novice import UNDERSTOOD, draw_traits
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 

@@ -16,8 +16,7 @@ from tests.ui.cli.commands import run as run_command
 
 from understudy.errors import SettingError
 from understudy_lab.cluster import JobFailed, PartJob, run_on_cluster
-from understudy_lab.results import differences, load_published
-from understudy_lab.row_cache import NAME, RowCache
+from understudy_lab.results import NAME, RowCache, differences, load_published
 from understudy_lab.runner import Part, PartsUnfinished, gather, run
 from understudy_lab.study import StudyPlan, find_experiment
 
@@ -74,7 +73,7 @@ REAL = StudyPlan(SEEDS)
 KILLED = """
 import os, signal
 from understudy.ui.cli import run_command_line
-from understudy_lab.row_cache import RowCache
+from understudy_lab.results import RowCache
 keep = RowCache.keep
 
 def keep_and_die(cache, row):

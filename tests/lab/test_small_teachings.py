@@ -30,8 +30,7 @@ from understudy_lab.hierarchy.teach import topics as servo_topics
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
 from understudy_lab.mixed_teams import practice as mixed_teams
 from understudy_lab.noisy_teachers import study as noisy_teachers
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import MINUTES_S, draw_traits
+from understudy_lab.novices.novice import MINUTES_S, Novice, draw_traits
 from understudy_lab.patrol import practice as patrol
 from understudy_lab.recordings.study import BEHAVIORS
 from understudy_lab.results import load_published

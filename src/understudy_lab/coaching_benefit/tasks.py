@@ -21,10 +21,9 @@ from understudy.sim.target_lookup import find_target_place
 from understudy.sim.world import World
 from understudy.training.session import Session
 from understudy.training.trainee import SessionView
-from understudy_lab.novices.novice import Novice
+from understudy_lab.novices.novice import UNDERSTOOD, Novice
 from understudy_lab.novices.study import judge as judge_servoing
 from understudy_lab.novices.teach_live import BY_THE_BALL, Placement, draw_seed
-from understudy_lab.novices.traits import UNDERSTOOD
 from understudy_lab.tasks import soccer
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import four_states

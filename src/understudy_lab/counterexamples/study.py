@@ -22,7 +22,7 @@ from understudy_lab.counterexamples.lessons import (
 )
 from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, Panels
-from understudy_lab.novices.traits import draw_traits
+from understudy_lab.novices.novice import draw_traits
 from understudy_lab.statistics import compute_paired_p, format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 

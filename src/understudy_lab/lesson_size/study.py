@@ -18,8 +18,7 @@ from understudy_lab.forage import teach as forage
 from understudy_lab.hierarchy import teach as hierarchy
 from understudy_lab.lesson_size.robocup import summary
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import draw_traits
+from understudy_lab.novices.novice import Novice, draw_traits
 from understudy_lab.rows import Rows
 from understudy_lab.servoing import trials as servoing
 from understudy_lab.statistics import format_median

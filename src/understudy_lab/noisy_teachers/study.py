@@ -23,7 +23,7 @@ from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels
-from understudy_lab.novices.traits import ALIKE, RANGES
+from understudy_lab.novices.novice import ALIKE, RANGES
 from understudy_lab.rows import Median, Rows
 from understudy_lab.servoing.trials import search_side
 from understudy_lab.study import Row, Study, StudyPlan, Task

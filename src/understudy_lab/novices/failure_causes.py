@@ -11,7 +11,7 @@ from understudy.model.automaton import START
 from understudy.model.lesson import ExampleKind
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import STAY
-from understudy_lab.novices.traits import SUCCESS, UNDERSTOOD
+from understudy_lab.novices.novice import SUCCESS, UNDERSTOOD
 from understudy_lab.rows import Count, Rows
 from understudy_lab.statistics import (
     apply_holm_correction,

@@ -13,7 +13,7 @@ from understudy_lab.novices.failure_causes import (
     succeeds_everywhere,
     summarize_both_readings,
 )
-from understudy_lab.novices.traits import PARAMETERS
+from understudy_lab.novices.novice import PARAMETERS
 from understudy_lab.rows import Rows
 from understudy_lab.statistics import apply_holm_correction, pairs_differ
 from understudy_lab.study import ResultTable, Row

@@ -36,19 +36,19 @@ from understudy_lab.novices.failure_causes import (
     summarize_both_readings,
     times,
 )
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
-from understudy_lab.novices.teach_live import BY_THE_BALL, draw_seed, teach_live
-from understudy_lab.novices.traits import (
+from understudy_lab.novices.novice import (
     MINUTES_S,
     MISTAKES,
     PARAMETERS,
     SITUATIONS,
     SUCCESS,
     UNDERSTOOD,
+    Novice,
     draw_traits,
     make_shared_traits,
 )
+from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
+from understudy_lab.novices.teach_live import BY_THE_BALL, draw_seed, teach_live
 from understudy_lab.rows import Count, Median, Rows
 from understudy_lab.statistics import spread
 from understudy_lab.study import Row, Study, StudyPlan, Task
