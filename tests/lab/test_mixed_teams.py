@@ -5,19 +5,21 @@ from __future__ import annotations
 import pytest
 
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.practice import (
+from understudy_lab.mixed_teams.study import (
     CARRIER,
+    FAILS_TICK,
     SQUAD,
     make_coordinated_team,
     make_single_type_scenario,
     make_single_type_team,
+    measure_delivered,
     practices,
     robots_world,
     scenario,
+    schedule_failures,
     squad_practices,
     teach,
 )
-from understudy_lab.mixed_teams.study import FAILS_TICK, measure_delivered, schedule_failures
 from understudy_lab.teams import make_team_libraries
 
 

@@ -13,9 +13,8 @@ from understudy_lab.recordings import driven_foraging as foraging
 from understudy_lab.recordings import driven_servoing as servoing
 from understudy_lab.recordings import driven_walls as walls
 from understudy_lab.recordings import study
-from understudy_lab.recordings.drive_recording import Stick, StickSettings, draw_stick_settings
+from understudy_lab.recordings.drive_recording import Stick, StickSettings, draw_stick_settings, judge_labels
 from understudy_lab.recordings.driven_goto import FORWARD, LEFT, RIGHT, WAIT, intend
-from understudy_lab.recordings.driven_lesson import judge_labels
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.soccer import SIZE, X, kit

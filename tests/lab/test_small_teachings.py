@@ -28,7 +28,7 @@ from understudy_lab.counterexamples.lessons import teach_by_failures
 from understudy_lab.forage.teach import METHODS, make_practice
 from understudy_lab.hierarchy.teach import topics as servo_topics
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
-from understudy_lab.mixed_teams import practice as mixed_teams
+from understudy_lab.mixed_teams import study as mixed_teams
 from understudy_lab.noisy_teachers import study as noisy_teachers
 from understudy_lab.novices.novice import MINUTES_S, Novice, draw_traits
 from understudy_lab.patrol import practice as patrol

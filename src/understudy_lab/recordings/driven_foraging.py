@@ -17,13 +17,14 @@ from understudy.model.kinds import NO, YES
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
 from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
     DriverStep,
     MeantDrive,
     StickSettings,
     draw_stick_settings,
+    learn_from_drive,
     record_drives,
 )
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
 from understudy_lab.tasks.forage_teacher import CAPACITY
 
 MOVES = ("forward", "rotate_left", "rotate_right", "load_food", "unload_food")

@@ -15,13 +15,14 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Library
 from understudy.runtime.program import link
 from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
     DriverStep,
     MeantDrive,
     StickSettings,
     draw_stick_settings,
+    learn_from_drive,
     record_drives,
 )
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
 from understudy_lab.servoing.trials import search_side
 from understudy_lab.tasks.servo_teacher import EDGE_PX, EMERGED_PX, THERE_PX
 from understudy_lab.tasks.soccer import MIDDLE_PX, SIZE, Soccer, X, approach_by, kit

@@ -28,13 +28,14 @@ from understudy_lab.behavior_suite.wall_following import (
     WIDE_M,
 )
 from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
     DriverStep,
     MeantDrive,
     StickSettings,
     draw_stick_settings,
+    learn_from_drive,
     record_drives,
 )
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
 
 FORWARD, AWAY, NEARER = range(3)
 BESIDE_M = 0.8

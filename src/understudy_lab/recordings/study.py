@@ -14,7 +14,7 @@ from understudy_lab.declaration import ColumnPerGroup, Conclusion, CountGoal, Go
 from understudy_lab.figures import Dots, Panels, by_value
 from understudy_lab.forage import teach as forage
 from understudy_lab.recordings import driven_foraging, driven_goto, driven_servoing, driven_walls
-from understudy_lab.recordings.driven_lesson import DrivenLesson
+from understudy_lab.recordings.drive_recording import DrivenLesson
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.servoing import trials as servoing
 from understudy_lab.study import Row, Study, StudyPlan, Task

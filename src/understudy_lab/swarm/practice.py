@@ -14,7 +14,7 @@ from understudy.runtime.team.team import Team
 from understudy.sim.scenario.schema import ObjectClass, PullRule, RobotGroup, Scenario
 from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
-from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
+from understudy_lab.tasks import swarm_teacher
 from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
 from understudy_lab.teams import TeamCourse
 
@@ -180,9 +180,9 @@ COURSE = TeamCourse(
     scenario,
     {
         ROBOT: swarm_teacher.TOPICS,
-        SQUAD: (swarm_squad_teacher.SQUAD,),
-        PLATOON: (swarm_squad_teacher.PLATOON,),
-        SWARM: (swarm_squad_teacher.SWARM,),
+        SQUAD: (swarm_teacher.SQUAD,),
+        PLATOON: (swarm_teacher.PLATOON,),
+        SWARM: (swarm_teacher.SWARM,),
     },
     robots_world,
     _squads_practices,
