@@ -1,22 +1,25 @@
 """Execution of an experiment: its tasks run in parallel, and each row is stored as soon as it is computed.
 
 Parts of an experiment each run every n-th task, as jobs of their own, and then their rows are gathered. Rows of a part
-are in a file of their own, so that jobs on several computers need nothing but a common folder.
+are in a file of their own, so that jobs on several computers need nothing but a common folder. Jobs of a cluster's
+scheduler are submitted through submitit. One that is preempted is put into the queue again, and goes on with the rows
+that it has stored.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Self, TypeAlias
+from typing import Any, Self, TypeAlias
 
 import msgspec
 
 from understudy.errors import SettingError, UnderstudyError
+from understudy.extras import ExtraMissing
 from understudy.judging.process_pool import run_calls
 from understudy_lab.results import RowCache
 from understudy_lab.study import Row, Study, StudyPlan, Task, find_experiment
@@ -166,6 +169,109 @@ def _describe_missing(
     named = ", ".join(f"{number}/{of}" for number in unfinished[:MOST_NAMED])
     more = f" and {len(unfinished) - MOST_NAMED} more" if len(unfinished) > MOST_NAMED else ""
     return f"{sentence}: run --part {named}{more} again; it goes on where it was"
+
+
+JOBS = "jobs"
+"""The folder, within the experiment's, of the files that the scheduler and its jobs write."""
+LAST_LINES = 3
+"""The number of lines of a failed job's errors that are repeated."""
+
+
+class JobFailed(UnderstudyError, json_type="JobFailed"):
+    """A cluster that cannot be used, or a job that ended without having finished its part."""
+
+    exit_code = 1
+
+    def __init__(self, *, problem: str) -> None:
+        self.problem = problem
+        super().__init__(problem)
+
+
+@dataclass(frozen=True)
+class PartJob:
+    """One part of an experiment, as plain data that a job receives."""
+
+    experiment: str
+    plan: StudyPlan
+    part: Part
+    folder: Path
+
+    def __call__(self) -> int:
+        """Run what is left of the part, and return the number of its rows."""
+        from understudy.jit.settings import compile_on_first_call
+
+        compile_on_first_call()
+        kept = RowCache(self.experiment, self.folder, self.part.file_name)
+        return len(run(find_experiment(self.experiment), self.plan, kept, part=self.part))
+
+    def checkpoint(self) -> Any:
+        """Return the job that the scheduler is to run after this one was preempted: the same one."""
+        from submitit.helpers import DelayedSubmission
+
+        return DelayedSubmission(self)
+
+
+def run_on_cluster(
+    experiment: str,
+    plan: StudyPlan,
+    folder: Path,
+    *,
+    cluster: str,
+    parts: int,
+    parameters: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Run an experiment as jobs of a cluster, one for each part, and wait for them.
+
+    Parameters
+    ----------
+    experiment
+        The name of the experiment.
+    plan
+        What is run of it.
+    folder
+        The folder of the results, which all computers of the cluster can reach.
+    cluster
+        `slurm`, or `local` for processes of this computer.
+    parts
+        The number of jobs.
+    parameters
+        Parameters of submitit's executor, such as `timeout_min` or `slurm_partition`.
+    progress
+        A function that receives the number of jobs that have ended and of all jobs.
+
+    Raises
+    ------
+    ExtraMissing
+        If submitit is not installed.
+    JobFailed
+        If a job failed. The rows that it and the others have stored are kept.
+    """
+    try:
+        import submitit
+    except ImportError:
+        raise ExtraMissing(what="jobs on a cluster", extra="cluster") from None
+    try:
+        executor = submitit.AutoExecutor(folder=folder / JOBS, cluster=cluster)
+        executor.update_parameters(name=f"understudy-{experiment}", **(parameters or {}))
+    except (RuntimeError, ValueError, NameError, TypeError) as error:
+        problem = f"{cluster}: {error}; check --cluster and --cluster-option"
+        raise JobFailed(problem=problem) from error
+    where = folder.absolute()
+    jobs = [
+        executor.submit(PartJob(experiment, plan, Part(number, parts), where))
+        for number in range(1, parts + 1)
+    ]
+    progress(0, parts)
+    for done, job in enumerate(jobs, 1):
+        failed = job.exception()
+        if failed is not None:
+            said = " ".join(str(failed).strip().splitlines()[-LAST_LINES:])
+            raise JobFailed(
+                problem=f"part {done}/{parts} of {experiment} failed as job {job.job_id}: {said:.300}; "
+                f"its files are in {folder / JOBS}, and the same command goes on with what is missing"
+            )
+        progress(done, parts)
 
 
 def find_missing_modules(experiment: Study) -> dict[str, str]:

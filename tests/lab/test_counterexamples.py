@@ -18,7 +18,7 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.world import World
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.counterexamples import study
-from understudy_lab.counterexamples.lessons import (
+from understudy_lab.counterexamples.study import (
     LESSONS,
     RANGE,
     SCENARIO,

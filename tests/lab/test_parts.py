@@ -15,9 +15,8 @@ from tests.processes import end_with_tests
 from tests.ui.cli.commands import run as run_command
 
 from understudy.errors import SettingError
-from understudy_lab.cluster import JobFailed, PartJob, run_on_cluster
 from understudy_lab.results import NAME, RowCache, differences, load_published
-from understudy_lab.runner import Part, PartsUnfinished, gather, run
+from understudy_lab.runner import JobFailed, Part, PartJob, PartsUnfinished, gather, run, run_on_cluster
 from understudy_lab.study import StudyPlan, find_experiment
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import radians
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
@@ -20,8 +21,9 @@ from understudy.runtime.program import link
 from understudy.sim.scenario.schema import Camera, RobotType, Sonar, TargetLocator
 from understudy.sim.world import World
 from understudy.training.trainee import SessionView
-from understudy_lab.behavior_suite.tracks import GroundTruth, Yes, record
+from understudy_lab.behavior_suite.tracks import GroundTruth, record
 from understudy_lab.lesson_stats import lessons_of
+from understudy_lab.tasks.forage_expert import TurnController
 from understudy_lab.teachers.live_teacher import choose_teacher
 from understudy_lab.teachers.person import Wish
 from understudy_lab.teachers.teacher import LessonPlan, MakesBody, TeachingResult
@@ -124,6 +126,9 @@ def rover(
     )
 
 
+make_turn_controller = partial(TurnController, turning=radians(TURNING_DEG), tick_s=TICK_S)
+
+
 def alternate_moves(first: str, second: str) -> Wish:
     """Return a rule that alternates between two states, changing when the present one is done."""
 
@@ -135,24 +140,6 @@ def alternate_moves(first: str, second: str) -> Wish:
         return second if screen.state == first else first
 
     return wish
-
-
-class TurnController:
-    """A rule that turns to within half a tick's turn of a target, and again only when it is off by `astray` rad."""
-
-    facing = 0.55 * radians(TURNING_DEG) * TICK_S
-
-    def __init__(self, agents: int, *, astray: float = 0.2) -> None:
-        self._astray = astray
-        self._turn = np.zeros(agents)
-
-    def toward(self, off: Column, go: Yes) -> Column:
-        """Return the direction to turn now [N] for the robots in `go`: 1 left, -1 right, 0 none."""
-        off = np.where(go, off, 0.0)
-        keep_on = (self._turn != 0.0) & (np.abs(off) > self.facing)
-        begin = (self._turn == 0.0) & (np.abs(off) > self._astray)
-        self._turn = np.where(begin, np.sign(off), np.where(keep_on, self._turn, 0.0))
-        return self._turn
 
 
 WORLDS = 100

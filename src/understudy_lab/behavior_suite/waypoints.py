@@ -20,7 +20,7 @@ from understudy_lab.behavior_suite.task import (
     BehaviorTask,
     TaskResult,
     TaskTrial,
-    TurnController,
+    make_turn_controller,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
@@ -86,7 +86,7 @@ class ExpertWaypoints:
     keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
 
     def __init__(self, world: World) -> None:
-        self._turning = TurnController(world.agents)
+        self._turning = make_turn_controller(world.agents)
         self._next = np.zeros(world.agents, np.int64)
 
     def decide(self, percept: Percept) -> Commands:

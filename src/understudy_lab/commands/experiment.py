@@ -23,9 +23,8 @@ from understudy.ui.cli.options import Json
 from understudy.ui.cli.output import make_console, make_table
 from understudy.ui.cli.progress_bar import show_progress
 from understudy_lab import figures, results
-from understudy_lab.cluster import run_on_cluster
 from understudy_lab.results import RowCache, StudyResult, differences, list_uncompared, load_published
-from understudy_lab.runner import Part, find_missing_modules, gather, run
+from understudy_lab.runner import Part, find_missing_modules, gather, run, run_on_cluster
 from understudy_lab.study import QUESTIONS, StudyPlan, find_experiment, list_questions
 
 if TYPE_CHECKING:
