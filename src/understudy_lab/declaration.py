@@ -186,7 +186,7 @@ class Conclusion:
     tables: Sequence[Callable[[Any], ResultTable | None]]
     goals: Sequence[Callable[[Any], StudyGoal | None]] | Callable[[Any], Sequence[StudyGoal]] = ()
     notes: Sequence[Text] | Callable[[Any], Sequence[str]] = ()
-    numbers: Callable[[Any], Mapping[str, Any]] = lambda found: {}
+    numbers: Callable[[Any], Mapping[str, Any]] = lambda summary: {}
     prepare: Callable[[Rows], Any] = Rows
     """A function that groups or summarizes the rows; all parts receive what it returns."""
     live: LiveComparison | None = None

@@ -273,8 +273,9 @@ EXPERIMENT = Study(
         ),
         goals=_goals,
         notes=_notes,
-        numbers=lambda found: {
-            task: {learner: _list_numbers(rows) for learner, rows in of.items()} for task, of in found.items()
+        numbers=lambda results: {
+            task: {learner: _list_numbers(rows) for learner, rows in of.items()}
+            for task, of in results.items()
         },
     ),
     draw=Panels(

@@ -132,7 +132,9 @@ GOALS = (
 
 def goals_of(name: str, summary: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
     """Return each goal of a behavior with the measured median over teachings."""
-    return tuple(goal(summary) for goal in goals_among(lambda found: found, GOALS, f"{_name(name)}: "))
+    return tuple(
+        goal(summary) for goal in goals_among(lambda teachings: teachings, GOALS, f"{_name(name)}: ")
+    )
 
 
 def _goals(teachings: Teachings) -> list[StudyGoal]:
@@ -265,7 +267,7 @@ EXPERIMENT = Study(
             LinePerGroup(
                 "Results by behavior: median [95 % interval of the median] (smallest–largest)",
                 ["behavior"],
-                lambda found: found.paper,
+                lambda teachings: teachings.paper,
                 {
                     "teachings with 95 % success": SUCCEEDS,
                     f"and at {RATIO} of the speed": SUCCEEDS_FAST,
@@ -295,7 +297,7 @@ EXPERIMENT = Study(
             LinePerGroup(
                 "Success criteria and references: a hand-written controller, and a lower bound of the time",
                 ["behavior", "success", "lower bound"],
-                lambda found: found.paper,
+                lambda teachings: teachings.paper,
                 {
                     "hand-written: success": Median("hand.success", percent=True),
                     "its time / bound": Median("hand.of_bound", 2),
@@ -317,9 +319,9 @@ EXPERIMENT = Study(
         ),
         goals=_goals,
         notes=_notes,
-        numbers=lambda found: {
-            "behaviors": {name: summarize_teachings(of) for name, of in found.paper.items()},
-            "live": {name: summarize_teachings(of) for name, of in found.live.items()},
+        numbers=lambda teachings: {
+            "behaviors": {name: summarize_teachings(of) for name, of in teachings.paper.items()},
+            "live": {name: summarize_teachings(of) for name, of in teachings.live.items()},
         },
     ),
     draw=Panels(

@@ -183,15 +183,19 @@ class _CaseRun:
 
 def speed(rows: Iterable[Row], task: str, robots: int, *, threads: int | None = None) -> float:
     """Return the robot-ticks per second of a row, by default the fastest over all threads; NaN without such a row."""
-    found = [
+    speeds = [
         float(row["robot_ticks_per_s"])
         for row in rows
         if row["task"] == task and row["robots"] == robots and threads in (None, row["threads"])
     ]
-    return max(found, default=nan)
+    return max(speeds, default=nan)
 
 
 def result(rows: Sequence[Row], goals: Sequence[BenchGoal]) -> Row:
     """Return the rows, the goals, and whether all measured goals were reached."""
-    told = [goal.of(rows) for goal in goals]
-    return {"results": list(rows), "goals": told, "passed": all(goal["passed"] is not False for goal in told)}
+    judged = [goal.of(rows) for goal in goals]
+    return {
+        "results": list(rows),
+        "goals": judged,
+        "passed": all(goal["passed"] is not False for goal in judged),
+    }

@@ -93,9 +93,9 @@ def count_cycles(seed: int, loses: bool, worlds: int = WORLDS, ticks: int = TICK
     for number in worlds_of(seed)[:worlds]:
         world = World(practice.scenario(), [number])
         team = make_agents(libraries, world, make_lossy_fate(number) if loses else deliver_at_once)
-        found = metrics.count_cycles(watch_agents(team, world, ticks))
-        never_ended = found["cycle_s"].count(None)
-        counts.append(CycleCount(found["cycles"], found["complete"], never_ended, found["captures"]))
+        cycles = metrics.count_cycles(watch_agents(team, world, ticks))
+        never_ended = cycles["cycle_s"].count(None)
+        counts.append(CycleCount(cycles["cycles"], cycles["complete"], never_ended, cycles["captures"]))
     return add_counts(counts)
 
 

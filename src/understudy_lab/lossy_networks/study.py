@@ -155,7 +155,7 @@ EXPERIMENT = Study(
             )
             for network, wanted in GOALS.items()
         ],
-        numbers=lambda found: {network: _sum(rows) for network, rows in found.items()},
+        numbers=lambda groups: {network: _sum(rows) for network, rows in groups.items()},
     ),
     draw=Panels(
         (

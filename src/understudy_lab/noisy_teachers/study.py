@@ -236,9 +236,9 @@ def _headline(groups: Found) -> str:
 
 
 def _goal(chance: float, way: str) -> Goal:
-    def compare(found: Found) -> float:
+    def compare(groups: Found) -> float:
         """Return by how many the corrections exceed the wanted share of those without unlearning."""
-        asked, plain = (_count(found, ("goto", each, chance)) for each in (way, PLAIN))
+        asked, plain = (_count(groups, ("goto", each, chance)) for each in (way, PLAIN))
         if asked is None:
             return inf
         return asked - WANTED * (MOST + 1 if plain is None else plain)
@@ -248,9 +248,9 @@ def _goal(chance: float, way: str) -> Goal:
         compare,
         most=0,
         wanted=f"at most {WANTED:.0%} of those without unlearning",
-        measured=lambda found: (
-            f"{_said(_count(found, ('goto', way, chance)))}; "
-            f"without {_said(_count(found, ('goto', PLAIN, chance)))}"
+        measured=lambda groups: (
+            f"{_said(_count(groups, ('goto', way, chance)))}; "
+            f"without {_said(_count(groups, ('goto', PLAIN, chance)))}"
         ),
     )
 
@@ -306,10 +306,10 @@ EXPERIMENT = Study(
         ),
         goals=[_goal(chance, way) for way in (ASKED, UNHURRIED) for chance in CHANCES],
         notes=_notes,
-        numbers=lambda found: {
+        numbers=lambda groups: {
             f"{name}, {chance:.0%}, {way}": {
-                "needed": _count(found, kind),
-                "end": round(means(found[kind])[-1], 3),
+                "needed": _count(groups, kind),
+                "end": round(means(groups[kind])[-1], 3),
             }
             for name, chance, way in product(TASKS, CHANCES, (CLEAN, *WAYS))
             for kind in [(name, way, 0.0 if way == CLEAN else chance)]

@@ -54,10 +54,10 @@ def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
 
     A capture on the way home belongs to the open cycle. A cycle that the boss interrupts is not counted.
     """
-    told = tracks.told
-    until = dict.fromkeys(range(told.shape[1]), -1)
+    ordered = tracks.ordered
+    until = dict.fromkeys(range(ordered.shape[1]), -1)
     for world, tick in sorted(captures(tracks)):
-        doing = told[:, world]
+        doing = ordered[:, world]
         since = max(0, tick - 1 - round(CAPTURE_S / tracks.tick_s))
         if tick < until[world] or not (doing[since : tick + 1] == ATTACK).any():
             continue
@@ -91,7 +91,7 @@ def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:
 
 def false_homes(tracks: PatrolTracks) -> int:
     """Count how often all robots went home though nothing was captured."""
-    home, count = (tracks.told == HOME).all(axis=2), 0
+    home, count = (tracks.ordered == HOME).all(axis=2), 0
     margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
     for tick, world in np.argwhere(home[1:] & ~home[:-1]):
         there = tracks.intruder.there[max(0, tick - margin) : tick + 1 + margin, world]

@@ -146,7 +146,7 @@ class PatrolTracks:
         return len(self.doing)
 
     @property
-    def told(self) -> NDArray[np.int8]:
+    def ordered(self) -> NDArray[np.int8]:
         """The activity that each squad is ordered to do [T, W, S]."""
         return self.doing[:, :, self.firsts]
 

@@ -192,9 +192,9 @@ EXPERIMENT = Study(
         notes=(
             "The hand answers to what the driver means 0 to 0.2 s later, so each switch costs as many ticks.",
         ),
-        numbers=lambda found: {
+        numbers=lambda groups: {
             name: {key: round(rows.median(key), 4) for key in MEASURES.values()}
-            for name, rows in found.items()
+            for name, rows in groups.items()
         },
     ),
     draw=Panels(

@@ -117,8 +117,8 @@ def _format_failures(rows: Rows) -> str:
     return f"{count} of {of}, by {failing(rows).replace(' (', ' automata (')}"
 
 
-def _format(found: Mapping[str, float]) -> str:
-    return f"×{found['ratio']:.2f} ({found['low']:.2f}–{found['high']:.2f}), {_p(found['p'])}"
+def _format(comparison: Mapping[str, float]) -> str:
+    return f"×{comparison['ratio']:.2f} ({comparison['low']:.2f}–{comparison['high']:.2f}), {_p(comparison['p'])}"
 
 
 def _p(p: float) -> str:
@@ -164,12 +164,12 @@ def _faster(what: str) -> Callable[[Rows], StudyGoal]:
     """Return the goal for how much longer the stateless policy takes in a condition."""
 
     def judge(rows: Rows) -> StudyGoal:
-        found = compare_methods(rows, what)
+        comparison = compare_methods(rows, what)
         return StudyGoal(
             f"time of the stateless policy (turns when lost) / four states, {what}",
             f"×{FASTER}, p < {SURE}",
-            f"×{found['ratio']:.2f}, {_p(found['p'])}",
-            found["ratio"] >= FASTER and found["p"] < SURE,
+            f"×{comparison['ratio']:.2f}, {_p(comparison['p'])}",
+            comparison["ratio"] >= FASTER and comparison["p"] < SURE,
         )
 
     return judge
@@ -239,7 +239,7 @@ EXPERIMENT = Study(
             ColumnPerGroup(
                 "Time relative to the four states on the same trials: median over seeds, with its 95 % interval",
                 _compare_all,
-                {what: lambda found, what=what: _format(found[what]) for what in SUMMED},
+                {what: lambda comparison, what=what: _format(comparison[what]) for what in SUMMED},
             ),
         ),
         goals=(

@@ -360,7 +360,7 @@ EXPERIMENT = Study(
         ),
         goals=[_judge(name) for name in TRIED],
         notes=NOTES,
-        numbers=lambda found: {name: _list_numbers(rows) for name, rows in found.items()},
+        numbers=lambda groups: {name: _list_numbers(rows) for name, rows in groups.items()},
     ),
     draw=Panels([_panel(name) for name in TRIED], wide=2.3),
     worlds=("forage", "soccer", "patrol"),

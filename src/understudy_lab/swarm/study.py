@@ -67,8 +67,8 @@ def measure_swarm(libraries: Libraries, worlds: Sequence[int], ticks: int = TICK
     thousand robots.
     """
     by_way = {
-        way: measure_gathered(make_swarm_team(libraries, worlds, way=told), ticks)
-        for way, told in WAYS.items()
+        way: measure_gathered(make_swarm_team(libraries, worlds, way=runs), ticks)
+        for way, runs in WAYS.items()
     }
     whole, killed = (
         measure_late_gathering(make_swarm_team(libraries, worlds), ticks, fails)

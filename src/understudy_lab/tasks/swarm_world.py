@@ -112,11 +112,11 @@ def _vain(seconds: float, unheard: str, other: str, here: str) -> TreeTest:
 
 
 def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeature]:
-    found = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
+    readings = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
     for name, each in kit.features.items():
         if each.parameters:
-            found |= {f"{name} {target}": BoundFeature(each, Binding(A=target)) for target in targets}
-    return found | {"time": BoundFeature(TimeInState())}
+            readings |= {f"{name} {target}": BoundFeature(each, Binding(A=target)) for target in targets}
+    return readings | {"time": BoundFeature(TimeInState())}
 
 
 def _automaton(kit: Kit, name: str, asks: Mapping[str, TreeBranch], *of: str, **more: Any) -> Automaton:
