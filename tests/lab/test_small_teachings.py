@@ -23,7 +23,7 @@ from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.behavior_suite import task as behavior_suite
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.coaching_benefit import tasks as coaching_tasks
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, teach
+from understudy_lab.coaching_benefit.tasks import ALONE, COACHED, teach
 from understudy_lab.counterexamples.study import teach_by_failures
 from understudy_lab.forage.teach import METHODS, make_practice
 from understudy_lab.hierarchy.teach import topics as servo_topics

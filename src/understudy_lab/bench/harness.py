@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from math import nan
 from statistics import median
 from time import perf_counter
@@ -30,6 +31,16 @@ class PeerMissing(UnderstudyError, json_type="PeerMissing"):
         super().__init__(
             f"the comparison needs {peer}, not installed here; install it with: {format_install_command(extra)}"
         )
+
+
+def import_peer(module: str, peer: str) -> Any:
+    """Import the module of a compared program without which nothing is measured."""
+    try:
+        return import_module(module)
+    except ImportError:
+        install = format_install_command("bench")
+        problem = f"the comparison needs {peer}, which is not installed; install it with: {install}"
+        raise UnderstudyError(problem) from None
 
 
 class Benchmarked(Protocol):

@@ -11,13 +11,10 @@ decisions agree. Our update also covers the upper levels, flags and time in stat
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from itertools import cycle, islice
 from math import tau
 from typing import Any
 
-from understudy.errors import UnderstudyError
-from understudy.extras import format_install_command
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
 from understudy.model.features import BoundFeature, Feature
@@ -25,7 +22,7 @@ from understudy.model.kinds import Continuous, Toroidal
 from understudy.model.library import Kit, Library
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.program import link
-from understudy_lab.bench.harness import medians
+from understudy_lab.bench.harness import import_peer, medians
 from understudy_lab.tree_builder import (
     build_automaton,
     split_below,
@@ -41,7 +38,7 @@ GOAL_US, GOAL_RATIO = 2.0, 10.0
 
 def run() -> dict[str, Any]:
     """Return medians over rounds in which the two take turns, µs per update and per tick."""
-    theirs = _peer()
+    theirs = PyTreesForager(import_peer("py_trees", "py_trees"))
     rows = readings(TICKS)
     ours = interpreter()
 
@@ -116,7 +113,7 @@ def interpreter() -> Interpreter:
     return Interpreter(link(Library.from_automata(kit, goto, harvest, forage), "forage"))
 
 
-class _PyTreesForager:
+class PyTreesForager:
     """The same decisions as a behavior tree of py_trees."""
 
     def __init__(self, trees: Any) -> None:
@@ -157,16 +154,6 @@ class _PyTreesForager:
         """Run one tick on one set of sensor values."""
         self.row = row
         self._tree.tick()
-
-
-def _peer() -> _PyTreesForager:
-    try:
-        return _PyTreesForager(import_module("py_trees"))
-    except ImportError:
-        raise UnderstudyError(
-            "the comparison needs py_trees, which is not installed; "
-            f"install it with: {format_install_command('bench')}"
-        ) from None
 
 
 def readings(count: int) -> list[tuple[float, ...]]:

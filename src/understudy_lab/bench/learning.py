@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from understudy.addons.checks.verification.check_library import check_library
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.uncertainty import UncertaintyModel
-from understudy.errors import UnderstudyError
-from understudy.extras import format_install_command
 from understudy.judging.lesson_replay import replay_lesson
 from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.explain import explain
@@ -37,7 +35,7 @@ from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
-from understudy_lab.bench.harness import medians
+from understudy_lab.bench.harness import import_peer, medians
 from understudy_lab.forage.teach import teach
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -57,13 +55,7 @@ def run() -> dict[str, Any]:
     uses the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
     with arrays.
     """
-    try:
-        peer = import_module("sklearn.tree").DecisionTreeClassifier
-    except ImportError:
-        raise UnderstudyError(
-            "the comparison needs scikit-learn, which is not installed; "
-            f"install it with: {format_install_command('bench')}"
-        ) from None
+    peer = import_peer("sklearn.tree", "scikit-learn").DecisionTreeClassifier
     began = perf_counter()
     compile_tree_kernels()
     first_call_ms = (perf_counter() - began) * 1e3

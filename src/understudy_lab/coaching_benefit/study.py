@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
-from understudy_lab.coaching_benefit.tasks import EXERCISES
+from understudy_lab.coaching_benefit.tasks import ALONE, COACHED, EXERCISES, STEPS, teach
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
 from understudy_lab.figures import COLORS, Panels
 from understudy_lab.novices.novice import SUCCESS, draw_traits

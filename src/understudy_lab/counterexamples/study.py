@@ -27,8 +27,7 @@ from understudy.sim.forage import make_practice_worlds
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.world import World
 from understudy.training.session import Session
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, teach
-from understudy_lab.coaching_benefit.tasks import EXERCISES, LIMIT_S, REACHED_M
+from understudy_lab.coaching_benefit.tasks import ALONE, EXERCISES, LIMIT_S, REACHED_M, teach
 from understudy_lab.declaration import Units
 from understudy_lab.figures import COLORS, Panels
 from understudy_lab.novices.novice import Novice, draw_traits

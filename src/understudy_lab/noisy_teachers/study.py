@@ -15,14 +15,13 @@ import numpy as np
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import Body
-from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels
+from understudy_lab.forage.teach import make_practice
 from understudy_lab.novices.novice import ALIKE, RANGES
 from understudy_lab.rows import Median, Rows
 from understudy_lab.servoing.trials import search_side
@@ -31,7 +30,7 @@ from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import Soccer
 from understudy_lab.teachers.person import ReactionTime, SlippingPerson
-from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, TeachingCost
+from understudy_lab.teachers.teacher import LessonPlan, MakesBody, Patience, ScriptedTeacher, TeachingCost
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,24 +50,16 @@ IN_A_ROW = 8
 """The number of tries in a row without a correction after which a teacher is content."""
 
 
-@dataclass(frozen=True)
-class NoisyTask:
-    """A task: the lesson plan for a seed, and the practice worlds."""
-
-    topic: Callable[[int], LessonPlan]
-    make: Callable[[str, int], Body]
-
-
-TASKS: Mapping[str, NoisyTask] = MappingProxyType(
+TASKS: Mapping[str, tuple[Callable[[int], LessonPlan], MakesBody]] = MappingProxyType(
     {
-        "goto": NoisyTask(
-            lambda seed: GOTO, lambda practice, world: Forage([world], make_practice_worlds()[practice])
-        ),
-        "servoing": NoisyTask(
-            lambda seed: topics(search_side(seed))["four states"], lambda practice, world: Soccer([world])
+        "goto": (lambda seed: GOTO, make_practice),
+        "servoing": (
+            lambda seed: topics(search_side(seed))["four states"],
+            lambda practice, world: Soccer([world]),
         ),
     }
 )
+"""The lesson plan of each task for a seed, and what makes its practice worlds."""
 
 
 @dataclass
@@ -84,8 +75,8 @@ class NoisyTeaching:
 
 def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
     """Teach until enough tries in a row need no correction, or the teacher gives up."""
-    task, course = TASKS[name], NoisyTeaching()
-    topic = replace(task.topic(seed), tries=IN_A_ROW)
+    (make_topic, make), course = TASKS[name], NoisyTeaching()
+    topic = replace(make_topic(seed), tries=IN_A_ROW)
     draws = np.random.default_rng([seed, 5])
     people: list[SlippingPerson] = []
 
@@ -106,7 +97,7 @@ def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
 
     ScriptedTeacher(
         Library(EXERCISES[name].kit),
-        task.make,
+        make,
         seed,
         options={topic.name: LearnerOptions(unlearning=way == BY_ITSELF)},
         reaction=ReactionTime(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
