@@ -34,7 +34,7 @@ from understudy_lab.lossy_networks.links import LossyLinks
 from understudy_lab.lossy_networks.simulated_robots import TEAM, WORLD
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import count_cycles
-from understudy_lab.patrol.tracks import DOING, OTHER, OWN_HOME, OrderedActivity, PatrolTracks, make_tracks
+from understudy_lab.patrol.tracks import OTHER, OrderedActivity, PatrolTracks, find_activity, make_tracks
 
 SQUAD = f"{practice.SQUAD}_0"
 ROBOTS = tuple(f"{practice.ROBOT}_{number}" for number in range(1, practice.ROBOTS + 1))
@@ -200,14 +200,6 @@ def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float)
 def _is_armed(log: Path) -> bool:
     lines = read_lines(log)
     return bool(lines) and bool(lines[-1]["armed"])
-
-
-def find_activity(duty: Any) -> int:
-    """Find the activity that a duty stands for."""
-    if duty is None:
-        return OTHER
-    target = next(iter(duty[1].values()), None)
-    return DOING.get((duty[0], OWN_HOME if target == "home" else target), OTHER)
 
 
 def read_lines(path: Path) -> list[Any]:

@@ -25,11 +25,11 @@ from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.team.assignment import assign_team_members
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
-from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR, find_activity
+from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR
 from understudy_lab.patrol import metrics, practice
 from understudy_lab.patrol.evaluate import TICKS, worlds_of
 from understudy_lab.patrol.practice import teach
-from understudy_lab.patrol.tracks import PatrolTracks, record_tracks
+from understudy_lab.patrol.tracks import PatrolTracks, find_activity, record_tracks
 
 SEEDS = range(67_000, 67_004)
 """The teachings, which are those of the experiment."""

@@ -42,13 +42,9 @@ def _with(
     whole = scenario()
     return replace(
         whole,
-        objects=tuple(objects.get(each.name, _same)(each) for each in whole.objects),
+        objects=tuple(objects[each.name](each) if each.name in objects else each for each in whole.objects),
         robots=whole.robots if robots is None else (robots,),
     )
-
-
-def _same(thing: ObjectClass) -> ObjectClass:
-    return thing
 
 
 def _never(thing: ObjectClass) -> ObjectClass:

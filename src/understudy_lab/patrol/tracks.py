@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept
-from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
@@ -66,7 +65,8 @@ class OrderedActivity:
             activities = self._of_states[_engine(self._team).stacks.state[:, 0]]
         for squads, member, robot in self._reaches:
             ordering = squads.ordering
-            meanings = [[_meaning(duty, home) for home in self._homes] for duty in ordering.duties]
+            orders = [each if each is None else (each.behavior, each.binding) for each in ordering.duties]
+            meanings = [[find_activity(each, home) for home in self._homes] for each in orders]
             meant = np.array(meanings, np.int8)[ordering.heard[member], self._squad[robot]]
             activities[robot] = np.where(meant == OTHER, activities[robot], meant)
         return activities.reshape(self._worlds, -1)
@@ -95,12 +95,12 @@ def _reaches(team: Team) -> Iterator[Reach]:
             robots[id(layer)] = [robot[roster.squad[member] == squad] for squad in range(roster.squads)]
 
 
-def _meaning(duty: Assignment | None, home: str) -> int:
-    """Return the activity that an order stands for, for a robot with this home."""
+def find_activity(duty: tuple[str, Mapping[str, str]] | None, home: str = "home") -> int:
+    """Return the activity that an order, a behavior and its targets, stands for, for a robot with this home."""
     if duty is None:
         return OTHER
-    target = next(iter(duty.binding.values()), None)
-    return DOING.get((duty.behavior, OWN_HOME if target == home else target), OTHER)
+    target = next(iter(duty[1].values()), None)
+    return DOING.get((duty[0], OWN_HOME if target == home else target), OTHER)
 
 
 Bools = NDArray[np.bool_]

@@ -107,13 +107,7 @@ WANDER_S, STUCK_S, AWAY_M = 60.0, 2.0, 2.0
 
 def teach_disperse(seed: int) -> TeachingResult:
     """Teach only Disperse, as in the experiment `patrol`."""
-    teacher = ScriptedTeacher(Library(kit_of_patrol()), practice.robots_world, seed, options={})
-    return teacher.teach(DISPERSE)
-
-
-def kit_of_patrol() -> Any:
-    """Return the kit of the patrol scenario."""
-    return World(practice.scenario()).kit
+    return practice.teach(seed, {practice.ROBOT: (DISPERSE,)}).by_sort[practice.ROBOT]
 
 
 def disperse(library: Library, ground: World | MujocoBody) -> list[float]:
