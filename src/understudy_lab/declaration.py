@@ -15,7 +15,7 @@ from understudy_lab.rows import Count, Groups, Median, Rows, read_value
 from understudy_lab.study import ResultTable, Row, StudyFindings, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
-    from understudy_lab.live_comparison import LiveComparison
+    from understudy_lab.lesson_stats import LiveComparison
 
 Text: TypeAlias = str | Callable[..., str]
 """A text, or a function that writes it."""
@@ -186,7 +186,7 @@ class Conclusion:
     tables: Sequence[Callable[[Any], ResultTable | None]]
     goals: Sequence[Callable[[Any], StudyGoal | None]] | Callable[[Any], Sequence[StudyGoal]] = ()
     notes: Sequence[Text] | Callable[[Any], Sequence[str]] = ()
-    numbers: Callable[[Any], Mapping[str, Any]] = lambda found: {}
+    numbers: Callable[[Any], Mapping[str, Any]] = lambda summary: {}
     prepare: Callable[[Rows], Any] = Rows
     """A function that groups or summarizes the rows; all parts receive what it returns."""
     live: LiveComparison | None = None

@@ -29,20 +29,6 @@ STYLE: Any = {
 }
 
 
-def panels(
-    count: int = 1, *, rows: int = 1, wide: float = 3.4, tall: float = 2.8
-) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `count` panels in the given number of rows; sizes are per panel, in inches."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    columns = -(-count // rows)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(wide * columns, tall * rows), layout="constrained")
-        axes = [figure.add_subplot(rows, columns, k + 1) for k in range(count)]
-    return figure, axes
-
-
 def dots(axes: Axes, groups: Mapping[str, Sequence[float]], label: str) -> None:
     """Draw a column of dots per group, one for each automaton, with a line at the median; a group may be empty."""
     for at, (values, color) in enumerate(zip(groups.values(), COLORS * len(groups), strict=False)):
@@ -103,8 +89,14 @@ class Panels:
 
     def __call__(self, rows: Sequence[Row]) -> Figure:
         """Draw the figure."""
-        figure, axes = panels(len(self.panels), rows=self.rows, wide=self.wide, tall=self.tall)
-        summary = self.prepare(Rows(rows))
+        import matplotlib as mpl
+        from matplotlib.figure import Figure
+
+        columns, summary = -(-len(self.panels) // self.rows), self.prepare(Rows(rows))
+        with mpl.rc_context(STYLE):
+            size = self.wide * columns, self.tall * self.rows
+            figure = Figure(figsize=size, layout="constrained")
+            axes = [figure.add_subplot(self.rows, columns, k + 1) for k in range(len(self.panels))]
         for each, draw in zip(axes, self.panels, strict=True):
             draw(each, summary)
         return figure

@@ -22,8 +22,7 @@ from understudy.sim.forage import FORAGE_KIT, Forage
 from understudy.storage.library_folder import save_automaton
 from understudy.training.lesson_design import new_lesson
 from understudy.training.session import Session
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import draw_traits
+from understudy_lab.novices.novice import Novice, draw_traits
 
 Snap = Callable[[Page, str], None]
 SHOWN, AHEAD, UNSURE = (4, 5), "9", "13"

@@ -31,7 +31,7 @@ from understudy.ui.cli.command_group import CommandTable
 from understudy.ui.cli.main import make_command_line
 from understudy.ui.cli.old_spellings import OLD_SPELLINGS
 from understudy.ui.cli.plugins import CommandEntry
-from understudy_lab.ablation.feature_variants import kit as ablation_kit
+from understudy_lab.ablation.variants import kit as ablation_kit
 
 PAGE = Path(__file__).parents[2] / "page/src"
 ERRORS = {  # name, exit code, what it is made of

@@ -15,7 +15,6 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.training.session import Session
 from understudy_lab.ablation import study
 from understudy_lab.ablation.evaluate import make_stochastic_automaton, name_chance_reading
-from understudy_lab.ablation.feature_variants import cosine_to, round_angle_to, signed_angle_to, sine_to
 from understudy_lab.ablation.variants import (
     ATTENTIVE_S,
     AWAY_S,
@@ -25,6 +24,10 @@ from understudy_lab.ablation.variants import (
     Candid,
     Confirming,
     Inattentive,
+    cosine_to,
+    round_angle_to,
+    signed_angle_to,
+    sine_to,
 )
 from understudy_lab.forage.teach import make_practice
 from understudy_lab.results import differences, load_published

@@ -10,11 +10,16 @@ import pytest
 from understudy.model.value_kinds import BOOLEAN, Continuous, Toroidal
 from understudy_lab.baselines import study
 from understudy_lab.baselines.compare import BUDGETS, LEARNERS, WITH, worlds_of
-from understudy_lab.baselines.demonstrations import record_demonstrations
+from understudy_lab.baselines.demonstrations import RESTING, RecordedTicks, record_demonstrations
+from understudy_lab.baselines.flat_learners import (
+    CLASSICAL,
+    Inputs,
+    InputSpec,
+    LabeledTicks,
+    Policy,
+    lesson_of,
+)
 from understudy_lab.baselines.flat_teachers import head_for
-from understudy_lab.baselines.inputs import Inputs, InputSpec, LabeledTicks, Policy, lesson_of
-from understudy_lab.baselines.recording_body import RESTING, RecordedTicks
-from understudy_lab.baselines.sklearn_learners import CLASSICAL
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
@@ -130,7 +135,7 @@ def test_each_learns_what_a_threshold_tells(name: str) -> None:
 
 def test_nets_learn_each_their_own() -> None:
     pytest.importorskip("torch")
-    from understudy_lab.baselines.behavior_cloning import fit_nets
+    from understudy_lab.baselines.flat_learners import fit_nets
 
     x = np.linspace(-1, 1, 200)[:, None]
     up, down = (x[:, 0] > 0).astype(np.int64), (x[:, 0] < 0).astype(np.int64)

@@ -24,7 +24,7 @@ from understudy_lab.behavior_suite.study import (
     goals_of,
     summarize_teachings,
 )
-from understudy_lab.behavior_suite.teach import make_expert_controller, share_done, worlds_of
+from understudy_lab.behavior_suite.task import make_expert_controller, share_done, worlds_of
 from understudy_lab.behavior_suite.tracks import (
     GroundTruth,
     Table,

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from understudy_lab.coaching_benefit import study
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS
+from understudy_lab.coaching_benefit.tasks import ALONE, COACHED, STEPS
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.study import StudyPlan

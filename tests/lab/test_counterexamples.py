@@ -18,9 +18,15 @@ from understudy.sim.forage import FORAGE_KIT
 from understudy.sim.world import World
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.counterexamples import study
-from understudy_lab.counterexamples.arrivals import RANGE, SCENARIO, ArrivalMeasure
-from understudy_lab.counterexamples.lessons import LESSONS, teach_at_random, teach_by_failures
-from understudy_lab.novices.traits import UNDERSTOOD, draw_traits
+from understudy_lab.counterexamples.study import (
+    LESSONS,
+    RANGE,
+    SCENARIO,
+    ArrivalMeasure,
+    teach_at_random,
+    teach_by_failures,
+)
+from understudy_lab.novices.novice import UNDERSTOOD, draw_traits
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 

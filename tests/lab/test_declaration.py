@@ -17,7 +17,7 @@ from understudy_lab.declaration import (
     goals_among,
 )
 from understudy_lab.figures import Dots, Panels, by_group, by_value
-from understudy_lab.live_comparison import LiveComparison
+from understudy_lab.lesson_stats import LiveComparison
 from understudy_lab.rows import Count, Median, Rows, group_by, group_by_arm
 from understudy_lab.study import StudyPlan
 

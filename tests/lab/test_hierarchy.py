@@ -12,8 +12,15 @@ from understudy.training.trainee import Mode, SessionView
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.hierarchy import study
 from understudy_lab.hierarchy.forage_variants import OneLayer, should_go_home, show_two_layers
-from understudy_lab.hierarchy.learning_curves import LearningCurve, find_first_success, success_at
-from understudy_lab.hierarchy.teach import MOST_LOOKS, PartwiseTeacher, choose_unseen_worlds, topics
+from understudy_lab.hierarchy.teach import (
+    MOST_LOOKS,
+    LearningCurve,
+    PartwiseTeacher,
+    choose_unseen_worlds,
+    find_first_success,
+    success_at,
+    topics,
+)
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.tasks.soccer import Soccer

@@ -28,8 +28,7 @@ from understudy_lab.tasks.forage_teacher import GOTO, HARVEST, WATCHED, DrivesAw
 from understudy_lab.tasks.patrol_teacher import RUN_AWAY
 from understudy_lab.tasks.patrol_wander_teacher import DISPERSE
 from understudy_lab.tasks.swarm_motion_teacher import APPROACH
-from understudy_lab.tasks.swarm_squad_teacher import PLATOON
-from understudy_lab.tasks.swarm_teacher import HELP, MUSTER
+from understudy_lab.tasks.swarm_teacher import HELP, MUSTER, PLATOON
 from understudy_lab.teachers.live_teacher import Expectations, LiveTeacher
 from understudy_lab.teachers.person import KEEP
 from understudy_lab.teachers.teacher import TeachingCost

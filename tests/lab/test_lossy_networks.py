@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from tests.robots.agent_processes import save_patrol
 
 from understudy.addons.robots.team_network.load_plan import open_libraries
 from understudy.errors import SettingError
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
 from understudy_lab.lossy_networks import study
 from understudy_lab.lossy_networks.distributed_patrol import BEHAVIOR, ROBOTS, measure_cycles
@@ -24,8 +24,7 @@ from understudy_lab.lossy_networks.simulated_patrol import make_agents, make_los
 from understudy_lab.lossy_networks.simulated_robots import WORLD
 from understudy_lab.patrol import practice
 from understudy_lab.patrol.metrics import captures
-from understudy_lab.patrol.practice import make_coordinated_team
-from understudy_lab.patrol.teach import PatrolTeaching, teach
+from understudy_lab.patrol.practice import make_coordinated_team, teach
 from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, PatrolTracks, watch
 
 
@@ -88,12 +87,11 @@ def test_a_cycle_is_found_in_recordings(tmp_path: Path) -> None:
     assert found["cycle_s"] == pytest.approx([20.0], abs=0.2)
 
 
-def compare_agents(taught: PatrolTeaching) -> PatrolTracks:
+def compare_agents(libraries: Libraries) -> PatrolTracks:
     """Let agents and one program patrol in the same world, and return what they do if it is the same."""
-    robots, coordinators = taught.robots.library, taught.coordinators.library
-    one_program = watch(make_coordinated_team(robots, coordinators, [7], BEHAVIOR), 900)
+    one_program = watch(make_coordinated_team(libraries, [7], BEHAVIOR), 900)
     world = World(practice.scenario(), [7])
-    agents = watch_agents(make_agents(taught, world), world, 900)
+    agents = watch_agents(make_agents(libraries, world), world, 900)
     np.testing.assert_array_equal(agents.doing, one_program.doing)
     np.testing.assert_array_equal(agents.x, one_program.x)
     assert captures(agents) == captures(one_program)
@@ -104,15 +102,11 @@ def test_agents_in_simulation_do_what_one_program_does(tmp_path: Path) -> None:
     """Tick for tick, so that without losses the simulation is that of `understudy experiment patrol`."""
     save_patrol(tmp_path)
     libraries = open_libraries(practice.scenario(), tmp_path)
-    robots, coordinators = (
-        SimpleNamespace(library=libraries[name]) for name in (practice.ROBOT, practice.SQUAD)
-    )
-    made: Any = SimpleNamespace(robots=robots, coordinators=coordinators)
-    assert len(np.unique(compare_agents(made).doing)) > 1
+    assert len(np.unique(compare_agents(libraries).doing)) > 1
 
 
 def test_agents_of_a_taught_patrol_capture_what_one_program_does() -> None:
-    assert captures(compare_agents(teach(1))) != []
+    assert captures(compare_agents(teach(1).libraries)) != []
 
 
 def test_a_lossy_network_loses_and_delays_messages() -> None:

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from understudy.model.library import Library
 from understudy.sim.world import World
-from understudy_lab.mixed_teams.practice import (
+from understudy_lab.mixed_teams.study import (
     CARRIER,
-    kits,
+    FAILS_TICK,
+    SQUAD,
     make_coordinated_team,
     make_single_type_scenario,
     make_single_type_team,
+    measure_delivered,
     practices,
     robots_world,
+    scenario,
+    schedule_failures,
     squad_practices,
-    squads_library,
     teach,
 )
-from understudy_lab.mixed_teams.study import FAILS_TICK, measure_delivered, schedule_failures
+from understudy_lab.teams import make_team_libraries
 
 
 @pytest.mark.parametrize("name", [*practices(), *squad_practices()])
@@ -46,16 +48,15 @@ def test_a_team_of_one_type_has_as_many() -> None:
 
 
 def test_the_coordinator_orders_what_its_roles_know() -> None:
-    library = squads_library({kind: Library(kit) for kind, kit in kits().items()})
+    library = make_team_libraries(scenario())[SQUAD]
     assert {"some_found", "all_found", "finding", "load_carried"} <= set(library.kit.features)
     assert {"seek", "share", "work", "load", "wait"} <= set(library.kit.behaviors)
 
 
 @pytest.mark.retrains
 def test_a_taught_mixed_team_outdoes_carriers() -> None:
-    taught = teach(18)
-    robots, seeds = taught.libraries, range(4)
-    together = measure_delivered(make_coordinated_team(robots, taught.coordinator.library, seeds), 4000)
-    carriers = measure_delivered(make_single_type_team(CARRIER, robots, seeds, "gather"), 4000)
+    libraries, seeds = teach(18).libraries, range(4)
+    together = measure_delivered(make_coordinated_team(libraries, seeds), 4000)
+    carriers = measure_delivered(make_single_type_team(CARRIER, libraries, seeds, "gather"), 4000)
     assert together["rate"] > 1.5 * carriers["rate"] > 0
     assert carriers["total"] == together["total"] > 400

@@ -20,12 +20,11 @@ from understudy_lab.novices.failure_causes import (
     WALKS_ON,
     classify_blind_behavior,
     count_turn_backs,
+    has_succeeded,
     list_blind_states,
+    succeeds_everywhere,
 )
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.sensitivity import SAID
-from understudy_lab.novices.success import has_succeeded, succeeds_everywhere
-from understudy_lab.novices.traits import (
+from understudy_lab.novices.novice import (
     ALIKE,
     MINUTES_S,
     MISTAKES,
@@ -33,9 +32,11 @@ from understudy_lab.novices.traits import (
     RANGES,
     SITUATIONS,
     UNDERSTOOD,
+    Novice,
     draw_traits,
     make_shared_traits,
 )
+from understudy_lab.novices.sensitivity import SAID
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.statistics import apply_holm_correction, pairs_differ, shares_differ

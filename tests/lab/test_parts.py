@@ -15,11 +15,8 @@ from tests.processes import end_with_tests
 from tests.ui.cli.commands import run as run_command
 
 from understudy.errors import SettingError
-from understudy_lab.cluster import JobFailed, PartJob, run_on_cluster
-from understudy_lab.parts import Part, PartsUnfinished, gather, run_part
-from understudy_lab.results import differences, load_published
-from understudy_lab.row_cache import NAME, RowCache
-from understudy_lab.runner import run
+from understudy_lab.results import NAME, RowCache, differences, load_published
+from understudy_lab.runner import JobFailed, Part, PartJob, PartsUnfinished, gather, run, run_on_cluster
 from understudy_lab.study import StudyPlan, find_experiment
 
 
@@ -49,7 +46,7 @@ def test_gathered_rows_are_those_of_one_run(tmp_path: Path) -> None:
     run(experiment, PLAN, RowCache("forage", tmp_path / "whole"))
     for number in (2, 1, 3):
         part = Part(number, 3)
-        run_part(experiment, PLAN, part, RowCache("forage", tmp_path / "parts", part.file_name))
+        run(experiment, PLAN, RowCache("forage", tmp_path / "parts", part.file_name), part=part)
     gather(experiment, PLAN, tmp_path / "parts")
     assert (tmp_path / "parts" / NAME).read_bytes() == (tmp_path / "whole" / NAME).read_bytes()
 
@@ -60,7 +57,7 @@ def test_gathering_names_the_parts_that_have_not_ended(tmp_path: Path) -> None:
         gather(experiment, PLAN, tmp_path)
     for number in (1, 3):
         part = Part(number, 3)
-        run_part(experiment, PLAN, part, RowCache("forage", tmp_path, part.file_name))
+        run(experiment, PLAN, RowCache("forage", tmp_path, part.file_name), part=part)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(PartsUnfinished, match="run --part 2/3 again"):
         gather(experiment, PLAN, tmp_path)
@@ -75,7 +72,7 @@ REAL = StudyPlan(SEEDS)
 KILLED = """
 import os, signal
 from understudy.ui.cli import run_command_line
-from understudy_lab.row_cache import RowCache
+from understudy_lab.results import RowCache
 keep = RowCache.keep
 
 def keep_and_die(cache, row):

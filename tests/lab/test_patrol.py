@@ -21,10 +21,18 @@ from understudy_lab.patrol.metrics import (
     false_homes,
     residual_s,
 )
-from understudy_lab.patrol.practice import make_coordinated_team, practices, squad_practices, squads_library
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import (
+    ROBOT,
+    SQUAD,
+    make_coordinated_team,
+    practices,
+    scenario,
+    squad_practices,
+    teach,
+)
 from understudy_lab.patrol.tracks import ATTACK, DISPERSE, HOME, RUN_AWAY, ObjectTrack, PatrolTracks, watch
 from understudy_lab.results import load_published
+from understudy_lab.teams import make_team_libraries
 
 TICK_S = 1.0
 
@@ -116,7 +124,7 @@ def test_practices_can_be(name: str) -> None:
 
 
 def test_the_coordinator_knows_what_its_robots_know() -> None:
-    library = squads_library(Library(make_scenario_kit(practices()["alone"])))
+    library = make_team_libraries(scenario())[SQUAD]
     assert {"someone_sees", "all_done", "someone_done", "seen_lately"} <= set(library.kit.features)
     assert "forwards" in library.kit.behaviors
 
@@ -126,13 +134,13 @@ def test_a_teaching_goes_as_published_and_its_team_patrols() -> None:
     known = load_published("patrol")
     assert known is not None
     taught = teach(known.rows[0]["task"]["seed"])
-    lessons = [*lessons_of(taught.robots), *lessons_of(taught.coordinators)]
+    lessons = [lesson for teaching in taught.by_sort.values() for lesson in lessons_of(teaching)]
     assert lessons == known.rows[0]["lessons"]
-    robots, coordinators = taught.robots.library, taught.coordinators.library
-    assert list(count_flat_states(robots, coordinators, DEFER)) == [
+    libraries = taught.libraries
+    assert list(count_flat_states(libraries[ROBOT], libraries[SQUAD], DEFER)) == [
         known.rows[0][f"states_of_{who}"] for who in ("one", "all")
     ]
-    seen = watch(make_coordinated_team(robots, coordinators, range(4), "collective_patrol"), 3000)
+    seen = watch(make_coordinated_team(libraries, range(4), "collective_patrol"), 3000)
     found = list(cycles(seen))
     assert len(found) > 10
     assert sum(cycle.complete for cycle in found) >= 0.8 * len(found)
@@ -146,7 +154,7 @@ def test_how_large_a_patrol_would_be_in_one_piece() -> None:
     robots = Library.from_automata(
         nothing.kit, make_automaton("wander", ["forwards", "left"], library=nothing)
     )
-    squads = squads_library(robots)
+    squads = make_team_libraries(scenario(), {ROBOT: robots})[SQUAD]
     coordinators = Library.from_automata(
         squads.kit, make_automaton("both", ["wander", "stop"], library=squads)
     )

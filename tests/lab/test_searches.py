@@ -19,14 +19,6 @@ from understudy.model.tree import STAY, Node, TestKind, Tree, make_leaf
 from understudy_lab.forage.teach import teach
 from understudy_lab.results import load_published
 from understudy_lab.searches import study
-from understudy_lab.searches.methods import (
-    CMA_ES,
-    CROSS_ENTROPY,
-    METHODS,
-    POPULATION,
-    RANDOM,
-    search_by_cross_entropy,
-)
 from understudy_lab.searches.rare_failures import (
     CALIBRATION_WORLDS,
     HALVINGS,
@@ -37,6 +29,14 @@ from understudy_lab.searches.rare_failures import (
     find_arrival_tests,
     make_measure,
     set_arrival_distance,
+)
+from understudy_lab.searches.study import (
+    CMA_ES,
+    CROSS_ENTROPY,
+    METHODS,
+    POPULATION,
+    RANDOM,
+    search_by_cross_entropy,
 )
 from understudy_lab.study import StudyPlan
 

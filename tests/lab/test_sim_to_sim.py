@@ -14,7 +14,7 @@ from understudy.sim.scenario.schema import ElapsedSensor
 from understudy_lab.results import differences, load_published
 from understudy_lab.runner import row_of
 from understudy_lab.sim_to_sim import study
-from understudy_lab.sim_to_sim.trials import (
+from understudy_lab.sim_to_sim.study import (
     FLAT,
     GOTO,
     PATROL,

@@ -15,24 +15,22 @@ import pytest
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy.sim.forage import FORAGE_KIT
-from understudy.sim.kit import make_scenario_kit
 from understudy_lab.ablation.evaluate import PATIENCE
-from understudy_lab.ablation.feature_variants import kit as ablation_kit
 from understudy_lab.ablation.variants import BASE, VARIANTS
+from understudy_lab.ablation.variants import kit as ablation_kit
 from understudy_lab.baselines.demonstrations import record_libraries
 from understudy_lab.baselines.tasks import EXERCISES
-from understudy_lab.behavior_suite import teach as behavior_suite
+from understudy_lab.behavior_suite import task as behavior_suite
 from understudy_lab.behavior_suite.study import FEATS
 from understudy_lab.coaching_benefit import tasks as coaching_tasks
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, teach
-from understudy_lab.counterexamples.lessons import teach_by_failures
+from understudy_lab.coaching_benefit.tasks import ALONE, COACHED, teach
+from understudy_lab.counterexamples.study import teach_by_failures
 from understudy_lab.forage.teach import METHODS, make_practice
 from understudy_lab.hierarchy.teach import topics as servo_topics
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
-from understudy_lab.mixed_teams import practice as mixed_teams
+from understudy_lab.mixed_teams import study as mixed_teams
 from understudy_lab.noisy_teachers import study as noisy_teachers
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import MINUTES_S, draw_traits
+from understudy_lab.novices.novice import MINUTES_S, Novice, draw_traits
 from understudy_lab.patrol import practice as patrol
 from understudy_lab.recordings.study import BEHAVIORS
 from understudy_lab.results import load_published
@@ -40,14 +38,13 @@ from understudy_lab.searches.rare_failures import find_arrival_tests
 from understudy_lab.servoing import trials as servoing
 from understudy_lab.study import QUESTIONS, Row
 from understudy_lab.swarm import practice as swarm
-from understudy_lab.tasks import patrol_teacher, swarm_teacher
 from understudy_lab.tasks.forage_teacher import GOTO, WATCHED
 from understudy_lab.tasks.servo_teacher import SIDES
 from understudy_lab.tasks.soccer import Soccer
 from understudy_lab.tasks.soccer import kit as soccer_kit
-from understudy_lab.tasks.swarm_world import ROBOT, scenario
 from understudy_lab.teachers.live_teacher import LIVE, LiveTeacher
 from understudy_lab.teachers.teacher import LessonPlan, ScriptedTeacher, TeachingResult
+from understudy_lab.teams import TeamCourse
 from understudy_lab.unlearning.datasets import draw_sparse_lesson
 from understudy_lab.unlearning.study import LEARNERS, SETTINGS, compare_with_unlearning
 
@@ -69,6 +66,12 @@ def teach_goto_live(seed: int) -> TeachingResult:
 def teach_first(teacher: ScriptedTeacher, topic: LessonPlan) -> list[dict[str, Any]]:
     """The lesson of a topic, which is taught first, so that it does not depend on the topics that follow."""
     return lessons_of(teacher.teach(topic))
+
+
+def teach_first_of_team(course: TeamCourse, row: Row) -> dict[str, list[dict[str, Any]]]:
+    """The first lesson of the first type of robots of a team."""
+    kind, topics = next(iter(course.topics.items()))
+    return {kind: lessons_of(course.teach(row["task"]["seed"], {kind: topics[:1]}).by_sort[kind])}
 
 
 def teach_forage(row: Row) -> Parts:
@@ -126,28 +129,17 @@ def teach_ablation(row: Row) -> Parts:
 
 
 def teach_patrol(row: Row) -> Parts:
-    library = Library(make_scenario_kit(patrol.scenario()))
-    teacher = ScriptedTeacher(library, patrol.robots_world, row["task"]["seed"], options={})
-    return {"lessons": [*teach_first(teacher, patrol_teacher.TOPICS[0]), *row["lessons"][1:]]}
+    return {"lessons": [*teach_first_of_team(patrol.COURSE, row)["pioneer"], *row["lessons"][1:]]}
 
 
 def teach_roles(row: Row) -> Parts:
-    kind, (topic, *_) = next(iter(mixed_teams.TOPICS.items()))
-    teacher = ScriptedTeacher(
-        Library(mixed_teams.kits()[kind]),
-        mixed_teams.robots_world,
-        row["task"]["seed"],
-        options=mixed_teams.OPTIONS,
-    )
-    lessons = [*teach_first(teacher, topic), *row["lessons"][kind][1:]]
-    return {"lessons": {**row["lessons"], kind: lessons}}
+    first = teach_first_of_team(mixed_teams.COURSE, row)
+    return {"lessons": row["lessons"] | {kind: first[kind] + row["lessons"][kind][1:] for kind in first}}
 
 
 def teach_swarm(row: Row) -> Parts:
-    library = Library(make_scenario_kit(scenario()))
-    teacher = ScriptedTeacher(library, swarm.robots_world, row["task"]["seed"], options={})
-    lessons = [*teach_first(teacher, swarm_teacher.TOPICS[0]), *row["lessons"][ROBOT][1:]]
-    return {"lessons": {**row["lessons"], ROBOT: lessons}}
+    first = teach_first_of_team(swarm.COURSE, row)
+    return {"lessons": row["lessons"] | {kind: first[kind] + row["lessons"][kind][1:] for kind in first}}
 
 
 def unlearn(row: Row) -> Parts:
@@ -170,7 +162,7 @@ def teach_for_transfer(row: Row) -> Parts:
 
 def learn_from_recordings(row: Row) -> Parts:
     scores = BEHAVIORS["goto"].learn(row["task"]["seed"]).hits.score()
-    return {name: round(getattr(scores, name), 4) for name in ("ticks", "answered", "switches")}
+    return {name: round(scores[name], 4) for name in ("ticks", "answered", "switches")}
 
 
 def teach_by_counterexamples(row: Row) -> Parts:

@@ -17,7 +17,7 @@ from tests.lab.reproduced import (
     read_record,
 )
 
-from understudy_lab.row_cache import find_row_sources, fingerprint
+from understudy_lab.results import find_row_sources, fingerprint
 from understudy_lab.sources import LABORATORY, PACKAGES, describe_environment, find_sources, hash_sources
 from understudy_lab.study import QUESTIONS, folder_of
 

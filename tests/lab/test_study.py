@@ -10,8 +10,7 @@ import pytest
 from tests.docs import experiments as docs
 
 from understudy.errors import UnknownName
-from understudy_lab.results import differences, list_uncompared, load_published, read, save
-from understudy_lab.row_cache import NAME, RowCache
+from understudy_lab.results import NAME, RowCache, differences, list_uncompared, load_published, read, save
 from understudy_lab.runner import run
 from understudy_lab.servoing.trials import HAND
 from understudy_lab.study import (

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from understudy_lab.swarm.evaluate import (
+from understudy_lab.swarm.practice import SPECS, make_swarm_team, robots_world
+from understudy_lab.swarm.study import (
     ALONE,
     FAILS_TICK,
     WAYS,
     measure_gathered,
     schedule_failures,
 )
-from understudy_lab.swarm.practice import SPECS, make_swarm_team, robots_world
 from understudy_lab.tasks.swarm_world import make_expert_libraries
-from understudy_lab.team_runs import FAILING
+from understudy_lab.teams import FAILING
 
 
 @pytest.mark.retrains

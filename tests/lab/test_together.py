@@ -12,9 +12,10 @@ from understudy_lab.patrol.four_patrols import (
     make_guarding_team,
     summarize_four_patrols,
     table,
-    teach_all,
+    teach_four_patrols,
 )
 from understudy_lab.patrol.metrics import captures, cycles
+from understudy_lab.patrol.practice import SQUAD
 from understudy_lab.patrol.tracks import (
     ATTACK,
     DISPERSE,
@@ -82,12 +83,12 @@ def test_cycles(
 @pytest.mark.retrains
 def test_taught_patrols_hunt_and_gather_together() -> None:
     """And whatever their coordinators have robots do while all are to gather, they are on their way home."""
-    taught = teach_all(210)
-    assert sum(part.examples for part in (taught.patrols, taught.garrison)) <= 40
-    found = summarize_four_patrols(watch(make_guarding_team(taught, range(3)), 2400, homes=HOMES))
+    taught = teach_four_patrols(210)
+    assert sum(taught.by_sort[sort].examples for sort in (SQUAD, TOP)) <= 40
+    found = summarize_four_patrols(watch(make_guarding_team(taught.libraries, range(3)), 2400, homes=HOMES))
     assert found["cycles"] >= 6
     assert found["complete"] >= 0.8
-    team = make_guarding_team(taught, [5])
+    team = make_guarding_team(taught.libraries, [5])
     told = OrderedActivity(team, 1, HOMES)
     assert told.squad.tolist() == [0] * 4 + [1] * 4 + [2] * 4 + [3] * 4
     seen = set()

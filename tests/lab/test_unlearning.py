@@ -26,8 +26,8 @@ from understudy_lab.unlearning.study import (
     LEARNERS,
     SETTINGS,
     Condition,
+    Results,
     compare_with_unlearning,
-    outcomes,
     teach_and_correct,
 )
 
@@ -166,7 +166,7 @@ def test_a_lesson_without_mistakes_loses_little() -> None:
 def test_outcomes_are_means_and_sums_by_setting() -> None:
     plain = [[0.5, 0.75, 20, 10, 4, 3, 56, 1]] * len(SETTINGS)
     better = [[0.5, 0.85, 20, 12, 2, 2, 58, 0], *plain[1:]]
-    found = outcomes([{"outcomes": plain}, {"outcomes": better}])
+    found = Results([{"outcomes": plain}, {"outcomes": better}])
     first = found[Condition("iris", "4 a class", 0.05, "trees")]
     assert (first.alone, first.unlearned, first.gain) == (0.5, 0.8, 0.3)
     assert (first.corrections_unlearned, first.bad, first.found, first.lost) == (11, 6, 5, 1)

@@ -29,7 +29,7 @@ from understudy_lab.lossy_networks.distributed_patrol import (
     take_precedence,
 )
 from understudy_lab.lossy_networks.links import LossyLinks, find_obstacle
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import teach
 
 BEGINS_S = 8.0
 """The time until all robots are armed and one agent leads, s."""
@@ -76,7 +76,7 @@ KINDS: Mapping[str, Callable[[AgentsApart, str], Iterator[None]]] = {
 @contextmanager
 def run_patrol(folder: Path, seed: int) -> Iterator[AgentsApart]:
     """Teach a patrol, simulate its robots, and run an agent for each robot and the coordinator."""
-    save_library(teach(seed), folder / "library")
+    save_library(teach(seed).libraries, folder / "library")
     with simulate(folder, seed), LossyLinks(MEMBERS) as links, take_precedence():
         agents = AgentsApart(folder, folder / "library", links)
         try:

@@ -21,8 +21,7 @@ from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
 from understudy.model.value_kinds import BOOLEAN, Continuous, Kind, Toroidal
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import draw_traits
+from understudy_lab.novices.novice import Novice, draw_traits
 
 
 def demonstrate(

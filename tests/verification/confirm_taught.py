@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import product
 
 from tests.verification.confirm_findings import confirm_all
@@ -17,22 +17,22 @@ from understudy.addons.checks.verification.coordinators import SquadMembers
 from understudy.model.library import Library
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries
 from understudy_lab.forage.teach import teach as teach_forager
-from understudy_lab.patrol.practice import SQUAD
 from understudy_lab.patrol.practice import scenario as patrol_scenario
-from understudy_lab.patrol.teach import teach as teach_patrol
+from understudy_lab.patrol.practice import teach as teach_patrol
 from understudy_lab.swarm.practice import teach as teach_swarm
 from understudy_lab.tasks.swarm_world import scenario as swarm_scenario
 
 METHODS = ("live", "watched")
 
 
-def list_coordinators(
-    scenario: Scenario, libraries: Mapping[str, Library], others: Library
-) -> Iterator[tuple[Library, SquadMembers]]:
-    """The library of each squad's coordinator, with its members' libraries; `others` is the robots'."""
+def list_team(scenario: Scenario, libraries: Libraries) -> Iterator[tuple[Library, SquadMembers | None]]:
+    """The library of each type of robots, and that of each squad's coordinator, with its members' libraries."""
+    for name in scenario.types:
+        yield libraries[name], None
     for squad, _ in assign_team_members(scenario).squads:
-        members = {role.name: libraries.get(role.of, others) for role in squad.roles}
+        members = {role.name: libraries[role.of] for role in squad.roles}
         yield libraries[squad.name], SquadMembers(squad, members)
 
 
@@ -41,14 +41,8 @@ def teach_all() -> Iterator[tuple[Library, SquadMembers | None]]:
     for method, seed in product(METHODS, range(20)):
         yield teach_forager(seed, method=method).library, None
     for method, seed in product(METHODS, range(3)):
-        patrol = teach_patrol(seed, method=method)
-        robots = patrol.robots.library
-        yield robots, None
-        yield from list_coordinators(patrol_scenario(), {SQUAD: patrol.coordinators.library}, robots)
-    swarm = teach_swarm(0, method="live")
-    yield swarm.robots.library, None
-    squads = {name: each.library for name, each in swarm.squads.items()}
-    yield from list_coordinators(swarm_scenario(), squads, swarm.robots.library)
+        yield from list_team(patrol_scenario(), teach_patrol(seed, method=method).libraries)
+    yield from list_team(swarm_scenario(), teach_swarm(0, method="live").libraries)
 
 
 def main() -> None:

@@ -34,8 +34,8 @@ from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import link
 from understudy.sim.team.assignment import assign_team_members
 from understudy_lab.forage.teach import teach as teach_forager
-from understudy_lab.patrol.practice import scenario
-from understudy_lab.patrol.teach import teach as teach_patrol
+from understudy_lab.patrol.practice import ROBOT, SQUAD, scenario
+from understudy_lab.patrol.practice import teach as teach_patrol
 
 CYCLES = (FindingKind.CHATTER, FindingKind.CYCLE, FindingKind.REPEATED_ORDER)
 
@@ -510,11 +510,11 @@ def run_trial(seed: int, robots: Sequence[Taught], coordinators: Sequence[Taught
 def teach_all() -> tuple[list[Taught], list[Taught]]:
     """Teach two foragers and a patrol, which get the defects."""
     robots = [Taught(teach_forager(seed).library) for seed in (901, 902)]
-    patrol = teach_patrol(903)
-    robots.append(Taught(patrol.robots.library))
+    patrol = teach_patrol(903).libraries
+    robots.append(Taught(patrol[ROBOT]))
     (squad, _), *_ = assign_team_members(scenario()).squads
-    members = SquadMembers(squad, {role.name: patrol.robots.library for role in squad.roles})
-    return robots, [Taught(patrol.coordinators.library, members)]
+    members = SquadMembers(squad, {role.name: patrol[ROBOT] for role in squad.roles})
+    return robots, [Taught(patrol[SQUAD], members)]
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "checking.md"

@@ -27,8 +27,7 @@ from understudy.runtime.link import link
 from understudy.sim.forage import ForageSettings
 from understudy.sim.scenario.schema import RandomSensor, Scenario
 from understudy.sim.world import World
-from understudy_lab.ablation.feature_variants import kit
-from understudy_lab.ablation.variants import VARIANTS, Variant
+from understudy_lab.ablation.variants import VARIANTS, Variant, kit
 from understudy_lab.forage.teach import make_practice, worlds_of
 from understudy_lab.lesson_stats import lessons_of
 from understudy_lab.tasks.forage_expert import evaluate_expert

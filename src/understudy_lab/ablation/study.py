@@ -178,19 +178,19 @@ EXPERIMENT = Study(
                 },
                 lambda name: [name, VARIANTS[name].about],
             ),
-            lambda found: ResultTable(
+            lambda groups: ResultTable(
                 f"Significant differences between medians (of success, means), in signed-rank tests over seeds at p < "
                 f"{SURE}. About one of {len(MEASURES) * (len(VARIANTS) - 1)} comparisons is significant by chance",
                 ("variant", "compared with", "differences"),
                 [
-                    (name, VARIANTS[name].against, ", ".join(_list_differences(found, name)) or "none")
+                    (name, VARIANTS[name].against, ", ".join(_list_differences(groups, name)) or "none")
                     for name in VARIANTS
                     if name != BASE
                 ],
             ),
         ),
         notes=NOTES,
-        numbers=lambda found: {"variants": {name: _summarize(found, name) for name in VARIANTS}},
+        numbers=lambda groups: {"variants": {name: _summarize(groups, name) for name in VARIANTS}},
     ),
     draw=Panels(
         (

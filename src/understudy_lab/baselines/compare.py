@@ -11,16 +11,23 @@ from understudy.model.features import Percept
 from understudy.runtime.body import Commands, list_reading_keys
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.link import link
-from understudy_lab.baselines.behavior_cloning import fit_nets
 from understudy_lab.baselines.demonstrations import (
+    RESTING,
     Demonstrator,
     LibraryAt,
+    OnboardPolicy,
+    RecordedTicks,
     record_demonstrations,
     record_libraries,
 )
-from understudy_lab.baselines.inputs import InputSpec, LabeledTicks, Policy, lesson_of
-from understudy_lab.baselines.recording_body import RESTING, OnboardPolicy, RecordedTicks
-from understudy_lab.baselines.sklearn_learners import CLASSICAL
+from understudy_lab.baselines.flat_learners import (
+    CLASSICAL,
+    InputSpec,
+    LabeledTicks,
+    Policy,
+    fit_nets,
+    lesson_of,
+)
 from understudy_lab.baselines.tasks import EXERCISES, BaselineTask
 
 Learn: TypeAlias = Callable[[RecordedTicks], OnboardPolicy]

@@ -7,7 +7,8 @@ from math import isnan, pi, tau
 from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
 from understudy_lab.behavior_suite.wall_following import AHEAD, LEFT, choose_wall_action
-from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, FACING, all_home
+from understudy_lab.tasks.forage_teacher import ASTRAY, CAPACITY, all_home
+from understudy_lab.tasks.goto_teacher import FACING
 from understudy_lab.tasks.servo_teacher import (
     BASIC_STATES,
     EMERGED_PX,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
 from operator import itemgetter
@@ -25,13 +25,13 @@ from understudy_lab.baselines.compare import (
 )
 from understudy_lab.baselines.tasks import EXERCISES
 from understudy_lab.declaration import Cell, Conclusion, LinePerGroup
-from understudy_lab.figures import COLORS, panels
+from understudy_lab.figures import COLORS, Panels
 from understudy_lab.rows import Median, Rows
 from understudy_lab.statistics import interval_of_median
 from understudy_lab.study import ResultTable, Row, Study, StudyGoal, StudyPlan, Task
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 Results: TypeAlias = Mapping[str, Mapping[str, Rows]]
 """The results by exercise and learner."""
@@ -199,41 +199,40 @@ def _list_numbers(rows: Rows) -> dict[str, dict[str, float]]:
     }
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw median success over decisions and over seconds, with a band that holds half of the seeds.
+def _draw(axes: Axes, results: Results, task: str, by: str) -> None:
+    """Draw median success over decisions or over seconds, with a band that holds half of the seeds.
 
     Dashed lines are learners with only the features that Understudy's teacher chose.
     """
-    names, results = list(EXERCISES), collect_results(Rows(rows))
-    figure, axes = panels(2 * len(names), rows=2, wide=3.2, tall=2.6)
-    for k, task in enumerate(names):
-        for learner, each in results[task].items():
-            kind = learner.removesuffix(CHOSEN)
-            color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
-            success = 100 * np.array(each.values("success"))
-            low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
-            seconds = np.maximum(np.median(each.values("seconds"), axis=0), FIRST_S)
-            width, over = (2.4, 3) if learner == UNDERSTUDY else (1.3, 2)
-            for axis, x in ((axes[k], BUDGETS), (axes[len(names) + k], seconds)):
-                axis.plot(
-                    x, middle, style, color=color, linewidth=width, markersize=3, label=learner, zorder=over
-                )
-                if kind == learner:
-                    axis.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
-        for axis, label in ((axes[k], "decisions"), (axes[len(names) + k], "seconds of demonstration")):
-            axis.set_xscale("log", nonpositive="mask")
-            axis.set_ylim(-4, 104)
-            axis.set_xlabel(label)
-        for axis, ticks in ((axes[k], BUDGETS), (axes[len(names) + k], (FIRST_S, 30, 100, 300, 1_000))):
-            axis.set_xticks(ticks, [f"{n:,}" for n in ticks])
-            axis.minorticks_off()
-        axes[k].set_title(NAMES[task])
-    for row in (0, len(names)):
-        axes[row].set_ylabel("success, %")
-    if lines := axes[0].get_legend_handles_labels()[0]:
-        axes[2].legend(handles=lines, fontsize=7, loc="lower right")
-    return figure
+    decisions = by == "decisions"
+    for learner, each in results[task].items():
+        kind = learner.removesuffix(CHOSEN)
+        color, style = COLORS[LEARNERS.index(kind)], "o-" if kind == learner else "o--"
+        success = 100 * np.array(each.values("success"))
+        low, middle, high = np.percentile(success, [25, 50, 75], axis=0)
+        x = BUDGETS if decisions else np.maximum(np.median(each.values("seconds"), axis=0), FIRST_S)
+        width, over = (2.4, 3) if learner == UNDERSTUDY else (1.3, 2)
+        axes.plot(x, middle, style, color=color, linewidth=width, markersize=3, label=learner, zorder=over)
+        if kind == learner:
+            axes.fill_between(x, low, high, color=color, alpha=0.08, linewidth=0)
+    ticks = BUDGETS if decisions else (FIRST_S, 30, 100, 300, 1_000)
+    axes.set_xscale("log", nonpositive="mask")
+    axes.set_ylim(-4, 104)
+    axes.set_xlabel(by)
+    axes.set_xticks(ticks, [f"{n:,}" for n in ticks])
+    axes.minorticks_off()
+    if decisions:
+        axes.set_title(NAMES[task])
+    if task == LEFTMOST:
+        axes.set_ylabel("success, %")
+    if decisions and task == WITH_LEGEND:
+        lines, _ = axes.figure.axes[0].get_legend_handles_labels()  # the first panel has all learners
+        if lines:
+            axes.legend(handles=lines, fontsize=7, loc="lower right")
 
+
+LEFTMOST, WITH_LEGEND = list(EXERCISES)[0:3:2]
+"""The exercises whose panels have the label of the vertical axis, and the names of learners."""
 
 EXPERIMENT = Study(
     name="learners",
@@ -274,11 +273,22 @@ EXPERIMENT = Study(
         ),
         goals=_goals,
         notes=_notes,
-        numbers=lambda found: {
-            task: {learner: _list_numbers(rows) for learner, rows in of.items()} for task, of in found.items()
+        numbers=lambda results: {
+            task: {learner: _list_numbers(rows) for learner, rows in of.items()}
+            for task, of in results.items()
         },
     ),
-    draw=draw,
+    draw=Panels(
+        [
+            partial(_draw, task=task, by=by)
+            for by in ("decisions", "seconds of demonstration")
+            for task in EXERCISES
+        ],
+        rows=2,
+        wide=3.2,
+        tall=2.6,
+        prepare=collect_results,
+    ),
     worlds=("forage",),
     varies=NEURAL,  # the last digits of other machines' arithmetic grow while a net is trained
     needs={"sklearn": INSTALL, "torch": INSTALL},

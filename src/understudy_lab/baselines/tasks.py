@@ -20,8 +20,8 @@ from understudy.runtime.feature_columns import get_feature_key
 from understudy.runtime.link import link
 from understudy.sim.forage import FORAGE_KIT, Forage, ForageSettings, make_practice_worlds
 from understudy.sim.world import World
+from understudy_lab.baselines.demonstrations import Robots
 from understudy_lab.baselines.flat_teachers import FLAT_FORAGE, FLAT_SERVOING, FLAT_WALLS, FOLLOWING
-from understudy_lab.baselines.recording_body import Robots
 from understudy_lab.behavior_suite.random_rooms import make_scenario, room
 from understudy_lab.behavior_suite.tracks import record
 from understudy_lab.behavior_suite.wall_following import LEFT, WALL_LIMIT_S, WALL_TASKS, judge_wall_following
@@ -46,7 +46,7 @@ class RoomsWorld(World):
 
 def closes_the_loop(world: Robots, decide: DecideCommands, keys: Sequence[ReadingKey]) -> NDArray[np.bool_]:
     """Return whether each robot follows the whole wall of its room in time without leaving it."""
-    rooms = cast(RoomsWorld, world)
+    rooms = cast("RoomsWorld", world)
     tracks = record(rooms, lambda: rooms.act(decide(rooms.sense(keys))), WALL_LIMIT_S)
     return ~np.isnan(judge_wall_following(tracks, rooms.plots, LEFT).seconds)
 
@@ -163,7 +163,7 @@ def reaches_the_ball(world: Robots, decide: DecideCommands, keys: Sequence[Readi
 
     Half of the robots, also the hand-written ones, are pushed aside on their way.
     """
-    body = cast(Soccer, world)
+    body = cast("Soccer", world)
     by_hand = _servoed(tuple(body.seeds))
     limit_s = SERVOING * float(np.nanmax(by_hand))
     seconds = approach(

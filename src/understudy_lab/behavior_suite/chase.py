@@ -28,7 +28,7 @@ from understudy_lab.behavior_suite.task import (
     BehaviorTask,
     TaskResult,
     TaskTrial,
-    TurnController,
+    make_turn_controller,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, wrap_signed
@@ -119,7 +119,7 @@ class ExpertChase:
     keys: Sequence[ReadingKey] = (("range", "hare"), ("bearing", "hare"))
 
     def __init__(self, world: World) -> None:
-        self._turning = TurnController(world.agents)
+        self._turning = make_turn_controller(world.agents)
         self._resting = np.zeros(world.agents, np.bool_)
 
     def decide(self, percept: Percept) -> Commands:

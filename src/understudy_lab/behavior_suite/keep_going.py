@@ -32,8 +32,7 @@ from understudy.runtime.run_loop import Run
 from understudy.training.feature_values import collect_own_values, compute_feature_values
 from understudy.training.trainee import Mode, SessionView
 from understudy_lab.behavior_suite.study import FEATS
-from understudy_lab.behavior_suite.task import BehaviorTask, TaskTrial
-from understudy_lab.behavior_suite.teach import make_taught_controller, share_done
+from understudy_lab.behavior_suite.task import BehaviorTask, TaskTrial, make_taught_controller, share_done
 from understudy_lab.teachers.live_teacher import MOST_LOOKS, Expectations, LiveTeacher
 from understudy_lab.teachers.person import KEEP
 from understudy_lab.teachers.teacher import LessonPlan, Situation

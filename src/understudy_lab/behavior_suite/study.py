@@ -16,8 +16,7 @@ from understudy_lab.behavior_suite import (
     wall_following,
     waypoints,
 )
-from understudy_lab.behavior_suite.task import BehaviorTask
-from understudy_lab.behavior_suite.teach import PAPER, WORLDS, row_of
+from understudy_lab.behavior_suite.task import PAPER, WORLDS, BehaviorTask, row_of
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, goals_among
 from understudy_lab.figures import Dots, Panels, by_group
 from understudy_lab.rows import Count, Median, Rows, Value, group_by
@@ -133,7 +132,9 @@ GOALS = (
 
 def goals_of(name: str, summary: Mapping[str, Any]) -> tuple[StudyGoal, ...]:
     """Return each goal of a behavior with the measured median over teachings."""
-    return tuple(goal(summary) for goal in goals_among(lambda found: found, GOALS, f"{_name(name)}: "))
+    return tuple(
+        goal(summary) for goal in goals_among(lambda teachings: teachings, GOALS, f"{_name(name)}: ")
+    )
 
 
 def _goals(teachings: Teachings) -> list[StudyGoal]:
@@ -266,7 +267,7 @@ EXPERIMENT = Study(
             LinePerGroup(
                 "Results by behavior: median [95 % interval of the median] (smallest–largest)",
                 ["behavior"],
-                lambda found: found.paper,
+                lambda teachings: teachings.paper,
                 {
                     "teachings with 95 % success": SUCCEEDS,
                     f"and at {RATIO} of the speed": SUCCEEDS_FAST,
@@ -296,7 +297,7 @@ EXPERIMENT = Study(
             LinePerGroup(
                 "Success criteria and references: a hand-written controller, and a lower bound of the time",
                 ["behavior", "success", "lower bound"],
-                lambda found: found.paper,
+                lambda teachings: teachings.paper,
                 {
                     "hand-written: success": Median("hand.success", percent=True),
                     "its time / bound": Median("hand.of_bound", 2),
@@ -318,9 +319,9 @@ EXPERIMENT = Study(
         ),
         goals=_goals,
         notes=_notes,
-        numbers=lambda found: {
-            "behaviors": {name: summarize_teachings(of) for name, of in found.paper.items()},
-            "live": {name: summarize_teachings(of) for name, of in found.live.items()},
+        numbers=lambda teachings: {
+            "behaviors": {name: summarize_teachings(of) for name, of in teachings.paper.items()},
+            "live": {name: summarize_teachings(of) for name, of in teachings.live.items()},
         },
     ),
     draw=Panels(

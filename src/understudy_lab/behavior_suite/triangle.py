@@ -22,8 +22,8 @@ from understudy_lab.behavior_suite.task import (
     BehaviorTask,
     TaskResult,
     TaskTrial,
-    TurnController,
     alternate_moves,
+    make_turn_controller,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, has_held_for, wrap_signed
@@ -212,7 +212,7 @@ class ExpertTriangle:
     keys: Sequence[ReadingKey] = tuple((what, name) for name in ROBOTS for what in ("range", "bearing"))
 
     def __init__(self, world: World) -> None:
-        self._turning = TurnController(world.agents)
+        self._turning = make_turn_controller(world.agents)
         self._going = np.zeros(world.agents)
         self._to_b = np.zeros(world.agents, np.bool_)
         self._a, self._b = ([ROBOTS.index(BINDINGS[k % 3][of]) for k in range(world.agents)] for of in "AB")

@@ -20,13 +20,12 @@ from understudy_lab.behavior_suite.task import (
     BehaviorTask,
     TaskResult,
     TaskTrial,
-    TurnController,
+    make_turn_controller,
     rover,
 )
 from understudy_lab.behavior_suite.tracks import GroundTruth, Table, count_reached_in_turn, wrap_signed
 from understudy_lab.tasks import forage_teacher
-from understudy_lab.teachers.person import find_bearing, is_beside
-from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 POSTS, LAPS = 4, 2
 THERE_M, LIMIT_S = 0.5, 180.0
@@ -44,30 +43,9 @@ SCENARIO = Scenario(
 )
 
 
-def _underway(screen: SessionView) -> bool:
-    return screen.state == "forward" and abs(find_bearing(screen)) < forage_teacher.ASTRAY
-
-
 GOTO = replace(
     forage_teacher.GOTO,
-    cases=(
-        Situation("posts", {"A": NAMES[0]}, is_beside(1, 1.0, 2.5)),
-        Situation("posts", {"A": NAMES[1]}, is_beside(-1, 1.0, 2.5)),
-        Situation(
-            "posts",
-            {"A": NAMES[2]},
-            is_beside(-1, 3.0, 6.0),
-            _underway,
-            push=PushAway("forward", "rotate_right", 0.8),
-        ),
-        Situation(
-            "posts",
-            {"A": NAMES[3]},
-            is_beside(1, 3.0, 6.0),
-            _underway,
-            push=PushAway("forward", "rotate_left", 0.8),
-        ),
-    ),
+    cases=forage_teacher.RULE.list_cases(("posts", "posts"), NAMES, (1.0, 2.5), (3.0, 6.0)),
 )
 """The plan of GoTo as for foraging, with posts as targets."""
 
@@ -108,7 +86,7 @@ class ExpertWaypoints:
     keys: Sequence[ReadingKey] = tuple((reading, name) for reading in ("range", "bearing") for name in NAMES)
 
     def __init__(self, world: World) -> None:
-        self._turning = TurnController(world.agents)
+        self._turning = make_turn_controller(world.agents)
         self._next = np.zeros(world.agents, np.int64)
 
     def decide(self, percept: Percept) -> Commands:

@@ -11,24 +11,25 @@ decisions agree. Our update also covers the upper levels, flags and time in stat
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from itertools import cycle, islice
 from math import tau
-from statistics import median
-from time import perf_counter
 from typing import Any
 
-from understudy.errors import UnderstudyError
-from understudy.extras import format_install_command
-from understudy.model.automaton import START, Automaton, State
 from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import Binding, Target
-from understudy.model.features import BoundFeature, Feature, FlagFeature
+from understudy.model.features import BoundFeature, Feature
 from understudy.model.library import Kit, Library
-from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.model.value_kinds import Continuous, Toroidal
 from understudy.runtime.interpreter import Interpreter
 from understudy.runtime.link import link
+from understudy_lab.bench.harness import import_peer, medians
+from understudy_lab.tree_builder import (
+    build_automaton,
+    split_below,
+    split_on_flag,
+    split_on_left,
+    split_within,
+)
 
 TICKS, ROUNDS = 2000, 25
 NEAR, AHEAD = 0.4, 0.3
@@ -37,23 +38,22 @@ GOAL_US, GOAL_RATIO = 2.0, 10.0
 
 def run() -> dict[str, Any]:
     """Return medians over rounds in which the two take turns, µs per update and per tick."""
-    theirs = _peer()
+    theirs = PyTreesForager(import_peer("py_trees", "py_trees"))
     rows = readings(TICKS)
     ours = interpreter()
-    ours_us: list[float] = []
-    theirs_us: list[float] = []
-    for _ in range(ROUNDS + 1):
+
+    def run_ours() -> None:
         ours.start(0.0)
-        began = perf_counter()
         pulse = ours.pulse
         for tick, row in enumerate(rows):
             pulse(row, tick * 0.1)
-        ours_us.append((perf_counter() - began) / TICKS * 1e6)
-        began = perf_counter()
+
+    def run_theirs() -> None:
         for row in rows:
             theirs.tick(row)
-        theirs_us.append((perf_counter() - began) / TICKS * 1e6)
-    pulse_us, tick_us = median(ours_us[1:]), median(theirs_us[1:])
+
+    taken_ms = medians(ROUNDS, ours=run_ours, theirs=run_theirs)
+    pulse_us, tick_us = (taken_ms[f"{who}_ms"] / TICKS * 1e3 for who in ("ours", "theirs"))
     return {
         "levels": len(ours.path),
         "path": list(ours.path),
@@ -73,49 +73,47 @@ def interpreter() -> Interpreter:
     angle = Feature("angle_to", Toroidal(), "bearing", of="A")
     stored = Feature("food_stored", Continuous(), "food_stored")
     a = Binding(A="A")
-    goto = Automaton(
+    readings = {
+        "range": BoundFeature(distance, a),
+        "bearing": BoundFeature(angle, a),
+        "stored": BoundFeature(stored),
+    }
+    toward = split_within("bearing", AHEAD, "forward", split_on_left("bearing", "left", "right"))
+    steer = split_below("range", NEAR, "done", toward)
+    turns = ("forward", "left", "right")
+    goto = build_automaton(
         "goto",
-        (START, *(State(name, name) for name in ("forward", "left", "right")), State("done", flag="done")),
-        (BoundFeature(distance, a), BoundFeature(angle, a)),
-        ("A",),
-        transitions=dict.fromkeys(("start", "forward", "left", "right"), _steer()),
+        dict.fromkeys(("start", *turns), steer),
+        readings=readings,
+        flags=("done",),
+        basics=turns,
+        parameters=("A",),
     )
-    done = BoundFeature(FlagFeature("done"))
-    arrived = Tree((Node(TestKind.LABEL, 0, branches=(1, 2)), make_leaf(1), make_leaf(2)))
-    enough = Tree((Node(TestKind.BELOW, 1, high=5.0, yes=1, no=2), make_leaf(2), make_leaf(3)))
-    harvest = Automaton(
+    harvest = build_automaton(
         "harvest",
-        (START, State("goto", "goto", Binding(A="food")), State("load", "load"), State("done", flag="done")),
-        (done, BoundFeature(stored)),
-        transitions={"start": Tree((make_leaf(1),)), "goto": arrived, "load": enough},
+        {
+            "start": "goto",
+            "goto": split_on_flag("done", "load", "goto"),
+            "load": split_below("stored", 5.0, "load", "done"),
+        },
+        readings=readings,
+        runs={"goto": "goto", "load": "load"},
+        flags=("done",),
+        bindings={"goto": Binding(A="food")},
     )
-    forage = Automaton(
+    arrived = split_on_flag("done", "rest", "harvest")
+    forage = build_automaton(
         "forage",
-        (START, State("harvest", "harvest"), State("rest", "load")),
-        (done, BoundFeature(stored)),
-        transitions={"start": Tree((make_leaf(1),)), "harvest": arrived, "rest": arrived},
+        {"start": "harvest", "harvest": arrived, "rest": arrived},
+        readings=readings,
+        runs={"harvest": "harvest", "rest": "load"},
     )
-    basics = [Behavior(name, Command()) for name in ("forward", "left", "right", "load")]
+    basics = [Behavior(name, Command()) for name in (*turns, "load")]
     kit = Kit.from_parts(distance, angle, stored, *basics, Target("food"))
     return Interpreter(link(Library.from_automata(kit, goto, harvest, forage), "forage"))
 
 
-def _steer() -> Tree:
-    """Return a tree: done when near, else forward when the target is ahead, left or right when it is not."""
-    return Tree(
-        (
-            Node(TestKind.BELOW, 0, high=NEAR, yes=1, no=2),
-            make_leaf(4),
-            Node(TestKind.ARC, 1, low=tau - AHEAD, high=AHEAD, yes=3, no=4),
-            make_leaf(1),
-            Node(TestKind.BELOW, 1, high=tau / 2, yes=5, no=6),
-            make_leaf(2),
-            make_leaf(3),
-        )
-    )
-
-
-class _PyTreesForager:
+class PyTreesForager:
     """The same decisions as a behavior tree of py_trees."""
 
     def __init__(self, trees: Any) -> None:
@@ -156,16 +154,6 @@ class _PyTreesForager:
         """Run one tick on one set of sensor values."""
         self.row = row
         self._tree.tick()
-
-
-def _peer() -> _PyTreesForager:
-    try:
-        return _PyTreesForager(import_module("py_trees"))
-    except ImportError:
-        raise UnderstudyError(
-            "the comparison needs py_trees, which is not installed; "
-            f"install it with: {format_install_command('bench')}"
-        ) from None
 
 
 def readings(count: int) -> list[tuple[float, ...]]:

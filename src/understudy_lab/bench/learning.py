@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
-from statistics import median
+from itertools import cycle
 from time import perf_counter
 from typing import Any
 
@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from understudy.addons.checks.verification.check_library import check_library
 from understudy.coaching.give_advice import give_advice
 from understudy.coaching.reasons_to_ask import UncertaintyModel
-from understudy.errors import UnderstudyError
-from understudy.extras import format_install_command
 from understudy.judging.lesson_replay import replay_lesson
 from understudy.learning.change_attribution import attribute_condition_changes
 from understudy.learning.explain import explain
@@ -29,12 +27,15 @@ from understudy.learning.tree_growth import compile_tree_kernels, grow_tree
 from understudy.model.automaton import START, Automaton, State
 from understudy.model.diff import diff_automata
 from understudy.model.features import BoundFeature, Feature
+from understudy.model.learner_options import LearnerOptions
 from understudy.model.lesson import Example, ExampleKind, Lesson, ReadingLog
-from understudy.model.library import TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton
 from understudy.model.value_kinds import BOOLEAN, TAU, Continuous, Kind, Toroidal
+from understudy.sim.forage import FORAGE_KIT, Forage
+from understudy.training.lesson_design import new_lesson
 from understudy.training.reaction_time import estimate_reaction_time
-from understudy_lab.bench import live_press
-from understudy_lab.bench.live_press import make_live_session, press_repeatedly
+from understudy.training.session import Session
+from understudy_lab.bench.harness import import_peer, medians
 from understudy_lab.forage.teach import teach
 
 Data = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -54,13 +55,7 @@ def run() -> dict[str, Any]:
     uses the faster of its criteria. `as_fast` compares arrays with arrays, `as_fast_from_lesson` a lesson
     with arrays.
     """
-    try:
-        peer = import_module("sklearn.tree").DecisionTreeClassifier
-    except ImportError:
-        raise UnderstudyError(
-            "the comparison needs scikit-learn, which is not installed; "
-            f"install it with: {format_install_command('bench')}"
-        ) from None
+    peer = import_peer("sklearn.tree", "scikit-learn").DecisionTreeClassifier
     began = perf_counter()
     compile_tree_kernels()
     first_call_ms = (perf_counter() - began) * 1e3
@@ -100,17 +95,6 @@ def run() -> dict[str, Any]:
         "goals": goals,
         "passed": all(size["as_fast"] for size in sizes) and all(goal["passed"] for goal in goals),
     }
-
-
-def medians(repeats: int, **measured: Callable[[], object]) -> dict[str, float]:
-    """Return the median time of each function in ms; they take turns, after one uncounted turn."""
-    times: dict[str, list[float]] = {name: [] for name in measured}
-    for _ in range(repeats + 1):
-        for name, call in measured.items():
-            began = perf_counter()
-            call()
-            times[name].append((perf_counter() - began) * 1e3)
-    return {f"{name}_ms": median(taken[1:]) for name, taken in times.items()}
 
 
 def continuous(count: int, *, noise: float, seed: int = 0) -> Data:
@@ -228,6 +212,47 @@ def looks(lesson: Lesson) -> Mapping[str, Callable[[], object]]:
     }
 
 
+PRESS_GOAL_MS = 10.0
+FEATURES = ("distance_to(nearest_food)", "angle_to(nearest_food)", "food_stored", "food_below_me")
+NAMES = {"go": "forward", "left": "rotate_left", "right": "rotate_right"}
+"""The states of the world by those of the lesson that is measured."""
+
+
+def make_live_session(lesson: Lesson) -> Session:
+    """Return a session that is taught live in the foraging world, with the examples of `lesson`."""
+    library = Library(FORAGE_KIT)
+    here = new_lesson(
+        library,
+        "goto",
+        states=list(NAMES.values()),
+        flags=["done"],
+        features=FEATURES,
+        options=LearnerOptions(live=True),
+    )
+    examples = tuple(
+        replace(
+            each,
+            state=NAMES.get(each.state, each.state),
+            next=NAMES.get(each.next, each.next),
+            moment=None,
+            window=0,
+        )
+        for each in lesson.examples
+    )
+    return Session(Forage([0]), library, replace(here, examples=examples))
+
+
+def press_repeatedly(session: Session) -> Callable[[], None]:
+    """Return a function that presses another state each time, and runs the tick that learns and decides."""
+    states = cycle(NAMES.values())
+
+    def press() -> None:
+        session.direct(next(states))
+        session.tick()
+
+    return press
+
+
 def check_repeatedly() -> Callable[[], None]:
     """Return a function that checks the automata of a taught forager until it has checked `CHECKED`."""
     library = teach(901).library
@@ -264,7 +289,7 @@ def run_looks(*, rounds: int = ROUNDS) -> dict[str, Any]:
     asked[PRESS] = press_repeatedly(make_live_session(lesson))
     asked[CHECK] = check_repeatedly()
     taken = medians(rounds, **asked)
-    special = {PRESS: live_press.GOAL_MS, CHECK: CHECK_GOAL_MS}
+    special = {PRESS: PRESS_GOAL_MS, CHECK: CHECK_GOAL_MS}
     goals = {what: special.get(what, GOAL_MS) for what in asked}
     rows = [
         {"what": what, "ms": ms, "goal_ms": goal, "passed": ms <= goal}

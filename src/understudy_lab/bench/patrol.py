@@ -16,9 +16,17 @@ from understudy.model.library import Library
 from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, make_team
-from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, speed
-from understudy_lab.bench.understudy_case import UnderstudyCase
+from understudy.sim.team.libraries import Libraries, collect_libraries
+from understudy_lab.bench.harness import (
+    BenchCase,
+    BenchGoal,
+    Row,
+    TeamCase,
+    UnderstudyCase,
+    measure,
+    result,
+    speed,
+)
 from understudy_lab.tree_builder import (
     TreeBranch,
     TreeTest,
@@ -120,29 +128,12 @@ def make_libraries() -> Libraries:
     return collect_libraries(scenario(), library(), lambda name, kit: Library.from_automata(kit, lead()))
 
 
-class CoordinatedPatrol:
-    """One world whose robots have a coordinator."""
-
-    robots = ROBOTS
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        """Restore the start."""
-        self.team = make_team(scenario(), [0], make_libraries(), {"patrol": ("lead", {})})
-
-    def run(self, ticks: int) -> None:
-        """Run the given number of ticks."""
-        self.team.run(ticks)
-
-
 def cases() -> list[BenchCase]:
     """Return the cases: one world on one thread, and many on two."""
     made = scenario(), library(), "patrol"
     return [
         BenchCase(ONE, partial(UnderstudyCase, *made), 1, 10 * TICKS),
-        BenchCase(LED, CoordinatedPatrol, 1, 10 * TICKS),
+        BenchCase(LED, partial(TeamCase, scenario(), make_libraries(), {"patrol": "lead"}), 1, 10 * TICKS),
         BenchCase(MANY, partial(UnderstudyCase, *made, worlds=WORLDS, threads=2), 2, TICKS),
     ]
 

@@ -14,7 +14,7 @@ from understudy.model.behaviors import Behavior, Command
 from understudy.model.binding import NOTHING_BOUND
 from understudy.runtime.body import Channel
 from understudy.runtime.link import GroundBehavior
-from understudy_lab.bench.learning import medians
+from understudy_lab.bench.harness import medians
 
 TICKS, TICK_S, BEHAVIORS = 72_000, 0.05, 10
 STAY_TICKS = 40

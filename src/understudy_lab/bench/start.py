@@ -83,7 +83,7 @@ Times = dict[str, float]
 
 def run() -> dict[str, Any]:
     """Measure every case in turns; return medians and ranges in s, and which goals were reached."""
-    found: dict[tuple[str, str], list[float]] = {}
+    times_by_case: dict[tuple[str, str], list[float]] = {}
     with TemporaryDirectory() as scratch:
         folder = Path(scratch)
         full = folder / "full"
@@ -93,21 +93,21 @@ def run() -> dict[str, Any]:
         for number in range(ROUNDS):
             for cache, kernels in ((EMPTY, folder / f"empty {number}"), (FULL, full)):
                 for case, seconds in _run_round(folder, kernels).items():
-                    found.setdefault((case, cache), []).append(seconds)
+                    times_by_case.setdefault((case, cache), []).append(seconds)
             for peer, (module, code) in PEERS.items():
                 if find_spec(module) is not None:
                     seconds = _run_process([sys.executable, "-c", code], folder, full)
-                    found.setdefault((peer, ""), []).append(seconds)
+                    times_by_case.setdefault((peer, ""), []).append(seconds)
     results = [
         {"case": case, "cache": cache, "s": median(times), "least_s": min(times), "most_s": max(times)}
-        for (case, cache), times in found.items()
+        for (case, cache), times in times_by_case.items()
     ]
     goals = [
         {
             "what": f"{case}, {cache} cache",
             "most": most,
-            "value": median(found[case, cache]),
-            "passed": median(found[case, cache]) <= most,
+            "value": median(times_by_case[case, cache]),
+            "passed": median(times_by_case[case, cache]) <= most,
         }
         for case, cache, most in GOALS
     ]

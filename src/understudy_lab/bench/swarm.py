@@ -8,12 +8,20 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from understudy.sim.team.libraries import make_team
 from understudy_lab.bench import standard_task
 from understudy_lab.bench.handwritten_baseline import HandwrittenBaseline
-from understudy_lab.bench.harness import BenchCase, BenchGoal, Row, measure, result, seconds, speed
+from understudy_lab.bench.harness import (
+    BenchCase,
+    BenchGoal,
+    Row,
+    TeamCase,
+    UnderstudyCase,
+    measure,
+    result,
+    seconds,
+    speed,
+)
 from understudy_lab.bench.mesa_case import MesaBase
-from understudy_lab.bench.understudy_case import UnderstudyCase
 from understudy_lab.bench.vmas_case import VmasBase
 from understudy_lab.tasks.swarm_world import EACH, SWARM, make_expert_libraries, of_platoons
 
@@ -47,7 +55,7 @@ def groups() -> list[list[BenchCase]]:
             BenchCase(MESA_TREE, partial(MesaBase, 10_000, kd_tree=True), 1, 2),
         ],
         [
-            _base_each(1_000, threads=2),
+            _base(ROBOTS_PER_WORLD, threads=2, worlds=1_000),
             BenchCase(VMAS_EACH, partial(VmasBase, ROBOTS_PER_WORLD, worlds=1_000, threads=2), 2, 10),
         ],
         [
@@ -59,17 +67,17 @@ def groups() -> list[list[BenchCase]]:
     ]
 
 
+def make_full_case(robots: int, *, threads: int) -> UnderstudyCase:
+    """Make robots that run the full task."""
+    scenario, library = standard_task.make_full_scenario(robots), standard_task.make_full_library()
+    return UnderstudyCase(scenario, library, standard_task.FULL, threads=threads)
+
+
 def _full(robots: int, *, ticks: int) -> list[BenchCase]:
     library = standard_task.make_full_library()
     cases = []
     for threads in (1, 2):
-        ours = partial(
-            UnderstudyCase,
-            standard_task.make_full_scenario(robots),
-            library,
-            standard_task.FULL,
-            threads=threads,
-        )
+        ours = partial(make_full_case, robots, threads=threads)
         by_hand = partial(
             HandwrittenBaseline, robots, library, standard_task.FULL, sonar=True, threads=threads
         )
@@ -77,21 +85,10 @@ def _full(robots: int, *, ticks: int) -> list[BenchCase]:
     return cases
 
 
-def _base(robots: int, *, threads: int) -> BenchCase:
-    ours = partial(
-        UnderstudyCase,
-        standard_task.make_base_scenario(robots),
-        standard_task.make_base_library(),
-        standard_task.BASE,
-        threads=threads,
-    )
-    return BenchCase(BASE, ours, threads, standard_task.TICKS)
-
-
-def _base_each(worlds: int, *, threads: int) -> BenchCase:
-    scenario, library = standard_task.make_base_scenario(ROBOTS_PER_WORLD), standard_task.make_base_library()
+def _base(robots: int, *, threads: int, worlds: int = 1) -> BenchCase:
+    scenario, library = standard_task.make_base_scenario(robots), standard_task.make_base_library()
     ours = partial(UnderstudyCase, scenario, library, standard_task.BASE, worlds=worlds, threads=threads)
-    return BenchCase(BASE_EACH, ours, threads, standard_task.TICKS)
+    return BenchCase(BASE if worlds == 1 else BASE_EACH, ours, threads, standard_task.TICKS)
 
 
 def _base_by_hand(robots: int) -> BenchCase:
@@ -169,12 +166,7 @@ def run_crowding(robots: int = CROWDING_ROBOTS, ticks: int = standard_task.CROWD
     `slowed` compares the last ten pieces of the crowd, when all robots have arrived, with as many pieces of the full
     task at the same time; `slowed_in_all` compares everything.
     """
-    spread = UnderstudyCase(
-        standard_task.make_full_scenario(robots),
-        standard_task.make_full_library(),
-        standard_task.FULL,
-        threads=CROWDING_THREADS,
-    )
+    spread = make_full_case(robots, threads=CROWDING_THREADS)
     crowd = UnderstudyCase(
         standard_task.make_crowded_scenario(robots),
         standard_task.make_full_library(standard_task.CROWD),
@@ -221,19 +213,9 @@ MOST_BYTES = 1000.0
 
 def run_million(robots: int = MILLION_ROBOTS, ticks: int = TICKS) -> Row:
     """Run the full task with a million robots; memory is the process's peak less its use before the world was made."""
-    UnderstudyCase(
-        standard_task.make_full_scenario(1_000),
-        standard_task.make_full_library(),
-        standard_task.FULL,
-        threads=MILLION_THREADS,
-    ).run(5)  # compiles
+    make_full_case(1_000, threads=MILLION_THREADS).run(5)  # compiles
     before = measure_memory()
-    subject = UnderstudyCase(
-        standard_task.make_full_scenario(robots),
-        standard_task.make_full_library(),
-        standard_task.FULL,
-        threads=MILLION_THREADS,
-    )
+    subject = make_full_case(robots, threads=MILLION_THREADS)
     subject.run(1)
     speed = robots * ticks / seconds(subject, ticks)
     row = {
@@ -272,34 +254,21 @@ def measure_peak_memory() -> int:
 
 TASK, PLATOONS, LARGE, SQUAD_ROUNDS = "three levels of squads", 8, 400, 5
 AT_WORK = 150
+"""The tick of a round's begin, at which all robots work, after the ten seconds in which they spread out."""
 HERTZ, TIMES = 10, 10
 """The ticks per simulated second, and the goal for the speed relative to real time."""
 
 
-class SwarmCase:
-    """A number of platoons under their coordinators."""
-
-    def __init__(self, platoons: int) -> None:
-        self.robots = EACH * platoons
-        self._world = of_platoons(platoons)
-        self.reset()
-
-    def reset(self) -> None:
-        """Restore the state in which all robots work, after the ten seconds in which they spread out."""
-        self.team = make_team(self._world, [0], make_expert_libraries(), {SWARM: ("swarm_work", {})})
-        self.team.run(AT_WORK)
-
-    def run(self, ticks: int) -> None:
-        """Run the given number of ticks."""
-        self.team.run(ticks)
-
-
 def make_squad_cases() -> list[BenchCase]:
     """Return the cases: the built-in swarm, and ten thousand robots."""
-    return [
-        BenchCase(TASK, partial(SwarmCase, PLATOONS), 1, 1_000),
-        BenchCase(TASK, partial(SwarmCase, LARGE), os.cpu_count() or 1, 200),
-    ]
+    threads, ticks = {PLATOONS: 1, LARGE: os.cpu_count() or 1}, {PLATOONS: 1_000, LARGE: 200}
+    makers = {
+        platoons: partial(
+            TeamCase, of_platoons(platoons), make_expert_libraries(), {SWARM: "swarm_work"}, begins=AT_WORK
+        )
+        for platoons in threads
+    }
+    return [BenchCase(TASK, make, threads[each], ticks[each]) for each, make in makers.items()]
 
 
 SQUAD_GOALS = (

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from understudy_lab.coaching_benefit.coached_teaching import ALONE, COACHED, STEPS, teach
-from understudy_lab.coaching_benefit.tasks import EXERCISES
+from understudy_lab.coaching_benefit.tasks import ALONE, COACHED, EXERCISES, STEPS, teach
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
 from understudy_lab.figures import COLORS, Panels
-from understudy_lab.novices.traits import SUCCESS, draw_traits
+from understudy_lab.novices.novice import SUCCESS, draw_traits
 from understudy_lab.rows import Count, Median, Rows
 from understudy_lab.study import Row, Study, StudyGoal, Task
 from understudy_lab.teachers.live_teacher import LIVE

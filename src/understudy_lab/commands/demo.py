@@ -4,19 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from tempfile import TemporaryFile
+from time import perf_counter
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.live import Live
+from rich.markup import escape
+from rich.padding import Padding
+from rich.table import Table
 
+from understudy.errors import SettingError, UnknownName
+from understudy.model.binding import format_bound_name
+from understudy.model.describe import describe_transitions, list_conditions_by_switch
+from understudy.model.library import Library, TrainedAutomaton
+from understudy.storage.atomic_write import convert_os_errors, write_atomically
+from understudy.storage.library_folder import save_automaton
+from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.options import Json
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from understudy.model.library import Library, TrainedAutomaton
-    from understudy_lab.teachers.teacher import Progress, TeachingCost
-
+from understudy.ui.cli.output import make_console, make_table
+from understudy.viz.automaton_svg import draw_automaton_svg
+from understudy_lab.teachers.teacher import Progress, TeachingCost
 
 TASKS = ("forage", "patrol", "swarm")
 METHODS = ("live", "watched", "paper")
@@ -66,13 +77,6 @@ def demo(
 
     [dim]understudy demo swarm[/]
     """
-    from importlib import import_module
-    from time import perf_counter
-
-    from understudy.errors import SettingError, UnknownName
-    from understudy.ui.cli.json_output import print_json
-    from understudy.ui.cli.output import make_console
-
     if task not in TASKS:
         raise UnknownName(what="task", name=task, where="the demo", known=TASKS)
     if method not in METHODS:
@@ -85,7 +89,7 @@ def demo(
     make_output_folders(folder)
     talk = make_console(err=as_json)
     talk.quiet = as_json
-    module = import_module(f"understudy_lab.commands.demo_{task}")
+    module = import_module(f"understudy_lab.commands.demo_{'forage' if task == TASKS[0] else 'teams'}")
     choice = {"method": method} if task == TASKS[0] else {}
     result = getattr(module, f"demo_{task}")(seed, folder, talk, **choice)
     if as_json:
@@ -94,10 +98,6 @@ def demo(
 
 def make_output_folders(out: Path) -> None:
     """Create the folders for the demo's files, so that an unwritable place fails before the teaching."""
-    from tempfile import TemporaryFile
-
-    from understudy.storage.atomic_write import convert_os_errors
-
     for folder in (out / "library", out / "pictures"):
         with convert_os_errors(
             folder, "making the folder", remedy="name a folder that you may write to with --out"
@@ -109,11 +109,6 @@ def make_output_folders(out: Path) -> None:
 @contextmanager
 def show_progress_table(talk: Console) -> Iterator[Progress]:
     """Show a table of the lessons that is updated while they are taught."""
-    from rich.live import Live
-    from rich.table import Table
-
-    from understudy.ui.cli.output import make_table
-
     lessons: dict[str, tuple[str, TeachingCost]] = {}
 
     def drawn() -> Table:
@@ -138,13 +133,6 @@ def show_progress_table(talk: Console) -> Iterator[Progress]:
 
 def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
     """Print the conditions under which each automaton leaves its states."""
-    from rich.markup import escape
-    from rich.padding import Padding
-    from rich.table import Table
-
-    from understudy.model.binding import format_bound_name
-    from understudy.model.describe import describe_transitions
-
     talk.print(
         "\n[bold]What it learned[/]  [dim]when it leaves each state; read off the examples, nothing else[/]"
     )
@@ -164,11 +152,6 @@ def print_lessons(taught: Sequence[TrainedAutomaton], talk: Console) -> None:
 
 def save_with_graphs(library: Library, folder: Path, pictures: Path) -> list[Path]:
     """Save a library and a graph of each of its automata, and return the paths of the graphs."""
-    from understudy.model.describe import list_conditions_by_switch
-    from understudy.storage.atomic_write import convert_os_errors, write_atomically
-    from understudy.storage.library_folder import save_automaton
-    from understudy.viz.automaton_svg import draw_automaton_svg
-
     for taught in library.taught.values():
         save_automaton(folder, taught)
     graphs = {pictures / f"{name}.svg": taught for name, taught in library.taught.items()}
@@ -204,8 +187,6 @@ def print_numbers(title: str, rows: Mapping[str, str], talk: Console, *, wide: i
 
 def print_next_steps(out: Path, commands: Mapping[str, str], talk: Console) -> None:
     """Print where the files are, and commands to try next."""
-    from rich.markup import escape
-
     library, pictures = out / "library", out / "pictures"
     talk.print(
         f"\n[dim]library[/]  {escape(str(library))}\n[dim]pictures[/] {escape(str(pictures))}", soft_wrap=True

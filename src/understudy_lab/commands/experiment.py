@@ -10,21 +10,27 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from understudy.errors import SettingError, UnderstudyError
+from understudy.jit.settings import compile_on_first_call
 from understudy.learning.tree_growth import compile_tree_kernels as prepare_learner
 from understudy.sim.catalog import compile_world_kernels as prepare_world
+from understudy.sim.catalog import find_scenario
+from understudy.ui.cli.commands.eval import parse_seeds
+from understudy.ui.cli.json_output import print_json
 from understudy.ui.cli.options import Json
-from understudy.ui.cli.output import make_console
-from understudy_lab.study import QUESTIONS, StudyPlan, list_questions
+from understudy.ui.cli.output import make_console, make_table
+from understudy.ui.cli.progress_bar import show_progress
+from understudy_lab import figures, results
+from understudy_lab.results import RowCache, StudyResult, differences, list_uncompared, load_published
+from understudy_lab.runner import Part, find_missing_modules, gather, run, run_on_cluster
+from understudy_lab.study import QUESTIONS, StudyPlan, find_experiment, list_questions
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from understudy.sim.scenario.schema import Scenario
-    from understudy_lab.parts import Part
-    from understudy_lab.results import StudyResult
-    from understudy_lab.row_cache import RowCache
     from understudy_lab.study import Study
 
 
@@ -96,14 +102,6 @@ def experiment(
     [dim]understudy experiment forage --part 2/8[/] on each of 8 computers, then [dim]understudy experiment forage
     --gather[/]
     """
-    from rich.markup import escape
-
-    from understudy.ui.cli.commands.eval import parse_seeds
-    from understudy.ui.cli.json_output import print_json
-    from understudy.ui.cli.output import make_console
-    from understudy_lab.parts import Part, gather
-    from understudy_lab.study import find_experiment
-
     if name == "list":
         _list(as_json=as_json)
         return
@@ -112,7 +110,7 @@ def experiment(
     _refuse_several(part=part, gather=gathers or None, cluster=cluster)
     parameters = _read_parameters(cluster_option or [])
     processes = jobs or os.cpu_count() or 1
-    results: dict[str, dict[str, Any]] = {}
+    reports: dict[str, dict[str, Any]] = {}
     for each in QUESTIONS if name == "all" else [name]:
         study = find_experiment(each)
         try:
@@ -120,7 +118,7 @@ def experiment(
         except UnderstudyError as error:
             if name != "all":
                 raise
-            results[each] = {"skipped": str(error)}
+            reports[each] = {"skipped": str(error)}
             make_console(err=True).print(f"[yellow]Skipped:[/] {escape(str(error))}")
             continue
         folder = (
@@ -128,7 +126,7 @@ def experiment(
         )
         plan = StudyPlan(chosen or (study.seeds[: study.quick] if quick else study.seeds), quick, data)
         if mine is not None:
-            results[each] = _run_part(study, plan, folder, mine, jobs=processes, quiet=as_json)
+            reports[each] = _run_part(study, plan, folder, mine, jobs=processes, quiet=as_json)
             continue
         if cluster is not None:
             _run_on_cluster(study, plan, folder, cluster, parameters, parts=processes, quiet=as_json)
@@ -136,18 +134,16 @@ def experiment(
             gather(study, plan, folder)
         result = _run(study, plan, folder, jobs=processes, quiet=as_json)
         wrong, unknown = _compared(result, study)
-        results[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
+        reports[each] = {"result": result, "wrong": wrong, "uncompared": unknown, "passed": not wrong}
         if not as_json:
             _tell(result, wrong, unknown, folder, make_console())
-    passed = all(each.get("passed", True) for each in results.values())
+    passed = all(each.get("passed", True) for each in reports.values())
     if as_json:
-        print_json(results | {"passed": passed} if name == "all" else results[name])
+        print_json(reports | {"passed": passed} if name == "all" else reports[name])
     raise typer.Exit(0 if passed else 1)
 
 
 def _list(*, as_json: bool) -> None:
-    from understudy.ui.cli.json_output import print_json
-    from understudy.ui.cli.output import make_console, make_table
 
     if as_json:
         rows = [{"name": name, "question": question} for name, question in list_questions().items()]
@@ -189,14 +185,6 @@ def _read_parameters(options: Sequence[str]) -> dict[str, str | int]:
 
 def _prepare(study: Study, *, quiet: bool) -> None:
     """Name optional modules that are missing, and compile kernels."""
-    from rich.markup import escape
-
-    from understudy.jit.settings import compile_on_first_call
-    from understudy.sim.catalog import find_scenario
-    from understudy.ui.cli.output import make_console
-    from understudy_lab.commands.experiment import compile_once
-    from understudy_lab.runner import find_missing_modules
-
     for module, install in find_missing_modules(study).items():
         skipped = f"[yellow]Skipped:[/] what needs {module}, which is not installed: {escape(install)}"
         make_console(err=True).print(skipped)
@@ -209,9 +197,6 @@ def _prepare(study: Study, *, quiet: bool) -> None:
 @contextmanager
 def _open_rows(study: Study, folder: Path, *file_name: str) -> Iterator[RowCache]:
     """Open the rows of an experiment, and say where they stay if the run is interrupted."""
-    from understudy.ui.cli.output import make_console
-    from understudy_lab.row_cache import RowCache
-
     notes = make_console(err=True)
     cache = RowCache(study.name, folder, *file_name)
     if cache.put_aside:
@@ -227,10 +212,6 @@ def _open_rows(study: Study, folder: Path, *file_name: str) -> Iterator[RowCache
 
 def _run(study: Study, plan: StudyPlan, folder: Path, *, jobs: int, quiet: bool) -> StudyResult:
     """Run an experiment and write its result and its figure into the folder."""
-    from understudy.ui.cli.progress_bar import show_progress
-    from understudy_lab import figures, results
-    from understudy_lab.runner import run
-
     with _open_rows(study, folder) as cache:
         _prepare(study, quiet=quiet)
         with show_progress(study.name, quiet=quiet) as report:
@@ -248,14 +229,10 @@ def _run_part(
     study: Study, plan: StudyPlan, folder: Path, part: Part, *, jobs: int, quiet: bool
 ) -> dict[str, Any]:
     """Run one part of an experiment, and say where its rows are."""
-    from understudy.ui.cli.output import make_console
-    from understudy.ui.cli.progress_bar import show_progress
-    from understudy_lab.parts import run_part
-
     with _open_rows(study, folder, part.file_name) as cache:
         _prepare(study, quiet=quiet)
         with show_progress(f"{study.name} {part}", quiet=quiet) as report:
-            rows = run_part(study, plan, part, cache, jobs=jobs, progress=report)
+            rows = run(study, plan, cache, part=part, jobs=jobs, progress=report)
     file = folder / part.file_name
     if not quiet:
         after = f"When all {part.of} parts have ended: understudy experiment {study.name} --gather"
@@ -273,8 +250,6 @@ def _run_on_cluster(
     parts: int,
     quiet: bool,
 ) -> None:
-    from understudy.ui.cli.progress_bar import show_progress
-    from understudy_lab.cluster import run_on_cluster
 
     _prepare(study, quiet=quiet)
     with show_progress(f"{study.name} on {cluster}", quiet=quiet) as report:
@@ -288,8 +263,6 @@ def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[s
 
     Differences are in rows of the same tasks and in goals that were reached; without a published result, in all goals.
     """
-    from understudy_lab.results import differences, list_uncompared, load_published
-
     published = load_published(result.experiment)
     short = [] if published is None else [goal.what for goal in published.findings.misses]
     missed = [
@@ -304,9 +277,6 @@ def _compared(result: StudyResult, experiment: Study) -> tuple[list[str], list[s
 
 
 def _tell(result: StudyResult, wrong: list[str], unknown: list[str], folder: Path, out: Console) -> None:
-    from rich.markup import escape
-
-    from understudy.ui.cli.output import make_table
 
     findings = result.findings
     out.print(f"[bold]{result.question}[/]")

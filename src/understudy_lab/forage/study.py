@@ -13,7 +13,7 @@ from understudy.judging.rollout import measure_success
 from understudy.sim.forage import Forage, make_corner_cases
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units, goals_among
 from understudy_lab.figures import Dots, Panels, by_group
-from understudy_lab.forage.teach import METHODS, WORLDS, summary, teach_and_judge, worlds_of
+from understudy_lab.forage.teach import METHODS, WORLDS, teach_and_judge, worlds_of
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.statistics import spread
 from understudy_lab.study import Row, Study, Task
@@ -29,7 +29,7 @@ REACHED = 0.95
 def work(task: Task) -> Row:
     """Teach one robot, test it in its own unseen worlds, and compare the baseline there with its lower bound."""
     return {
-        **summary(teach_and_judge(task["seed"], method=task["method"])),
+        **teach_and_judge(task["seed"], method=task["method"]),
         "yardstick": measure_expert_ratio(task["seed"]),
     }
 
@@ -61,9 +61,9 @@ def summarize_rows(rows: Rows) -> dict[str, Any]:
     }
 
 
-def write_headline(found: Mapping[str, Rows]) -> str:
+def write_headline(groups: Mapping[str, Rows]) -> str:
     """Return what the watched method and live teaching reach."""
-    watched, live = summarize_rows(found["watched"]), summarize_rows(found[LIVE])
+    watched, live = summarize_rows(groups["watched"]), summarize_rows(groups[LIVE])
     return (
         f"{watched['teachings_reaching_95']} of {watched['of']} taught robots succeed in at least 95 % of "
         f"unseen worlds. They collect {watched['relative_to_expert']['median']:.0%} of the food per second that a "
@@ -74,9 +74,9 @@ def write_headline(found: Mapping[str, Rows]) -> str:
     )
 
 
-def write_bound(found: Mapping[str, Rows]) -> str:
+def write_bound(groups: Mapping[str, Rows]) -> str:
     """Return a note on how far the hand-written controller is from the optimum."""
-    bound = spread(found["watched"].values("yardstick"))
+    bound = spread(groups["watched"].values("yardstick"))
     return (
         f"The hand-written controller takes {bound['median']:.3f} ({bound['min']:.3f} to {bound['max']:.3f}) times "
         "the lower bound of the time for robots that always go to the nearest food (medians over the worlds of a "
@@ -141,13 +141,13 @@ EXPERIMENT = Study(
             ),
         ),
         goals=(
-            *goals_among(lambda found: summarize_rows(found["watched"]), GOALS),
-            *goals_among(lambda found: summarize_rows(found[LIVE]), LIVE_GOALS, "taught live: "),
+            *goals_among(lambda groups: summarize_rows(groups["watched"]), GOALS),
+            *goals_among(lambda groups: summarize_rows(groups[LIVE]), LIVE_GOALS, "taught live: "),
         ),
         notes=(write_bound,),
-        numbers=lambda found: {
-            "methods": {name: summarize_rows(rows) for name, rows in found.items()},
-            "yardstick": spread(found["watched"].values("yardstick")),
+        numbers=lambda groups: {
+            "methods": {name: summarize_rows(rows) for name, rows in groups.items()},
+            "yardstick": spread(groups["watched"].values("yardstick")),
         },
     ),
     draw=Panels(

@@ -36,19 +36,6 @@ METHODS: Mapping[str, Mapping[str, LearnerOptions]] = {LIVE: WATCHED, "watched":
 for GoTo, and the paper's training without them."""
 
 
-@dataclass(frozen=True)
-class JudgedTeaching:
-    """The result of teaching a robot to forage with one seed, and its evaluation in unseen worlds.
-
-    `corners` has the success, from 0 to 1, by the name of a corner case of the paper.
-    """
-
-    seed: int
-    teaching: TeachingResult
-    evaluation: Evaluation
-    corners: Mapping[str, float]
-
-
 def worlds_of(seed: int) -> range:
     """Return the seeds of the unseen worlds of a teaching; no two teachings share one."""
     return range(WORLDS * seed, WORLDS * (seed + 1))
@@ -115,14 +102,6 @@ def judge_corners(library: Library, seed: int) -> dict[str, float]:
     }
 
 
-def teach_and_judge(seed: int, *, method: str = "watched") -> JudgedTeaching:
-    """Teach one robot and evaluate it."""
-    teaching = teach(seed, method=method)
-    return JudgedTeaching(
-        seed, teaching, judge(teaching.library, seed), judge_corners(teaching.library, seed)
-    )
-
-
 def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[RunFrame]:
     """Run a library's Forage in one world until all food is home, and return a frame for each tick."""
     body = Forage([seed])
@@ -135,18 +114,19 @@ def frames_of(library: Library, seed: int, *, limit_s: float = 600.0) -> list[Ru
         engine.tick()
 
 
-def summary(judged: JudgedTeaching) -> dict[str, Any]:
-    """Return the result of one teaching as plain data."""
-    accounts, evaluation = judged.teaching.accounts, judged.evaluation
+def teach_and_judge(seed: int, *, method: str = "watched") -> dict[str, Any]:
+    """Teach one robot and evaluate it; return the result as plain data."""
+    teaching = teach(seed, method=method)
+    accounts, evaluation = teaching.accounts, judge(teaching.library, seed)
     return {
-        "seed": judged.seed,
+        "seed": seed,
         "examples": {name: account.examples for name, account in accounts.items()}
-        | {"total": judged.teaching.examples},
+        | {"total": teaching.examples},
         "presses": sum(account.presses for account in accounts.values()),
         "lessons": sum(account.lessons for account in accounts.values()),
-        "teaching_seconds": round(judged.teaching.seconds, 1),
+        "teaching_seconds": round(teaching.seconds, 1),
         "worlds": len(evaluation.seeds),
         "success": evaluation.success,
         "relative_to_expert": round(evaluation.relative_to_expert, 4),
-        "corner_cases": dict(judged.corners),
+        "corner_cases": judge_corners(teaching.library, seed),
     }

@@ -12,8 +12,15 @@ import numpy as np
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units
 from understudy_lab.figures import COLORS, Panels
 from understudy_lab.forage.teach import WORLDS as JUDGED
-from understudy_lab.hierarchy.learning_curves import WELL, find_first_success, success_at
-from understudy_lab.hierarchy.teach import FORAGING, SERVOING, WORLDS, measure_teaching
+from understudy_lab.hierarchy.teach import (
+    FORAGING,
+    SERVOING,
+    WELL,
+    WORLDS,
+    find_first_success,
+    measure_teaching,
+    success_at,
+)
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.statistics import compute_paired_p
 from understudy_lab.study import ResultTable, Row, Study, Task

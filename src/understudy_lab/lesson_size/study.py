@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import msgspec
 import numpy as np
 
-from understudy_lab.behavior_suite import teach as repertoire
+from understudy_lab.behavior_suite import task as repertoire
 from understudy_lab.behavior_suite.study import FEATS
-from understudy_lab.figures import dots, panels
+from understudy_lab.figures import Panels, dots
 from understudy_lab.forage import teach as forage
 from understudy_lab.hierarchy import teach as hierarchy
 from understudy_lab.lesson_size.robocup import summary
 from understudy_lab.lesson_stats import describe_lesson, lessons_of
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.traits import draw_traits
+from understudy_lab.novices.novice import Novice, draw_traits
+from understudy_lab.rows import Rows
 from understudy_lab.servoing import trials as servoing
 from understudy_lab.statistics import format_median
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyPlan, Task
@@ -27,7 +27,7 @@ from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.teachers.teacher import TeachingResult
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 SEEDS = range(57_100, 57_105)
 ROBOCUP = "RoboCup team"
@@ -204,17 +204,14 @@ def _headline(every: Lessons, team: Row | None) -> str:
     )
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw the examples, tree nodes and seconds of every lesson by source."""
-    figure, axes = panels(3, wide=3.4)
-    for panel, what in zip(axes, ("examples", "nodes", "teaching, s"), strict=True):
-        groups = {name: COUNTED[what](lessons(rows, name)) for name in SOURCES}
-        dots(panel, groups, {"nodes": "nodes of a tree"}.get(what, what))
-        panel.set_yscale("log")
-        panel.yaxis.set_major_formatter("{x:g}")
-        panel.tick_params(axis="x", labelsize=7.5)
-        panel.set_title(what)
-    return figure
+def _draw(axes: Axes, rows: Rows, what: str) -> None:
+    """Draw a counted quantity of every lesson by source."""
+    groups = {name: COUNTED[what](lessons(rows, name)) for name in SOURCES}
+    dots(axes, groups, {"nodes": "nodes of a tree"}.get(what, what))
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.tick_params(axis="x", labelsize=7.5)
+    axes.set_title(what)
 
 
 EXPERIMENT = Study(
@@ -224,6 +221,6 @@ EXPERIMENT = Study(
     tasks=tasks,
     work=work,
     conclude=conclude,
-    draw=draw,
+    draw=Panels([partial(_draw, what=what) for what in ("examples", "nodes", "teaching, s")]),
     worlds=("forage", "soccer"),
 )

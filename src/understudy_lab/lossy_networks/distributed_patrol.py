@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from argparse import ArgumentParser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
@@ -18,7 +18,7 @@ from typing import Any, TextIO
 import msgspec
 import numpy as np
 
-from understudy.addons.robots.fleet import connect_team
+from understudy.addons.robots.fleet import Fleet, connect_team
 from understudy.addons.robots.team_network.agent_process import AgentProcess
 from understudy.addons.robots.team_network.agent_questions import AgentAnswer, AgentQuestion
 from understudy.addons.robots.team_network.load_plan import LoadedTeam, load_team_plan
@@ -28,13 +28,13 @@ from understudy.errors import UnderstudyError
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.team import Team
 from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries
 from understudy.storage.library_folder import save_automaton
 from understudy_lab.lossy_networks.links import LossyLinks
 from understudy_lab.lossy_networks.simulated_robots import TEAM, WORLD
 from understudy_lab.patrol import practice
-from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.teach import PatrolTeaching
-from understudy_lab.patrol.tracks import DOING, OTHER, OWN_HOME, ObjectTrack, OrderedActivity, PatrolTracks
+from understudy_lab.patrol.metrics import count_cycles
+from understudy_lab.patrol.tracks import OTHER, OrderedActivity, PatrolTracks, find_activity, make_tracks
 
 SQUAD = f"{practice.SQUAD}_0"
 ROBOTS = tuple(f"{practice.ROBOT}_{number}" for number in range(1, practice.ROBOTS + 1))
@@ -79,20 +79,25 @@ def simulate(folder: Path, world: int) -> Iterator[None]:
             simulated.wait(20.0)
 
 
-def wait_for(path: Path) -> None:
-    """Wait until a file is there and not empty; raise TimeoutError if it never is."""
+def wait_until(holds: Callable[[], bool], problem: str) -> None:
+    """Wait until a condition holds; raise TimeoutError with the problem if it does not within a minute."""
     until = time.monotonic() + PATIENCE_S
-    while not (path.is_file() and path.stat().st_size):
+    while not holds():
         if time.monotonic() > until:
-            raise TimeoutError(f"{path.name} never came")
+            raise TimeoutError(problem)
         time.sleep(0.05)
 
 
-def save_library(taught: PatrolTeaching, folder: Path) -> None:
+def wait_for(path: Path) -> None:
+    """Wait until a file is there and not empty; raise TimeoutError if it never is."""
+    wait_until(lambda: path.is_file() and path.stat().st_size > 0, f"{path.name} never came")
+
+
+def save_library(libraries: Libraries, folder: Path) -> None:
     """Save what was taught as the library of a team."""
-    for automaton in taught.robots.library.taught.values():
+    for automaton in libraries[practice.ROBOT].taught.values():
         save_automaton(folder, automaton)
-    for automaton in taught.coordinators.library.taught.values():
+    for automaton in libraries[practice.SQUAD].taught.values():
         save_automaton(folder / practice.SQUAD, automaton)
 
 
@@ -180,11 +185,7 @@ def run_apart(folder: Path, library: Path, links: LossyLinks, *, seconds: float)
     """
     agents = AgentsApart(folder, library, links)
     try:
-        until = time.monotonic() + PATIENCE_S
-        while not all(_is_armed(agents.log(name)) for name in ROBOTS):
-            if time.monotonic() > until:
-                raise TimeoutError("the robots were never armed")
-            time.sleep(0.2)
+        wait_until(lambda: all(_is_armed(agents.log(name)) for name in ROBOTS), "the robots were never armed")
         began_s = time.monotonic()
         time.sleep(seconds)
     finally:
@@ -201,14 +202,6 @@ def _is_armed(log: Path) -> bool:
     return bool(lines) and bool(lines[-1]["armed"])
 
 
-def find_activity(duty: Any) -> int:
-    """Find the activity that a duty stands for."""
-    if duty is None:
-        return OTHER
-    target = next(iter(duty[1].values()), None)
-    return DOING.get((duty[0], OWN_HOME if target == "home" else target), OTHER)
-
-
 def read_lines(path: Path) -> list[Any]:
     """Read the lines of a recording; one that was cut off at the end is left out."""
     lines = []
@@ -218,21 +211,13 @@ def read_lines(path: Path) -> list[Any]:
     return lines
 
 
-def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dict[str, list[Any]]:
+def run_together(folder: Path, libraries: Libraries, *, seconds: float) -> dict[str, list[Any]]:
     """Run the patrol in this program for a while, as `understudy robots run` does; return as `run_apart`."""
-    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
     activities: dict[str, list[Any]] = {name: [] for name in ROBOTS}
     with connect_team(folder / TEAM) as fleet, take_precedence():
-        until = time.monotonic() + PATIENCE_S
-        while any(robot.senses.find_missing(robot.now_s) is not None for robot in fleet):
-            if time.monotonic() > until:
-                raise TimeoutError("the simulated robots never came")
-            time.sleep(0.1)
+        wait_for_readings(fleet)
         twin = DigitalTwin(fleet)
-        members = assign_team_members(twin.scenario)
-        team = Team(twin, members, libraries, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
-        ordered = OrderedActivity(team, 1, ["home"])
-        time.sleep(1.0)  # for the watchdogs
+        team, ordered = make_live_team(twin, libraries)
         fleet.arm(PERSON)
         began = due = looks_s = time.monotonic()
         while time.monotonic() - began < seconds:
@@ -251,47 +236,55 @@ def run_together(folder: Path, taught: PatrolTeaching, *, seconds: float) -> dic
     return activities
 
 
+def wait_for_readings(fleet: Fleet) -> None:
+    """Wait until each robot sends all readings, and for the watchdogs."""
+    wait_until(
+        lambda: all(robot.senses.find_missing(robot.now_s) is None for robot in fleet),
+        "the simulated robots never came",
+    )
+    time.sleep(1.0)
+
+
+def make_live_team(twin: DigitalTwin, libraries: Libraries) -> tuple[Team, OrderedActivity]:
+    """Make the team that decides for robots in this program, and what tells the activity of each."""
+    members = assign_team_members(twin.scenario)
+    team = Team(twin, members, libraries, {practice.SQUAD: (BEHAVIOR, {})}, makes=Engine, seeds=(0,))
+    return team, OrderedActivity(team, 1, ["home"])
+
+
 def measure_cycles(folder: Path, activities: dict[str, list[Any]]) -> dict[str, Any]:
     """Return the cycles and captures in a recorded world."""
-    tracks = _make_tracks(read_lines(folder / WORLD), activities)
-    ended = list(cycles(tracks))
+    tracks = _read_tracks(folder, activities)
     return {
         "minutes": round(tracks.ticks * tracks.tick_s / 60.0, 2),
         "tick_s": round(tracks.tick_s, 4),
-        "cycles": len(ended),
-        "complete": sum(each.complete for each in ended),
-        "captures": len(captures(tracks)),
-        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in ended],
+        **count_cycles(tracks),
     }
 
 
-def _make_tracks(lines: list[Any], activities: dict[str, list[Any]]) -> PatrolTracks:
+def _read_tracks(folder: Path, activities: dict[str, list[Any]]) -> PatrolTracks:
     begins = max(done[0][0] for done in activities.values())
     ends = min(done[-1][0] for done in activities.values())
-    lines = [line for line in lines if begins <= line["at_s"] <= ends]
+    lines = [line for line in read_lines(folder / WORLD) if begins <= line["at_s"] <= ends]
     at_s = np.array([line["at_s"] for line in lines])
-    doing = np.full((len(lines), 1, len(ROBOTS)), OTHER, np.int8)
+    doing = np.full((len(lines), len(ROBOTS)), OTHER, np.int8)
     for row, name in enumerate(ROBOTS):
         done = activities[name]
         times = np.array([each[0] for each in done])
         last = np.searchsorted(times, at_s, "right") - 1
         fresh = at_s - times[last] < FRESH_S
-        doing[:, 0, row] = np.where(fresh, np.array([each[1] for each in done])[last], OTHER)
-    x, y = np.array([line["robots"] for line in lines], np.float32).transpose(2, 0, 1)[:, :, None]
-    never = np.zeros(x.shape, np.bool_)
-    things = {name: np.array([line["objects"][name] for line in lines]) for name in ("intruder", "boss")}
-    intruder, boss = (
-        ObjectTrack(
-            each[:, None, 2] > 0, each[:, None, 0].astype(np.float32), each[:, None, 1].astype(np.float32)
-        )
-        for each in things.values()
+        doing[:, row] = np.where(fresh, np.array([each[1] for each in done])[last], OTHER)
+    things = {
+        name: np.array([line["objects"][name] for line in lines]) for name in ("intruder", "boss", "home")
+    }
+    return make_tracks(
+        float(at_s[-1] - at_s[0]) / (len(lines) - 1),
+        doing,
+        np.array([line["robots"] for line in lines]),
+        intruder=things["intruder"],
+        boss=things["boss"],
+        home=things["home"][-1, :2],
     )
-    home = np.tile(np.array(lines[-1]["objects"]["home"][:2], np.float64), (len(ROBOTS), 1))
-    tick_s = float(at_s[-1] - at_s[0]) / (len(lines) - 1)
-    return PatrolTracks(
-        tick_s, doing, x, y, np.zeros_like(x), never, never, intruder, boss, home,
-        np.array([0], np.intp), np.zeros((1, 0, 3)),
-    )  # fmt: skip
 
 
 PERSON = "a person who looks after it"

@@ -23,13 +23,13 @@ from understudy.runtime.agents.local_team import LocalTeam
 from understudy.runtime.agents.network import Fate, LocalNetwork, deliver_at_once
 from understudy.runtime.agents.team_plan import TeamPlan
 from understudy.sim.team.assignment import assign_team_members
+from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
-from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR, find_activity
-from understudy_lab.patrol import practice
+from understudy_lab.lossy_networks.distributed_patrol import ALONE, BEHAVIOR
+from understudy_lab.patrol import metrics, practice
 from understudy_lab.patrol.evaluate import TICKS, worlds_of
-from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.teach import PatrolTeaching, teach
-from understudy_lab.patrol.tracks import PatrolTracks, record_tracks
+from understudy_lab.patrol.practice import teach
+from understudy_lab.patrol.tracks import PatrolTracks, find_activity, record_tracks
 
 SEEDS = range(67_000, 67_004)
 """The teachings, which are those of the experiment."""
@@ -58,12 +58,12 @@ def make_lossy_fate(seed: int) -> Fate:
     return lambda sender, receiver, step: [] if draws.random() < LOSS else [draws.choice(TICKS_LATE)]
 
 
-def make_agents(taught: PatrolTeaching, world: World, fate: Fate = deliver_at_once) -> LocalTeam:
+def make_agents(libraries: Libraries, world: World, fate: Fate = deliver_at_once) -> LocalTeam:
     """Make the agents of a taught patrol in a world; any of them may lead."""
     tree = assign_team_members(world.scenario)
     plan = TeamPlan(
         tree,
-        {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library},
+        libraries,
         {practice.SQUAD: (BEHAVIOR, {}), practice.ROBOT: (ALONE, {})},
         readings=dict.fromkeys(tree.types, world.readings),
         targets=world.targets,
@@ -89,14 +89,13 @@ def _find_ordered(robot: Agent) -> int:
 
 def count_cycles(seed: int, loses: bool, worlds: int = WORLDS, ticks: int = TICKS) -> CycleCount:
     """Teach a patrol, let its agents patrol in unseen worlds, and count their cycles."""
-    taught, counts = teach(seed), []
+    libraries, counts = teach(seed).libraries, []
     for number in worlds_of(seed)[:worlds]:
         world = World(practice.scenario(), [number])
-        team = make_agents(taught, world, make_lossy_fate(number) if loses else deliver_at_once)
-        tracks = watch_agents(team, world, ticks)
-        ended = list(cycles(tracks))
-        complete, open_ = sum(each.complete for each in ended), sum(np.isnan(each.seconds) for each in ended)
-        counts.append(CycleCount(len(ended), complete, int(open_), len(captures(tracks))))
+        team = make_agents(libraries, world, make_lossy_fate(number) if loses else deliver_at_once)
+        cycles = metrics.count_cycles(watch_agents(team, world, ticks))
+        never_ended = cycles["cycle_s"].count(None)
+        counts.append(CycleCount(cycles["cycles"], cycles["complete"], never_ended, cycles["captures"]))
     return add_counts(counts)
 
 

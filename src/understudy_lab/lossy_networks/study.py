@@ -25,7 +25,7 @@ from understudy_lab.lossy_networks.distributed_patrol import (
     simulate,
 )
 from understudy_lab.lossy_networks.links import NONE, Loss, LossyLinks, find_obstacle
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import teach
 from understudy_lab.rows import Rows, group_by_arm
 from understudy_lab.study import ResultTable, Row, Study, StudyPlan, Task
 
@@ -52,15 +52,15 @@ def work(task: Task) -> Row:
     """Teach a patrol, and run it in the same unseen world over each of the networks; refuse where that cannot be."""
     check_machine()
     seed = task["seed"]
-    taught = teach(seed)
+    libraries = teach(seed).libraries
     row: dict[str, Any] = {}
     for network, loss in NETWORKS.items():
         with TemporaryDirectory() as name:
             folder = Path(name)
-            save_library(taught, folder / "library")
+            save_library(libraries, folder / "library")
             with simulate(folder, seed):
                 if loss is None:
-                    done = run_together(folder, taught, seconds=SECONDS)
+                    done = run_together(folder, libraries, seconds=SECONDS)
                 else:
                     with LossyLinks(MEMBERS, loss, seed=seed) as links:
                         done = run_apart(folder, folder / "library", links, seconds=SECONDS)
@@ -155,7 +155,7 @@ EXPERIMENT = Study(
             )
             for network, wanted in GOALS.items()
         ],
-        numbers=lambda found: {network: _sum(rows) for network, rows in found.items()},
+        numbers=lambda groups: {network: _sum(rows) for network, rows in groups.items()},
     ),
     draw=Panels(
         (

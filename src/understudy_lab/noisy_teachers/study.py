@@ -15,24 +15,22 @@ import numpy as np
 from understudy.learning.mislabels import find_mislabels
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.library import Library, TrainedAutomaton
-from understudy.runtime.body import Body
-from understudy.sim.forage import Forage, make_practice_worlds
 from understudy.training.feature_values import list_steady_readings
 from understudy.training.reaction_time import estimate_reaction_time
 from understudy.training.session import Session
 from understudy_lab.coaching_benefit.tasks import EXERCISES
 from understudy_lab.declaration import Conclusion, Goal, LinePerGroup
 from understudy_lab.figures import COLORS, Panels
-from understudy_lab.noisy_teachers.slipping_person import SlippingPerson
-from understudy_lab.novices.traits import ALIKE, RANGES
+from understudy_lab.forage.teach import make_practice
+from understudy_lab.novices.novice import ALIKE, RANGES
 from understudy_lab.rows import Median, Rows
 from understudy_lab.servoing.trials import search_side
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks.forage_teacher import GOTO
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import Soccer
-from understudy_lab.teachers.person import ReactionTime
-from understudy_lab.teachers.teacher import LessonPlan, Patience, ScriptedTeacher, TeachingCost
+from understudy_lab.teachers.person import ReactionTime, SlippingPerson
+from understudy_lab.teachers.teacher import LessonPlan, MakesBody, Patience, ScriptedTeacher, TeachingCost
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,24 +50,16 @@ IN_A_ROW = 8
 """The number of tries in a row without a correction after which a teacher is content."""
 
 
-@dataclass(frozen=True)
-class NoisyTask:
-    """A task: the lesson plan for a seed, and the practice worlds."""
-
-    topic: Callable[[int], LessonPlan]
-    make: Callable[[str, int], Body]
-
-
-TASKS: Mapping[str, NoisyTask] = MappingProxyType(
+TASKS: Mapping[str, tuple[Callable[[int], LessonPlan], MakesBody]] = MappingProxyType(
     {
-        "goto": NoisyTask(
-            lambda seed: GOTO, lambda practice, world: Forage([world], make_practice_worlds()[practice])
-        ),
-        "servoing": NoisyTask(
-            lambda seed: topics(search_side(seed))["four states"], lambda practice, world: Soccer([world])
+        "goto": (lambda seed: GOTO, make_practice),
+        "servoing": (
+            lambda seed: topics(search_side(seed))["four states"],
+            lambda practice, world: Soccer([world]),
         ),
     }
 )
+"""The lesson plan of each task for a seed, and what makes its practice worlds."""
 
 
 @dataclass
@@ -85,8 +75,8 @@ class NoisyTeaching:
 
 def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
     """Teach until enough tries in a row need no correction, or the teacher gives up."""
-    task, course = TASKS[name], NoisyTeaching()
-    topic = replace(task.topic(seed), tries=IN_A_ROW)
+    (make_topic, make), course = TASKS[name], NoisyTeaching()
+    topic = replace(make_topic(seed), tries=IN_A_ROW)
     draws = np.random.default_rng([seed, 5])
     people: list[SlippingPerson] = []
 
@@ -107,7 +97,7 @@ def teach(name: str, way: str, seed: int, chance: float) -> NoisyTeaching:
 
     ScriptedTeacher(
         Library(EXERCISES[name].kit),
-        task.make,
+        make,
         seed,
         options={topic.name: LearnerOptions(unlearning=way == BY_ITSELF)},
         reaction=ReactionTime(ALIKE.least_s, 0.0, ALIKE.least_s) if way == CLEAN else _late(draws),
@@ -237,9 +227,9 @@ def _headline(groups: Found) -> str:
 
 
 def _goal(chance: float, way: str) -> Goal:
-    def compare(found: Found) -> float:
+    def compare(groups: Found) -> float:
         """Return by how many the corrections exceed the wanted share of those without unlearning."""
-        asked, plain = (_count(found, ("goto", each, chance)) for each in (way, PLAIN))
+        asked, plain = (_count(groups, ("goto", each, chance)) for each in (way, PLAIN))
         if asked is None:
             return inf
         return asked - WANTED * (MOST + 1 if plain is None else plain)
@@ -249,9 +239,9 @@ def _goal(chance: float, way: str) -> Goal:
         compare,
         most=0,
         wanted=f"at most {WANTED:.0%} of those without unlearning",
-        measured=lambda found: (
-            f"{_said(_count(found, ('goto', way, chance)))}; "
-            f"without {_said(_count(found, ('goto', PLAIN, chance)))}"
+        measured=lambda groups: (
+            f"{_said(_count(groups, ('goto', way, chance)))}; "
+            f"without {_said(_count(groups, ('goto', PLAIN, chance)))}"
         ),
     )
 
@@ -307,10 +297,10 @@ EXPERIMENT = Study(
         ),
         goals=[_goal(chance, way) for way in (ASKED, UNHURRIED) for chance in CHANCES],
         notes=_notes,
-        numbers=lambda found: {
+        numbers=lambda groups: {
             f"{name}, {chance:.0%}, {way}": {
-                "needed": _count(found, kind),
-                "end": round(means(found[kind])[-1], 3),
+                "needed": _count(groups, kind),
+                "end": round(means(groups[kind])[-1], 3),
             }
             for name, chance, way in product(TASKS, CHANCES, (CLEAN, *WAYS))
             for kind in [(name, way, 0.0 if way == CLEAN else chance)]

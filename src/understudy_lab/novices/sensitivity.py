@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from understudy_lab.figures import COLORS
-from understudy_lab.novices.success import (
+from understudy_lab.novices.failure_causes import (
     format_succeeding,
     has_succeeded,
     select_unchanged,
     succeeds_everywhere,
     summarize_both_readings,
 )
-from understudy_lab.novices.traits import PARAMETERS
+from understudy_lab.novices.novice import PARAMETERS
 from understudy_lab.rows import Rows
 from understudy_lab.statistics import apply_holm_correction, pairs_differ
 from understudy_lab.study import ResultTable, Row

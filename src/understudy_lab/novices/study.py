@@ -20,17 +20,13 @@ from understudy_lab.novices.failure_causes import (
     FINDS,
     RESTS,
     SWINGS,
+    TRIALS,
     WALKS_ON,
     classify_blind_behavior,
     count_turn_backs,
-    list_blind_states,
-)
-from understudy_lab.novices.novice import Novice
-from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
-from understudy_lab.novices.success import (
-    TRIALS,
     format_succeeding,
     has_succeeded,
+    list_blind_states,
     reaches,
     select_live,
     select_unchanged,
@@ -40,17 +36,19 @@ from understudy_lab.novices.success import (
     summarize_both_readings,
     times,
 )
-from understudy_lab.novices.teach_live import BY_THE_BALL, draw_seed, teach_live
-from understudy_lab.novices.traits import (
+from understudy_lab.novices.novice import (
     MINUTES_S,
     MISTAKES,
     PARAMETERS,
     SITUATIONS,
     SUCCESS,
     UNDERSTOOD,
+    Novice,
     draw_traits,
     make_shared_traits,
 )
+from understudy_lab.novices.sensitivity import FACTORS, SENSITIVITY
+from understudy_lab.novices.teach_live import BY_THE_BALL, draw_seed, teach_live
 from understudy_lab.rows import Count, Median, Rows
 from understudy_lab.statistics import spread
 from understudy_lab.study import Row, Study, StudyPlan, Task

@@ -2,43 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
-from understudy.model.library import Kit, Library
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
+from understudy.sim.team.libraries import Libraries, make_team
 from understudy_lab.declaration import ColumnPerGroup, Goal
 from understudy_lab.lesson_stats import examples_in, lessons_of
 from understudy_lab.patrol.evaluate import TICKS, rounds, worlds_of
 from understudy_lab.patrol.metrics import cycles
-from understudy_lab.patrol.practice import NEVER, SQUAD
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.practice import NEVER, ROBOT, SQUAD, robots_world, teach
 from understudy_lab.patrol.tracks import PatrolTracks, watch
 from understudy_lab.rows import Median, Rows
 from understudy_lab.study import ResultTable, Row, StudyGoal
 from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher
-from understudy_lab.teachers.teacher import Progress, ScriptedTeacher, TeachingResult
+from understudy_lab.teams import TeamCourse, TeamTeaching, make_team_libraries
 
 TOP, BEHAVIOR = "garrison", "guard"
 HOMES = ("home_north", "home_east", "home_south", "home_west")
 """The home of each patrol, in order."""
-
-
-class RegionsTeaching(NamedTuple):
-    """The results of teaching the robots, the coordinators of a patrol, and the coordinator of those."""
-
-    robots: TeachingResult
-    patrols: TeachingResult
-    garrison: TeachingResult
 
 
 @cache
@@ -55,37 +43,23 @@ def make_quiet_scenario() -> Scenario:
     return replace(whole, objects=tuple(objects))
 
 
-def collect_regions_libraries(robots: Library, patrols: Library, top: Library | None = None) -> Libraries:
-    """Return the libraries of all agents; robots and patrols have those taught in the world of one patrol."""
-
-    def squads(name: str, kit: Kit) -> Library:
-        taught = patrols if name == SQUAD else top
-        return Library(kit, {} if taught is None else taught.taught)
-
-    return collect_libraries(scenario(), Library(make_scenario_kit(scenario()), robots.taught), squads)
+COURSE = TeamCourse(
+    scenario,
+    {TOP: patrol_squad_teacher.GUARD_TOPICS},
+    robots_world,
+    lambda: {"on guard": make_quiet_scenario()},
+)
 
 
-def troops(libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Return a function that makes the team on which the coordinator of coordinators is taught."""
-    return lambda practice, seed: make_coordinator_body(make_quiet_scenario(), TOP, libraries, seed=seed)
-
-
-def teach_all(seed: int, *, progress: Progress = lambda name, what, account: None) -> RegionsTeaching:
+def teach_four_patrols(seed: int) -> TeamTeaching:
     """Teach robots and one patrol in the world `patrol`, then the top coordinator in the world of four patrols."""
-    taught = teach(seed, patrol_teacher.TOPICS, patrol_squad_teacher.PATROL_TOPICS, progress=progress)
-    libraries = collect_regions_libraries(taught.robots.library, taught.coordinators.library)
-    teacher = ScriptedTeacher(libraries[TOP], troops(libraries), seed, options={}, progress=progress)
-    return RegionsTeaching(
-        taught.robots, taught.coordinators, teacher.teach(*patrol_squad_teacher.GUARD_TOPICS)
-    )
+    one = teach(seed, {ROBOT: patrol_teacher.TOPICS, SQUAD: patrol_squad_teacher.PATROL_TOPICS})
+    return TeamTeaching({**one.by_sort, **COURSE.teach(seed, taught=one.libraries).by_sort})
 
 
-def make_guarding_team(taught: RegionsTeaching, seeds: Sequence[int]) -> Team:
+def make_guarding_team(libraries: Libraries, seeds: Sequence[int]) -> Team:
     """Make the taught team, with one world per seed."""
-    libraries = collect_regions_libraries(
-        taught.robots.library, taught.patrols.library, taught.garrison.library
-    )
-    return make_team(scenario(), seeds, libraries, {TOP: (BEHAVIOR, {})})
+    return make_team(scenario(), seeds, make_team_libraries(scenario(), libraries), {TOP: (BEHAVIOR, {})})
 
 
 WORLDS = 50
@@ -94,12 +68,11 @@ GOOD = 0.9
 
 def measure_four_patrols(seed: int) -> Row:
     """Teach all agents with one seed and test them in their own unseen worlds."""
-    taught = teach_all(seed)
+    taught = teach_four_patrols(seed)
+    team = make_guarding_team(taught.libraries, worlds_of(seed)[:WORLDS])
     return {
-        "together": summarize_four_patrols(
-            watch(make_guarding_team(taught, worlds_of(seed)[:WORLDS]), TICKS, homes=HOMES)
-        ),
-        "lessons": [*lessons_of(taught.patrols), *lessons_of(taught.garrison)],
+        "together": summarize_four_patrols(watch(team, TICKS, homes=HOMES)),
+        "lessons": [lesson for sort in (SQUAD, TOP) for lesson in lessons_of(taught.by_sort[sort])],
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, tau
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,10 +54,10 @@ def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
 
     A capture on the way home belongs to the open cycle. A cycle that the boss interrupts is not counted.
     """
-    told = tracks.told
-    until = dict.fromkeys(range(told.shape[1]), -1)
+    ordered = tracks.ordered
+    until = dict.fromkeys(range(ordered.shape[1]), -1)
     for world, tick in sorted(captures(tracks)):
-        doing = told[:, world]
+        doing = ordered[:, world]
         since = max(0, tick - 1 - round(CAPTURE_S / tracks.tick_s))
         if tick < until[world] or not (doing[since : tick + 1] == ATTACK).any():
             continue
@@ -72,6 +73,17 @@ def cycles(tracks: PatrolTracks) -> Iterator[PatrolCycle]:
                 yield PatrolCycle(world, tick, float("nan"), float("nan"))
 
 
+def count_cycles(tracks: PatrolTracks) -> dict[str, Any]:
+    """Return the numbers of cycles, complete ones and captures, and the duration of each cycle in s, None if open."""
+    ended = list(cycles(tracks))
+    return {
+        "cycles": len(ended),
+        "complete": sum(each.complete for each in ended),
+        "captures": len(captures(tracks)),
+        "cycle_s": [None if np.isnan(each.seconds) else round(each.seconds, 1) for each in ended],
+    }
+
+
 def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:
     x, y = tracks.home.T
     return float(np.hypot(tracks.x[tick, world] - x, tracks.y[tick, world] - y).max())
@@ -79,7 +91,7 @@ def _farthest(tracks: PatrolTracks, world: int, tick: int) -> float:
 
 def false_homes(tracks: PatrolTracks) -> int:
     """Count how often all robots went home though nothing was captured."""
-    home, count = (tracks.told == HOME).all(axis=2), 0
+    home, count = (tracks.ordered == HOME).all(axis=2), 0
     margin = round((CAPTURE_S + 0.5) / tracks.tick_s)
     for tick, world in np.argwhere(home[1:] & ~home[:-1]):
         there = tracks.intruder.there[max(0, tick - margin) : tick + 1 + margin, world]

@@ -1,14 +1,13 @@
-"""The patrol team, and the practice worlds of its robots and its coordinator."""
+"""The patrol team: the practice worlds of its robots and its coordinator, and how they are taught."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 from msgspec.structs import replace
 
-from understudy.model.library import Library
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
 from understudy.sim.scenario.files import load_scenario
 from understudy.sim.scenario.schema import (
@@ -19,8 +18,11 @@ from understudy.sim.scenario.schema import (
     Scenario,
 )
 from understudy.sim.scenario.squad_schema import CommsSpec
-from understudy.sim.team.libraries import collect_libraries, make_coordinator_body, make_team
+from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
+from understudy_lab.tasks import patrol_squad_teacher, patrol_teacher, patrol_wander_teacher
+from understudy_lab.teachers.teacher import LessonDesign, Situation
+from understudy_lab.teams import TeamCourse, make_team_libraries
 
 ROBOT, SQUAD, ROBOTS = "pioneer", "patrol", 4
 
@@ -40,13 +42,9 @@ def _with(
     whole = scenario()
     return replace(
         whole,
-        objects=tuple(objects.get(each.name, _same)(each) for each in whole.objects),
+        objects=tuple(objects[each.name](each) if each.name in objects else each for each in whole.objects),
         robots=whole.robots if robots is None else (robots,),
     )
-
-
-def _same(thing: ObjectClass) -> ObjectClass:
-    return thing
 
 
 def _never(thing: ObjectClass) -> ObjectClass:
@@ -124,29 +122,64 @@ def robots_world(practice: str, seed: int) -> World:
     return World(practices()[practice], [seed])
 
 
-def squads_library(robots: Library) -> Library:
-    """Return the library with which the coordinator starts."""
-    return collect_libraries(scenario(), robots)[SQUAD]
-
-
-def troops(robots: Library) -> Callable[[str, int], CoordinatorBody]:
-    """Return a function that makes the robots on which the coordinator is taught."""
-    libraries = collect_libraries(scenario(), robots)
-
-    def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(squad_practices()[practice], SQUAD, libraries, seed=seed)
-
-    return make
-
-
-def make_uncoordinated_team(robots: Library, seeds: Sequence[int], behavior: str = "patrol") -> Team:
+def make_uncoordinated_team(libraries: Libraries, seeds: Sequence[int], behavior: str = "patrol") -> Team:
     """Make the team without a coordinator, with one world per seed."""
-    return make_team(scenario(), seeds, collect_libraries(scenario(), robots), {ROBOT: (behavior, {})})
+    robots = make_team_libraries(scenario(), {ROBOT: libraries[ROBOT]})
+    return make_team(scenario(), seeds, robots, {ROBOT: (behavior, {})})
 
 
 def make_coordinated_team(
-    robots: Library, coordinators: Library, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
+    libraries: Libraries, seeds: Sequence[int], behavior: str, radio: CommsSpec = PERFECT
 ) -> Team:
     """Make the team whose coordinator runs a behavior, with one world per seed."""
-    libraries = {ROBOT: robots, SQUAD: coordinators}
     return make_team(replace(scenario(), radio=radio), seeds, libraries, {SQUAD: (behavior, {})})
+
+
+COURSE = TeamCourse(
+    scenario,
+    {ROBOT: patrol_teacher.TOPICS, SQUAD: patrol_squad_teacher.SQUAD_TOPICS},
+    robots_world,
+    squad_practices,
+)
+teach = COURSE.teach
+"""Teach the robots of a patrol and their coordinator."""
+
+
+SERVO = dataclasses.replace(
+    patrol_teacher.SERVO,
+    design=LessonDesign(
+        parameters=["A"],
+        states=["left", "right", "forward_left=forwards", "forward_right=forwards"],
+        features=["blob_x(A)"],
+    ),
+)
+
+ATTACK = dataclasses.replace(
+    patrol_teacher.ATTACK,
+    design=LessonDesign(parameters=["A"], states=["servo(A)"], flags=["done"], features=["blob_size(A)"]),
+    cases=tuple(each for each in patrol_teacher.ATTACK.cases if each.practice in ("alone", "an intruder")),
+)
+
+COLLECTIVE_PATROL = dataclasses.replace(
+    patrol_squad_teacher.COLLECTIVE_PATROL,
+    design=LessonDesign(
+        states=["disperse", "attack=attack(intruder)", "home=attack(home)"],
+        features=["all_done", "someone_done", "someone_sees(intruder)"],
+    ),
+    cases=(
+        Situation("on patrol", enough=lambda screen: screen.state == "disperse" and screen.time_s > 60.0),
+    ),
+)
+
+PAPERS_TOPICS = {
+    ROBOT: (
+        patrol_wander_teacher.DISPERSE,
+        SERVO,
+        ATTACK,
+        patrol_teacher.SCATTER,
+        patrol_teacher.RUN_AWAY,
+        patrol_teacher.PATROL,
+    ),
+    SQUAD: (COLLECTIVE_PATROL, patrol_squad_teacher.DEFER),
+}
+"""The lessons with the features of the paper."""

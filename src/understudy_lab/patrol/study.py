@@ -9,13 +9,17 @@ import numpy as np
 
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, CountGoal, Goal, goals_among
 from understudy_lab.figures import Dots, Panels
-from understudy_lab.lesson_stats import LessonTable, examples_in, lessons_of
-from understudy_lab.live_comparison import LIVE_TEACHINGS, LiveComparison
+from understudy_lab.lesson_stats import LIVE_TEACHINGS, LessonTable, LiveComparison, examples_in, lessons_of
 from understudy_lab.patrol import four_patrols
-from understudy_lab.patrol import teach as paper
-from understudy_lab.patrol.evaluate import WORLDS, measure_patrol, worlds_of
-from understudy_lab.patrol.flat_automaton import SECONDS, make_lone_robot_team, teach_undivided
-from understudy_lab.patrol.teach import teach
+from understudy_lab.patrol.evaluate import (
+    SECONDS,
+    WORLDS,
+    make_lone_robot_team,
+    measure_patrol,
+    teach_undivided,
+    worlds_of,
+)
+from understudy_lab.patrol.practice import PAPERS_TOPICS, ROBOT, teach
 from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.study import Row, Study, StudyPlan, Task
 from understudy_lab.tasks import patrol_teacher
@@ -49,17 +53,17 @@ def work(task: Task) -> Row:
         return _in_one_piece(task["seed"])
     if task["features"] == TOGETHER:
         return four_patrols.measure_four_patrols(task["seed"])
-    topics = (paper.ROBOTS, paper.SQUADS) if task["features"] == PAPERS else ()
-    taught = teach(task["seed"], *topics, method=task.get("method", "watched"))
+    topics = PAPERS_TOPICS if task["features"] == PAPERS else None
+    taught = teach(task["seed"], topics, method=task.get("method", "watched"))
     return {
-        **measure_patrol(taught, worlds_of(task["seed"])),
-        "lessons": [*lessons_of(taught.robots), *lessons_of(taught.coordinators)],
+        **measure_patrol(taught.libraries, worlds_of(task["seed"])),
+        "lessons": [lesson for teaching in taught.by_sort.values() for lesson in lessons_of(teaching)],
     }
 
 
 def _in_one_piece(seed: int) -> dict[str, Any]:
     """Test one robot's Patrol, taught as one automaton and in layers, in the same worlds."""
-    whole, robots = teach_undivided(seed), teach(seed, ALONE, ()).robots
+    whole, robots = teach_undivided(seed), teach(seed, {ROBOT: ALONE}).by_sort[ROBOT]
     return {
         "whole": make_lone_robot_team(whole.library, worlds_of(seed)),
         "layers": make_lone_robot_team(robots.library, worlds_of(seed)),
@@ -219,18 +223,18 @@ EXPERIMENT = Study(
                     ),
                 },
             ),
-            lambda found: LessonTable()(found[OWN]),
-            lambda found: UNDIVIDED_TABLE(found[UNDIVIDED]) if found[UNDIVIDED] else None,
-            lambda found: four_patrols.table(found[TOGETHER]) if found[TOGETHER] else None,
+            lambda rows_by_way: LessonTable()(rows_by_way[OWN]),
+            lambda rows_by_way: UNDIVIDED_TABLE(rows_by_way[UNDIVIDED]) if rows_by_way[UNDIVIDED] else None,
+            lambda rows_by_way: four_patrols.table(rows_by_way[TOGETHER]) if rows_by_way[TOGETHER] else None,
         ),
         goals=(
-            *goals_among(lambda found: found[OWN], GOALS),
-            lambda found: four_patrols.goal(found[TOGETHER]) if found[TOGETHER] else None,
+            *goals_among(lambda rows_by_way: rows_by_way[OWN], GOALS),
+            lambda rows_by_way: four_patrols.goal(rows_by_way[TOGETHER]) if rows_by_way[TOGETHER] else None,
         ),
         notes=_notes,
-        numbers=lambda found: {
-            "teachings": {way: len(rows) for way, rows in _by_features(found).items()},
-            "examples": examples_in(found[OWN]),
+        numbers=lambda rows_by_way: {
+            "teachings": {way: len(rows) for way, rows in _by_features(rows_by_way).items()},
+            "examples": examples_in(rows_by_way[OWN]),
         },
         live=LiveComparison(
             lambda row: examples_in([row])[0],
@@ -245,8 +249,8 @@ EXPERIMENT = Study(
             Dots(
                 "capture, home, disperse",
                 "cycles completed, %",
-                lambda found: {
-                    label: [100 * each for each in found[way].values(of)]
+                lambda rows_by_way: {
+                    label: [100 * each for each in rows_by_way[way].values(of)]
                     for label, way, of in (
                         ("B", OWN, "coordinated.complete"),
                         ("B, bad\nradio", OWN, "bad_radio.complete"),
@@ -258,16 +262,16 @@ EXPERIMENT = Study(
             Dots(
                 "attacking absent intruders",
                 "robot-seconds a minute",
-                lambda found: {
-                    label: [each / (WORLDS * 10.0) for each in found[OWN].values(of)]
+                lambda rows_by_way: {
+                    label: [each / (WORLDS * 10.0) for each in rows_by_way[OWN].values(of)]
                     for label, of in (("A", "alone.residual_s"), ("B", "coordinated.residual_s"))
                 },
             ),
             Dots(
                 "one robot, no coordinator",
                 "rounds an hour",
-                lambda found: {
-                    label: [_count_rounds(row[way]) for row in found[UNDIVIDED]]
+                lambda rows_by_way: {
+                    label: [_count_rounds(row[way]) for row in rows_by_way[UNDIVIDED]]
                     for label, way in (("one\nautomaton", "whole"), ("layers", "layers"))
                 },
             ),

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from understudy.errors import SettingError
 from understudy.model.features import Percept
-from understudy.model.squad import Assignment
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team
 from understudy.sim.world import World
-from understudy_lab.team_runs import world_of
+from understudy_lab.teams import world_of
 
 OTHER, DISPERSE, ATTACK, HOME, RUN_AWAY = range(5)
 OWN_HOME = "(own home)"
@@ -66,7 +65,8 @@ class OrderedActivity:
             activities = self._of_states[_engine(self._team).stacks.state[:, 0]]
         for squads, member, robot in self._reaches:
             ordering = squads.ordering
-            meanings = [[_meaning(duty, home) for home in self._homes] for duty in ordering.duties]
+            orders = [each if each is None else (each.behavior, each.binding) for each in ordering.duties]
+            meanings = [[find_activity(each, home) for home in self._homes] for each in orders]
             meant = np.array(meanings, np.int8)[ordering.heard[member], self._squad[robot]]
             activities[robot] = np.where(meant == OTHER, activities[robot], meant)
         return activities.reshape(self._worlds, -1)
@@ -95,12 +95,12 @@ def _reaches(team: Team) -> Iterator[Reach]:
             robots[id(layer)] = [robot[roster.squad[member] == squad] for squad in range(roster.squads)]
 
 
-def _meaning(duty: Assignment | None, home: str) -> int:
-    """Return the activity that an order stands for, for a robot with this home."""
+def find_activity(duty: tuple[str, Mapping[str, str]] | None, home: str = "home") -> int:
+    """Return the activity that an order, a behavior and its targets, stands for, for a robot with this home."""
     if duty is None:
         return OTHER
-    target = next(iter(duty.binding.values()), None)
-    return DOING.get((duty.behavior, OWN_HOME if target == home else target), OTHER)
+    target = next(iter(duty[1].values()), None)
+    return DOING.get((duty[0], OWN_HOME if target == home else target), OTHER)
 
 
 Bools = NDArray[np.bool_]
@@ -146,7 +146,7 @@ class PatrolTracks:
         return len(self.doing)
 
     @property
-    def told(self) -> NDArray[np.int8]:
+    def ordered(self) -> NDArray[np.int8]:
         """The activity that each squad is ordered to do [T, W, S]."""
         return self.doing[:, :, self.firsts]
 
@@ -211,6 +211,26 @@ def record_tracks(
     return PatrolTracks(
         world.tick_s, doing, x, y, heading, sees, sees_boss, intruder, boss, home, firsts, obstacles
     )
+
+
+def make_tracks(
+    tick_s: float, doing: NDArray[np.int8], places: Floats, *, intruder: Floats, boss: Floats, home: Floats
+) -> PatrolTracks:
+    """Make the tracks of one world in which neither headings nor what robots see was recorded.
+
+    `doing` [T, N] are the activities and `places` [T, N, 2] the positions of the robots; `intruder` and `boss` [T, 3]
+    the position of each and whether it is there, `home` [2] that of the home.
+    """
+    x, y = places.astype(np.float32).transpose(2, 0, 1)[:, :, None]
+    never = np.zeros(x.shape, np.bool_)
+    seen_intruder, seen_boss = (
+        ObjectTrack(each[:, None, 2] > 0, *each[:, None, :2].astype(np.float32).transpose(2, 0, 1))
+        for each in (intruder, boss)
+    )
+    return PatrolTracks(
+        tick_s, doing[:, None], x, y, np.zeros_like(x), never, never, seen_intruder, seen_boss,
+        np.tile(home, (x.shape[2], 1)), np.array([0], np.intp), np.zeros((1, 0, 3)),
+    )  # fmt: skip
 
 
 def _slot(world: World, name: str) -> int:

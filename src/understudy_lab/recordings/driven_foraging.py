@@ -16,10 +16,15 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Library
 from understudy.model.value_kinds import NO, YES
 from understudy.sim.forage import FORAGE_KIT, Forage, make_practice_worlds
-from understudy_lab.forage.teach import judge, teach
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
+from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    learn_from_drive,
+    record_drives,
+)
 from understudy_lab.tasks.forage_teacher import CAPACITY
 
 MOVES = ("forward", "rotate_left", "rotate_right", "load_food", "unload_food")
@@ -185,13 +190,3 @@ def learn_foraging_from_drives(seed: int) -> DrivenLesson:
         library = learned.library
         hits.append(learned.hits)
     return DrivenLesson(reduce(add, hits), library)
-
-
-def teach_foraging_by_presses(seed: int) -> Library:
-    """Teach the same levels by presses, as in the other experiments."""
-    return teach(seed).library
-
-
-def measure_foraging_success(library: Library, seed: int) -> float:
-    """Return the share of unseen worlds in which all food is brought home in time."""
-    return judge(library, seed).success

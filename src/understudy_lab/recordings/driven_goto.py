@@ -18,9 +18,15 @@ from understudy.sim.world import World
 from understudy_lab.behavior_suite.task import rover
 from understudy_lab.behavior_suite.waypoints import GOTO
 from understudy_lab.behavior_suite.waypoints import SCENARIO as POSTS
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
+from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    learn_from_drive,
+    record_drives,
+)
 from understudy_lab.tasks.forage_teacher import WATCHED
 from understudy_lab.teachers.teacher import ScriptedTeacher
 

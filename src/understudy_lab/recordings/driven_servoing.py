@@ -14,10 +14,16 @@ import numpy as np
 from understudy.model.features import Percept, ReadingKey
 from understudy.model.library import Library
 from understudy.runtime.link import link
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
-from understudy_lab.servoing.trials import search_side, teach
+from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    learn_from_drive,
+    record_drives,
+)
+from understudy_lab.servoing.trials import search_side
 from understudy_lab.tasks.servo_teacher import EDGE_PX, EMERGED_PX, THERE_PX
 from understudy_lab.tasks.soccer import MIDDLE_PX, SIZE, Soccer, X, approach_by, kit
 
@@ -91,11 +97,6 @@ def learn_servoing_from_drives(seed: int) -> DrivenLesson:
     hand = draw_stick_settings(seed)
     drive = drive_to_ball(hand, range(1000 * seed, 1000 * seed + DRIVES), search_side(seed))
     return learn_from_drive(drive, hand, Library(kit), "approach", MOVES)
-
-
-def teach_servoing_by_presses(seed: int) -> Library:
-    """Teach the approach to the ball by presses, as in the other experiments."""
-    return teach(seed, METHOD).library
 
 
 def measure_servoing_success(library: Library, seed: int) -> float:

@@ -10,8 +10,12 @@ from understudy.model.features import Percept, ReadingKey
 from understudy.model.learner_options import TreeOptions
 from understudy.model.library import Library
 from understudy_lab.behavior_suite.random_rooms import build_world, room
-from understudy_lab.behavior_suite.task import BehaviorTask
-from understudy_lab.behavior_suite.teach import make_taught_controller, share_done, teach, worlds_of
+from understudy_lab.behavior_suite.task import (
+    BehaviorTask,
+    make_taught_controller,
+    share_done,
+    worlds_of,
+)
 from understudy_lab.behavior_suite.wall_following import (
     AHEAD,
     BLOCKED_M,
@@ -23,9 +27,15 @@ from understudy_lab.behavior_suite.wall_following import (
     WELL_M,
     WIDE_M,
 )
-from understudy_lab.recordings.drive_recording import DriverStep, MeantDrive, record_drives
-from understudy_lab.recordings.driven_lesson import DrivenLesson, learn_from_drive
-from understudy_lab.recordings.stick_driver import StickSettings, draw_stick_settings
+from understudy_lab.recordings.drive_recording import (
+    DrivenLesson,
+    DriverStep,
+    MeantDrive,
+    StickSettings,
+    draw_stick_settings,
+    learn_from_drive,
+    record_drives,
+)
 
 FORWARD, AWAY, NEARER = range(3)
 BESIDE_M = 0.8
@@ -96,11 +106,6 @@ def learn_walls_from_drives(seed: int) -> DrivenLesson:
     task = find_wall_task(seed)
     moves = list_moves(side)
     return learn_from_drive(drive, hand, Library(task.kit), task.behavior, moves, learner=LEARNER)
-
-
-def teach_walls_by_presses(seed: int) -> Library:
-    """Teach wall following on the same side by presses, as in the other experiments."""
-    return teach(find_wall_task(seed), seed).library
 
 
 def measure_wall_success(library: Library, seed: int) -> float:

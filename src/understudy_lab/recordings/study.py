@@ -9,11 +9,14 @@ from types import MappingProxyType
 from typing import Any
 
 from understudy.model.library import Library
+from understudy_lab.behavior_suite.task import teach
 from understudy_lab.declaration import ColumnPerGroup, Conclusion, CountGoal, Goal, goals_among
 from understudy_lab.figures import Dots, Panels, by_value
+from understudy_lab.forage import teach as forage
 from understudy_lab.recordings import driven_foraging, driven_goto, driven_servoing, driven_walls
-from understudy_lab.recordings.driven_lesson import DrivenLesson
+from understudy_lab.recordings.drive_recording import DrivenLesson
 from understudy_lab.rows import Count, Median, Rows, group_by
+from understudy_lab.servoing import trials as servoing
 from understudy_lab.study import Row, Study, StudyPlan, Task
 
 
@@ -56,22 +59,22 @@ BEHAVIORS: Mapping[str, DrivenBehavior] = MappingProxyType(
             "wall following",
             80,
             driven_walls.learn_walls_from_drives,
-            driven_walls.teach_walls_by_presses,
+            lambda seed: teach(driven_walls.find_wall_task(seed), seed).library,
             driven_walls.measure_wall_success,
         ),
         SERVOING: DrivenBehavior(
             "servoing",
             180,
             driven_servoing.learn_servoing_from_drives,
-            driven_servoing.teach_servoing_by_presses,
+            lambda seed: servoing.teach(seed, driven_servoing.METHOD).library,
             driven_servoing.measure_servoing_success,
         ),
         FORAGING: DrivenBehavior(
             "foraging",
             280,
             driven_foraging.learn_foraging_from_drives,
-            driven_foraging.teach_foraging_by_presses,
-            driven_foraging.measure_foraging_success,
+            lambda seed: forage.teach(seed).library,
+            lambda library, seed: forage.judge(library, seed).success,
         ),
     }
 )
@@ -98,11 +101,8 @@ def work(task: Task) -> Row:
     """Drive with one hand, learn from the recordings, teach the same by presses, and test both in the same worlds."""
     behavior, seed = BEHAVIORS[task["behavior"]], task["seed"]
     driven = behavior.learn(seed)
-    scores = driven.hits.score()
     return {
-        "ticks": round(scores.ticks, 4),
-        "answered": round(scores.answered, 4),
-        "switches": round(scores.switches, 4),
+        **{name: round(share, 4) for name, share in driven.hits.score().items()},
         "driven": behavior.measure(driven.library, seed),
         "pressed": behavior.measure(behavior.teach(seed), seed),
     }
@@ -192,9 +192,9 @@ EXPERIMENT = Study(
         notes=(
             "The hand answers to what the driver means 0 to 0.2 s later, so each switch costs as many ticks.",
         ),
-        numbers=lambda found: {
+        numbers=lambda groups: {
             name: {key: round(rows.median(key), 4) for key in MEASURES.values()}
-            for name, rows in found.items()
+            for name, rows in groups.items()
         },
     ),
     draw=Panels(

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from understudy_lab.declaration import Units
-from understudy_lab.figures import COLORS, dots, panels
+from understudy_lab.declaration import ColumnPerGroup, Conclusion, Goal, Units
+from understudy_lab.figures import COLORS, Dots, Panels
 from understudy_lab.lesson_stats import describe_lesson
+from understudy_lab.rows import Count, Median, Rows, group_by
 from understudy_lab.servoing.trials import CASES, HAND, PUSHED, judge, opposite, search_side, teach
-from understudy_lab.statistics import compute_paired_p, format_median, format_share, interval_of_median
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
+from understudy_lab.statistics import compute_paired_p, interval_of_median
+from understudy_lab.study import Row, Study, StudyGoal, Task
 from understudy_lab.tasks.servo_teacher import topics
 from understudy_lab.tasks.soccer import LIMIT_S, POSITIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SEEDS = range(52_000, 52_030)
 TAUGHT = tuple(topics("left"))
@@ -34,6 +35,7 @@ FACED, AWAY, TOWARD, EITHER = (
 )
 SUMMED = (*POSITIONS, FACED, AWAY, TOWARD, EITHER)
 """The conditions that are summarized by a median per automaton, over ten trials each; EITHER has twenty."""
+POSITIONS_AND_PUSHES = (*POSITIONS, EITHER)
 FASTER, SURE, NEAR, FAILING = 1.5, 0.01, 1.2, 0.02
 
 
@@ -99,74 +101,23 @@ def compare_methods(rows: Sequence[Row], what: str, *, with_: str = LOST, to: st
     }
 
 
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize the effect of states in each condition, and the gap to the hand-written robot."""
-    lost, edges = (
-        {what: compare_methods(rows, what, with_=each) for what in SUMMED} for each in (LOST, EDGES)
-    )
-    hand = {what: compare_methods(rows, what, with_=HAND) for what in SUMMED}
-    medians_by_way = {
-        method: {what: round(float(np.median(medians(rows, method, what))), 2) for what in SUMMED}
-        for method in METHODS
+Comparisons = Mapping[str, Mapping[str, Mapping[str, float]]]
+"""The comparisons of each other method with the four states, by condition."""
+
+
+def _compare_all(rows: Rows) -> Comparisons:
+    return {
+        other: {what: compare_methods(rows, what, with_=other) for what in SUMMED} for other in METHODS[1:]
     }
-    seeds = [row["task"]["seed"] for row in rows if row["task"]["method"] == FOUR]
-    return StudyFindings(
-        headline=_headline(medians_by_way, lost, edges, rows),
-        tables=(
-            ResultTable(
-                f"Seconds to within 15 cm of the ball, {len(seeds)} automata taught per method (seeds {seeds[0]} to "
-                f"{seeds[-1]})",
-                ("", *(f"#{method}" for method in METHODS)),
-                [
-                    *(
-                        (what, *(format_median(medians(rows, method, what), 1) for method in METHODS))
-                        for what in SUMMED
-                    ),
-                    ("failed trials", *(_failures(rows, method) for method in METHODS)),
-                    *(
-                        (what, *(_told(rows, method, key) for method in METHODS))
-                        for what, key in COSTS.items()
-                    ),
-                ],
-            ),
-            ResultTable(
-                "Time relative to the four states on the same trials: median over seeds, with its 95 % interval",
-                ("", *(f"#{method}" for method in METHODS[1:])),
-                [(what, *(_compared(each[what]) for each in (lost, edges, hand))) for what in SUMMED],
-            ),
-        ),
-        goals=goals(rows),
-        notes=_notes(rows, lost, edges),
-        numbers={
-            "median_s": medians_by_way,
-            "stateless_relative_to_four_states": lost,
-            "edges_relative_to_four_states": edges,
-            "hand_relative_to_four_states": hand,
-            "failures": {method: count_failures(rows, method)[0] for method in METHODS},
-        },
-    )
 
 
-COSTS = {
-    "examples from presses": "examples",
-    "presses": "presses",
-    "teaching time, s": "seconds",
-    "tree nodes": "nodes",
-}
+def _format_failures(rows: Rows) -> str:
+    count, of = count_failures(rows, rows[0]["task"]["method"])
+    failing = Count(lambda row: count_failures([row], row["task"]["method"])[0] > 0, interval=True)
+    return f"{count} of {of}, by {failing(rows).replace(' (', ' automata (')}"
 
 
-def _told(rows: Sequence[Row], method: str, key: str) -> str:
-    return format_median([row[key] for row in rows if row["task"]["method"] == method and key in row])
-
-
-def _failures(rows: Sequence[Row], method: str) -> str:
-    count, of = count_failures(rows, method)
-    mine = [row for row in rows if row["task"]["method"] == method]
-    failing = format_share(sum(count_failures([row], method)[0] > 0 for row in mine), len(mine))
-    return f"{count} of {of}, by {failing.replace(' (', ' automata (')}"
-
-
-def _compared(comparison: dict[str, float]) -> str:
+def _format(comparison: Mapping[str, float]) -> str:
     return f"×{comparison['ratio']:.2f} ({comparison['low']:.2f}–{comparison['high']:.2f}), {_p(comparison['p'])}"
 
 
@@ -174,21 +125,23 @@ def _p(p: float) -> str:
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
-def _headline(medians_by_way: Any, lost: Any, edges: Any, rows: Sequence[Row]) -> str:
+def _headline(rows: Rows) -> str:
+    lost, edges = (_compare_all(rows)[other] for other in (LOST, EDGES))
+    seconds = [np.median(medians(rows, method, FACED)) for method in (LOST, FOUR)]
     count, of = count_failures(rows, FOUR)
     return (
         "A robot with four states remembers on which side it lost the ball. A stateless policy takes "
-        f"×{lost[FACED]['ratio']:.2f} as long to reach the ball ({medians_by_way[LOST][FACED]:.0f} s instead of "
-        f"{medians_by_way[FOUR][FACED]:.0f} s) if the ball leaves the frame on the side to which the "
-        f"policy does not turn, and ×{lost[AWAY]['ratio']:.2f} as long after a push that way. "
-        "Memory makes no difference if the robot starts "
+        f"×{lost[FACED]['ratio']:.2f} as long to reach the ball ({seconds[0]:.0f} s instead of {seconds[1]:.0f} s) if "
+        "the ball leaves the frame on the side to which the policy does not turn, and "
+        f"×{lost[AWAY]['ratio']:.2f} as long after a push that way. Memory makes no difference if the robot starts "
         f"without seeing the ball (×{lost['ball not visible']['ratio']:.2f}), or compared with a policy that turns "
         f"before the ball is lost (×{edges[FACED]['ratio']:.2f}), unless that robot is pushed "
         f"(×{edges[AWAY]['ratio']:.2f}). {count} of {of} trials with four states fail."
     )
 
 
-def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
+def _notes(rows: Rows) -> tuple[str, ...]:
+    lost, edges = (_compare_all(rows)[other] for other in (LOST, EDGES))
     either, away = (compare_methods(rows, what, to=HAND)["ratio"] for what in (EITHER, AWAY))
     return (
         "In the trials *pushed to either side*, half of the pushes go where the policy turns anyway "
@@ -207,59 +160,46 @@ def _notes(rows: Sequence[Row], lost: Any, edges: Any) -> tuple[str, ...]:
     )
 
 
-def goals(rows: Sequence[Row]) -> tuple[StudyGoal, ...]:
-    """Return each goal of the experiment with the measured value."""
-    judged = []
-    for what in (FACED, AWAY, EITHER):
+def _faster(what: str) -> Callable[[Rows], StudyGoal]:
+    """Return the goal for how much longer the stateless policy takes in a condition."""
+
+    def judge(rows: Rows) -> StudyGoal:
         comparison = compare_methods(rows, what)
-        judged.append(
-            StudyGoal(
-                f"time of the stateless policy (turns when lost) / four states, {what}",
-                f"×{FASTER}, p < {SURE}",
-                f"×{comparison['ratio']:.2f}, {_p(comparison['p'])}",
-                comparison["ratio"] >= FASTER and comparison["p"] < SURE,
-            )
+        return StudyGoal(
+            f"time of the stateless policy (turns when lost) / four states, {what}",
+            f"×{FASTER}, p < {SURE}",
+            f"×{comparison['ratio']:.2f}, {_p(comparison['p'])}",
+            comparison["ratio"] >= FASTER and comparison["p"] < SURE,
         )
-    for position in POSITIONS:
-        ratio = compare_methods(rows, position, with_=FOUR, to=HAND)["ratio"]
-        judged.append(
-            StudyGoal(f"time / by hand, {position}", f"at most ×{NEAR}", f"×{ratio:.2f}", ratio <= NEAR)
-        )
-    count, of = count_failures(rows, FOUR, list(POSITIONS))
-    judged.append(
-        StudyGoal(
-            "failures of the four states, three positions",
-            f"at most {FAILING:.0%}",
-            f"{count} of {of}",
-            count / of <= FAILING,
-        )
-    )
-    return tuple(judged)
+
+    return judge
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw histograms of all trials from the three positions (paper Figure 3), and medians where states matter."""
-    figure, axes = panels(8, rows=2, wide=3.3, tall=2.6)
-    for panel, what in zip(axes[:4], (*POSITIONS, EITHER), strict=True):
-        _histogram(panel, rows, what)
-        panel.set_title(what)
-    axes[0].set_ylabel("trials")
-    axes[0].legend(fontsize=7.5)
-    for panel, what in zip(axes[4:], (FACED, AWAY, TOWARD, EITHER), strict=True):
-        dots(panel, {SHORT[method]: medians(rows, method, what) for method in METHODS}, "median time, s")
-        panel.tick_params(axis="x", labelsize=7)
-        panel.set_ylim(0, 26)
-        panel.set_title(what)
-    return figure
+def _near(rows: Rows, position: str) -> float:
+    return compare_methods(rows, position, with_=FOUR, to=HAND)["ratio"]
 
 
-def _histogram(axes: Axes, rows: Sequence[Row], what: str) -> None:
+def _fail(rows: Rows) -> tuple[int, int]:
+    return count_failures(rows, FOUR, list(POSITIONS))
+
+
+def _draw_medians(axes: Axes, rows: Rows, what: str) -> None:
+    by_method = {SHORT[method]: medians(rows, method, what) for method in METHODS}
+    Dots(what, "median time, s", lambda rows: by_method, limits=(0, 26))(axes, rows)
+    axes.tick_params(axis="x", labelsize=7)
+
+
+def _histogram(axes: Axes, rows: Rows, what: str, *, first: bool) -> None:
     """Draw the times of the taught robots as bars and those of the hand-written robot as a line."""
     bins = np.arange(8.0, 32.1, 1.0).tolist()
     for method, style in HISTOGRAMS.items():
-        all_ = [each for row in rows if row["task"]["method"] == method for each in times(row, what)]
+        all_ = [each for row in rows.where(method=method) for each in times(row, what)]
         axes.hist(np.clip(all_, 8.0, 31.9), bins, label=SHORT[method], **style)
     axes.set_xlabel("time to within 15 cm, s")
+    axes.set_title(what)
+    if first:
+        axes.set_ylabel("trials")
+        axes.legend(fontsize=7.5)
 
 
 HISTOGRAMS: Mapping[str, Mapping[str, Any]] = {
@@ -274,7 +214,77 @@ EXPERIMENT = Study(
     quick=2,
     tasks=Units({"method": METHODS}),
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        headline=_headline,
+        tables=(
+            ColumnPerGroup(
+                "Seconds to within 15 cm of the ball, {teachings} automata taught per method (seeds {seeds})",
+                group_by("method", METHODS),
+                {
+                    **{
+                        what: Median(lambda row, what=what: np.median(times(row, what)), 1) for what in SUMMED
+                    },
+                    "failed trials": _format_failures,
+                    **{
+                        what: Median(lambda row, key=key: row.get(key))
+                        for what, key in (
+                            ("examples from presses", "examples"),
+                            ("presses", "presses"),
+                            ("teaching time, s", "seconds"),
+                            ("tree nodes", "nodes"),
+                        )
+                    },
+                },
+            ),
+            ColumnPerGroup(
+                "Time relative to the four states on the same trials: median over seeds, with its 95 % interval",
+                _compare_all,
+                {what: lambda comparison, what=what: _format(comparison[what]) for what in SUMMED},
+            ),
+        ),
+        goals=(
+            *map(_faster, (FACED, AWAY, EITHER)),
+            *(
+                Goal(
+                    f"time / by hand, {each}",
+                    partial(_near, position=each),
+                    "×{:.2f}",
+                    most=NEAR,
+                    wanted=f"at most ×{NEAR}",
+                )
+                for each in POSITIONS
+            ),
+            Goal(
+                "failures of the four states, three positions",
+                lambda rows: _fail(rows)[0] / _fail(rows)[1],
+                most=FAILING,
+                measured=lambda rows: f"{_fail(rows)[0]} of {_fail(rows)[1]}",
+            ),
+        ),
+        notes=_notes,
+        numbers=lambda rows: {
+            "median_s": {
+                method: {what: round(float(np.median(medians(rows, method, what))), 2) for what in SUMMED}
+                for method in METHODS
+            },
+            **{
+                f"{name}_relative_to_four_states": of
+                for name, of in zip(("stateless", "edges", "hand"), _compare_all(rows).values(), strict=True)
+            },
+            "failures": {method: count_failures(rows, method)[0] for method in METHODS},
+        },
+    ),
+    draw=Panels(  # paper Figure 3, and medians where states matter
+        (
+            *(
+                partial(_histogram, what=what, first=what == POSITIONS_AND_PUSHES[0])
+                for what in POSITIONS_AND_PUSHES
+            ),
+            *(partial(_draw_medians, what=what) for what in (FACED, AWAY, TOWARD, EITHER)),
+        ),
+        rows=2,
+        wide=3.3,
+        tall=2.6,
+    ),
     worlds=("soccer",),
 )

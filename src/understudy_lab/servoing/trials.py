@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from understudy.model.library import Library
-from understudy.model.value_kinds import Column
 from understudy.runtime.link import link
 from understudy_lab.tasks.servo_teacher import SIDES, topics
 from understudy_lab.tasks.soccer import (
@@ -62,10 +61,5 @@ def judge(seed: int, library: Library | None) -> dict[str, list[float]]:
         seconds = approach_by_hand(body, pushes=pushes)
     else:
         seconds = approach_by(link(library, "approach", {}), body, pushes=pushes)
-    return by_case(seconds)
-
-
-def by_case(seconds: Column) -> dict[str, list[float]]:
-    """Group the seconds of all trials by case."""
     rows = np.round(seconds, 1).reshape(len(CASES), TRIALS).tolist()
     return dict(zip(CASES, rows, strict=True))

@@ -27,18 +27,10 @@ from understudy.addons.robots.ros.dds import DdsTransport
 from understudy.addons.robots.twin import DigitalTwin
 from understudy.errors import UnderstudyError
 from understudy.records.messages import decode_message
-from understudy.runtime.engine.engine import Engine
-from understudy.runtime.team.team import Team
-from understudy.sim.team.assignment import assign_team_members
+from understudy_lab.lossy_networks.distributed_patrol import make_live_team, wait_for, wait_for_readings
 from understudy_lab.patrol import practice
-from understudy_lab.patrol.metrics import captures, cycles
-from understudy_lab.patrol.tracks import ObjectTrack, OrderedActivity, PatrolTracks
-from understudy_lab.sim_to_sim.trials import teach_patrol
-
-SETTLES_S = 30.0
-"""The longest time in s to wait until all robots are connected."""
-HOME, INTRUDER, BOSS = 0, 1, 2
-"""The indices of the scenario's objects."""
+from understudy_lab.patrol.metrics import count_cycles
+from understudy_lab.patrol.tracks import PatrolTracks, make_tracks
 
 
 def patrol(
@@ -48,8 +40,7 @@ def patrol(
 
     `together` runs all robots in one process; `tick_s` is the time between two decisions.
     """
-    taught = teach_patrol(seed)
-    libraries = {practice.ROBOT: taught.robots.library, practice.SQUAD: taught.coordinators.library}
+    libraries = practice.teach(seed).libraries
     with TemporaryDirectory() as folder:
         options = ["--domain", str(domain), "--seed", str(world), "--write-files", folder]
         options += [] if together else ["--apart"]
@@ -67,32 +58,22 @@ def patrol(
 
 def _joined(path: Path, tick_s: float) -> Fleet:
     """Connect to all robots and return the fleet once each sends all its sensor values."""
-    until = time.monotonic() + SETTLES_S
-    while not path.is_file():
-        time.sleep(0.1)
+    wait_for(path)
     for each in load_team(path)[1]:
         each.write_text(each.read_text().replace("\ntick_s = 0.1\n", f"\ntick_s = {tick_s:g}\n"))
     fleet = connect_team(path)
-    while time.monotonic() < until:
-        if all(robot.senses.find_missing(robot.now_s) is None for robot in fleet):
-            time.sleep(1.0)  # for the watchdogs, too
-            return fleet
-        time.sleep(0.1)
-    fleet.close()
-    raise TimeoutError("the simulated robots never came")
+    try:
+        wait_for_readings(fleet)
+    except TimeoutError:
+        fleet.close()
+        raise
+    return fleet
 
 
 def _watched(fleet: Fleet, libraries: Any, *, seconds: float, domain: int, simulation: int) -> dict[str, Any]:
     twin = DigitalTwin(fleet)
-    team = Team(
-        twin,
-        assign_team_members(twin.scenario),
-        libraries,
-        {practice.SQUAD: ("collective_patrol", {})},
-        makes=Engine,
-        seeds=(0,),
-    )
-    ordered, objects = OrderedActivity(team, 1, ["home"]), ObjectPoses(domain)
+    team, ordered = make_live_team(twin, libraries)
+    objects = ObjectPoses(domain)
     rows: list[tuple[Any, ...]] = []
     fleet.arm("an experiment")
     began, cpu_s = time.monotonic(), _spent_s(simulation)
@@ -102,7 +83,8 @@ def _watched(fleet: Fleet, libraries: Any, *, seconds: float, domain: int, simul
         if not all(robot.armed for robot in fleet):  # as a person would, who looks after it
             armed += _armed_again(fleet)
         robots = twin.view().robots
-        rows.append((ordered.now()[0].copy(), robots.x, robots.y, objects.now()))
+        if things := objects.now():
+            rows.append((ordered.now()[0].copy(), robots.x, robots.y, things))
         due += twin.tick_s
         if (left := due - time.monotonic()) > 0:
             time.sleep(left)
@@ -113,7 +95,7 @@ def _watched(fleet: Fleet, libraries: Any, *, seconds: float, domain: int, simul
     objects.close()
     return {
         "seconds": round(spent, 1),
-        **(_judged(_tracks(rows, twin.tick_s)) if _told(rows) else {}),
+        **(count_cycles(_make_tracks(rows, twin.tick_s)) if rows else {}),
         "late_ticks": late,
         "armed": armed,
         "stops": [f"{each.robot}: {each.cause}" for each in stops],
@@ -132,21 +114,6 @@ def _spent_s(simulation: int) -> float:
             if parent == os.getpid() and int(each.parent.name) != simulation:
                 spent += (user + system) / os.sysconf("SC_CLK_TCK")
     return spent
-
-
-def _told(rows: list[tuple[Any, ...]]) -> bool:
-    """Return whether any row has positions of objects."""
-    return any(row[3] for row in rows)
-
-
-def _judged(tracks: PatrolTracks) -> dict[str, Any]:
-    ended = list(cycles(tracks))
-    return {
-        "cycles": len(ended),
-        "complete": sum(each.complete for each in ended),
-        "captures": len(captures(tracks)),
-        "cycle_s": [round(each.seconds, 1) for each in ended],
-    }
 
 
 def _armed_again(fleet: Fleet) -> bool:
@@ -180,26 +147,12 @@ class ObjectPoses:
         self._transport.close()
 
 
-def _tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
-    """Return the recorded rows as the tracks from which the metrics are computed."""
-    rows = [row for row in rows if row[3]]
-    scenario = practice.scenario()
-    spare = scenario.spare_objects + 1
-    doing = np.array([row[0] for row in rows], np.int8)[:, None, :]
-    x, y = (np.array([row[k] for row in rows], np.float32)[:, None, :] for k in (1, 2))
-    never = np.zeros(x.shape, np.bool_)
-    intruder, boss = (_thing([row[3][index * spare] for row in rows]) for index in (INTRUDER, BOSS))
-    home = np.tile(np.array([rows[-1][3][HOME][:2]], np.float64), (x.shape[2], 1))
-    return PatrolTracks(
-        tick_s, doing, x, y, np.zeros_like(x), never, never, intruder, boss, home,
-        np.array([0], np.intp), np.zeros((1, 0, 3)),
-    )  # fmt: skip
-
-
-def _thing(places: list[tuple[float, float, bool]]) -> ObjectTrack:
-    """Return the track of one object."""
-    x, y, there = np.array(places, np.float64).T[:, :, None]
-    return ObjectTrack(there > 0, x.astype(np.float32), y.astype(np.float32))
+def _make_tracks(rows: list[tuple[Any, ...]], tick_s: float) -> PatrolTracks:
+    """Return recorded rows, of which each has positions of objects, as tracks."""
+    doing, x, y, things = (np.array(column) for column in zip(*rows, strict=True))
+    home, intruder, boss = things[:, :: practice.scenario().spare_objects + 1].transpose(1, 0, 2)[:3]
+    places = np.stack([x, y], axis=-1)
+    return make_tracks(tick_s, doing, places, intruder=intruder, boss=boss, home=home[-1, :2])
 
 
 def _settings(arguments: argparse.Namespace) -> dict[str, Any]:

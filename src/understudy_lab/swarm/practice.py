@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
 
-from understudy.model.library import Library
 from understudy.runtime.body import Commands
-from understudy.runtime.team.coordinator_body import CoordinatorBody
 from understudy.runtime.team.team import Team
-from understudy.sim.kit import make_scenario_kit
 from understudy.sim.scenario.schema import ObjectClass, PullRule, RobotGroup, Scenario
-from understudy.sim.team.libraries import Libraries, collect_libraries, make_coordinator_body, make_team
+from understudy.sim.team.libraries import Libraries, make_team
 from understudy.sim.world import World
-from understudy_lab.tasks import swarm_squad_teacher, swarm_teacher
+from understudy_lab.tasks import swarm_teacher
 from understudy_lab.tasks.swarm_world import PLATOON, ROBOT, SQUAD, SWARM, of_platoons, scenario
-from understudy_lab.teachers.live_teacher import choose_teacher
-from understudy_lab.teachers.teacher import Progress, TeachingResult
+from understudy_lab.teams import TeamCourse
 
 ROOM_M = 12.0
 ENOUGH = ("enough", None)
@@ -168,20 +164,6 @@ def _needing(thing: ObjectClass, count: int, robots: int) -> ObjectClass:
     return replace(thing, count=count, pull=PullRule(robots=robots))
 
 
-def collect_swarm_libraries(robots: Library, squads: Mapping[str, Library]) -> Libraries:
-    """Return the libraries of all agents; `squads` holds those of the coordinators taught so far."""
-    return collect_libraries(scenario(), robots, lambda name, kit: squads.get(name, Library(kit)))
-
-
-def troops(sort: str, libraries: Libraries) -> Callable[[str, int], CoordinatorBody]:
-    """Return a function that makes the members on which a coordinator of this type is taught."""
-
-    def make(practice: str, seed: int) -> CoordinatorBody:
-        return make_coordinator_body(_squads_practices()[practice], sort, libraries, seed=seed)
-
-    return make
-
-
 def make_swarm_team(
     libraries: Libraries,
     seeds: Sequence[int],
@@ -194,44 +176,16 @@ def make_swarm_team(
     return make_team(world or scenario(), seeds, libraries, {sort: (behavior, {})})
 
 
-TOPICS = {
-    SQUAD: swarm_squad_teacher.SQUAD,
-    PLATOON: swarm_squad_teacher.PLATOON,
-    SWARM: swarm_squad_teacher.SWARM,
-}
-
-
-class SwarmTeaching(NamedTuple):
-    """The results of teaching the robots and each type of coordinator."""
-
-    robots: TeachingResult
-    squads: Mapping[str, TeachingResult]
-
-    @property
-    def libraries(self) -> Libraries:
-        """The libraries of all agents."""
-        return collect_swarm_libraries(
-            self.robots.library, {name: each.library for name, each in self.squads.items()}
-        )
-
-    @property
-    def teachings(self) -> tuple[TeachingResult, ...]:
-        """The results of the robots and of all coordinators, in this order."""
-        return (self.robots, *self.squads.values())
-
-
-def teach(
-    seed: int, *, method: str = "watched", progress: Progress = lambda name, what, account: None
-) -> SwarmTeaching:
-    """Teach robots and coordinators from empty libraries, live or as in the paper; a seed gives the same lessons."""
-    make_teacher = choose_teacher(method)
-    library = Library(make_scenario_kit(scenario()))
-    robots = make_teacher(library, robots_world, seed, options={}, progress=progress).teach(
-        *swarm_teacher.TOPICS
-    )
-    taught = SwarmTeaching(robots, {})
-    for sort, topic in TOPICS.items():
-        libraries = taught.libraries
-        teacher = make_teacher(libraries[sort], troops(sort, libraries), seed, options={}, progress=progress)
-        taught = SwarmTeaching(robots, {**taught.squads, sort: teacher.teach(topic)})
-    return taught
+COURSE = TeamCourse(
+    scenario,
+    {
+        ROBOT: swarm_teacher.TOPICS,
+        SQUAD: (swarm_teacher.SQUAD,),
+        PLATOON: (swarm_teacher.PLATOON,),
+        SWARM: (swarm_teacher.SWARM,),
+    },
+    robots_world,
+    _squads_practices,
+)
+teach = COURSE.teach
+"""Teach the robots of a swarm and three levels of coordinators."""

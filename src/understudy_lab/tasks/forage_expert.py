@@ -7,6 +7,7 @@ from math import dist, pi, tau
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from understudy.judging.baseline import Baseline, measure_baseline
 from understudy.judging.rollout import Outcomes
@@ -19,6 +20,26 @@ from understudy.sim.view import WorldView
 from understudy.sim.world import World
 
 Point: TypeAlias = tuple[float, float]
+
+
+class TurnController:
+    """A rule that turns to within half a tick's turn of a target, and again only when it is off by `astray` rad.
+
+    `turning` is the speed of turning, rad/s.
+    """
+
+    def __init__(self, agents: int, turning: float, tick_s: float, *, astray: float = 0.2) -> None:
+        self._facing = 0.55 * turning * tick_s
+        self._astray = max(astray, 2.0 * self._facing)
+        self._turn = np.zeros(agents)
+
+    def toward(self, off: Column, go: NDArray[np.bool_]) -> Column:
+        """Return the direction to turn now [N] for the robots in `go`: 1 left, -1 right, 0 none."""
+        off = np.where(go, off, 0.0)
+        keep_on = (self._turn != 0.0) & (np.abs(off) > self._facing)
+        begin = (self._turn == 0.0) & (np.abs(off) > self._astray)
+        self._turn = np.where(begin, np.sign(off), np.where(keep_on, self._turn, 0.0))
+        return self._turn
 
 
 class ExpertForager:
@@ -41,10 +62,8 @@ class ExpertForager:
 
     def __init__(self, agents: int, settings: ForageSettings, *, astray: float = 0.2) -> None:
         self._capacity = settings.capacity
-        self._facing = 0.55 * settings.turning_speed * settings.tick_s
-        self._astray = max(astray, 2.0 * self._facing)
         self._homing = np.zeros(agents, np.bool_)
-        self._turning = np.zeros(agents)  # 1 left, -1 right, 0 not
+        self._turning = TurnController(agents, settings.turning_speed, settings.tick_s, astray=astray)
 
     def decide(self, percept: Percept) -> Commands:
         """Return the commands of all robots for this tick."""
@@ -54,14 +73,11 @@ class ExpertForager:
         load = ~self._homing & (percept["food_here", None] > 0)
         go = ~(unload | load) & (self._homing | ~none_left)
         bearing = np.where(self._homing, percept["bearing", "station"], percept["bearing", "nearest_food"])
-        off = np.where(go, (bearing + pi) % tau - pi, 0.0)  # signed, left positive
-        keep_on = (self._turning != 0.0) & (np.abs(off) > self._facing)
-        begin = (self._turning == 0.0) & (np.abs(off) > self._astray)
-        self._turning = np.where(begin, np.sign(off), np.where(keep_on, self._turning, 0.0))
-        drive = go & (self._turning == 0.0)
+        turn = self._turning.toward((bearing + pi) % tau - pi, go)  # left positive
+        drive = go & (turn == 0.0)
         return {
             "drive": drive.astype(np.float64),
-            "turn": self._turning,
+            "turn": turn,
             "load": load.astype(np.float64),
             "unload": unload.astype(np.float64),
         }

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf, isnan, pi
+from math import inf, isnan
 from types import MappingProxyType
 
 from understudy.model.learner_options import LearnerOptions
 from understudy.model.value_kinds import NO, YES
 from understudy.training.trainee import SessionView
-from understudy_lab.teachers.person import find_angle_ahead, find_bearing, has_raised_flag, is_beside
+from understudy_lab.tasks.goto_teacher import DESIGN, GotoRule, choose_turn, find_angle_ahead
+from understudy_lab.teachers.person import find_bearing, has_raised_flag
 from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
 
 WATCHED: Mapping[str, LearnerOptions] = MappingProxyType(
@@ -30,7 +31,6 @@ NOT_THERE_M = 0.47  # what they call not being there yet
 PAST_M = 0.2  # where it should long have said so
 ASTRAY = 0.6  # rad: driving past it, plainly
 FACED_AWAY = 0.45  # rad: not facing it
-FACING = 0.12  # rad: as good as facing it, while turning
 NEARLY_FACING = 0.25  # rad: turning and driving are both right
 WRONG_WAY, LONG_WAY = (
     1.0,
@@ -40,43 +40,7 @@ AWAY_M = 0.1  # this much farther from A than before, it drives away
 FAR_M = 1.0  # where it should drive straight at it
 
 
-def _toward(bearing: float) -> str:
-    return "rotate_left" if bearing > 0 else "rotate_right"
-
-
-def show_goto(screen: SessionView) -> str | None:
-    """Return the next state while demonstrating GoTo(A), or None: turn to A, drive to it, raise `done`."""
-    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
-    if screen.state == "done" or isnan(distance):
-        return None
-    if distance < THERE_M:
-        return "done"
-    if screen.state in ("start", "forward") and abs(bearing) > ASTRAY:
-        return _toward(bearing)
-    if screen.state == "start" or (screen.state != "forward" and find_angle_ahead(screen) < FACING):
-        return "forward"
-    return None
-
-
-def complain_goto(screen: SessionView) -> str | None:
-    """Return the state to correct GoTo(A) to, or None where its behavior is acceptable.
-
-    Corrected are: idling, driving past A, turning on past it, not stopping, and stopping too far away.
-    """
-    distance, bearing = screen.features["distance_to(A)"], find_bearing(screen)
-    if isnan(distance):
-        return None
-    if screen.state == "start":
-        return show_goto(screen)
-    if screen.state == "done":
-        if distance < NOT_THERE_M:
-            return None
-        return _toward(bearing) if abs(bearing) > FACED_AWAY else "forward"
-    if distance < PAST_M:
-        return "done"
-    if screen.state == "forward":
-        return _toward(bearing) if abs(bearing) > 1.5 * ASTRAY else None
-    return "forward" if -pi / 2 < find_angle_ahead(screen) < -ASTRAY else None
+RULE = GotoRule(THERE_M, NOT_THERE_M, PAST_M, ASTRAY, FACED_AWAY)
 
 
 def complain_live_goto(screen: SessionView) -> str | None:
@@ -91,10 +55,10 @@ def complain_live_goto(screen: SessionView) -> str | None:
     )
     turning = screen.state in ("rotate_left", "rotate_right")
     if turning and distance >= PAST_M and -LONG_WAY < ahead < -FACED_AWAY:
-        return _toward(bearing) if ahead < -WRONG_WAY else "forward"
+        return choose_turn(screen) if ahead < -WRONG_WAY else "forward"
     if screen.state == "forward" and distance > FAR_M and abs(bearing) > ASTRAY:
-        return _toward(bearing)
-    return complain_goto(screen)
+        return choose_turn(screen)
+    return RULE.complain(screen)
 
 
 def accept_goto(screen: SessionView, state: str) -> bool:
@@ -104,7 +68,7 @@ def accept_goto(screen: SessionView, state: str) -> bool:
         return state == "done" and distance < NOT_THERE_M
     if state == "forward":
         return abs(bearing) < NEARLY_FACING or (screen.state == "forward" and abs(bearing) < FACED_AWAY)
-    return state == _toward(bearing) and abs(bearing) > NEARLY_FACING
+    return state == choose_turn(screen) and abs(bearing) > NEARLY_FACING
 
 
 def take_back_goto(screen: SessionView, before: str) -> bool:
@@ -122,7 +86,7 @@ def settle_goto(screen: SessionView) -> str | None:
         return None
     if distance < THERE_M:
         return "done"
-    return _toward(bearing) if abs(bearing) > ASTRAY else "forward"
+    return choose_turn(screen) if abs(bearing) > ASTRAY else "forward"
 
 
 class DrivesAway:
@@ -139,44 +103,14 @@ class DrivesAway:
         return away
 
 
-def _back_on_its_way(screen: SessionView) -> bool:
-    return screen.state == "forward" and abs(find_bearing(screen)) < ASTRAY
-
-
-def _push(behavior: str) -> PushAway:
-    return PushAway("forward", behavior, 0.8)
-
-
-# Each side once near and once far, so that only the side can tell which way to turn; and once pushed off its way to
-# either side while driving, which seldom happens by itself.
 GOTO = LessonPlan(
     "goto",
-    LessonDesign(
-        parameters=["A"],
-        states=["forward", "rotate_left", "rotate_right"],
-        flags=["done"],
-        features=["distance_to(A)", "angle_to(A)"],
-    ),
-    show_goto,
-    complain_goto,
+    DESIGN,
+    RULE.show,
+    RULE.complain,
     has_raised_flag,
-    cases=(
-        Situation("a small room", {"A": "station"}, is_beside(1, 0.9, 1.8)),
-        Situation("a small room", {"A": "nearest_food"}, is_beside(-1, 0.9, 1.8)),
-        Situation(
-            "an arena",
-            {"A": "station"},
-            is_beside(-1, 3.2, 5.5),
-            _back_on_its_way,
-            push=_push("rotate_right"),
-        ),
-        Situation(
-            "an arena",
-            {"A": "nearest_food"},
-            is_beside(1, 3.2, 5.5),
-            _back_on_its_way,
-            push=_push("rotate_left"),
-        ),
+    cases=RULE.list_cases(
+        ("a small room", "an arena"), ("station", "nearest_food") * 2, (0.9, 1.8), (3.2, 5.5)
     ),
     tries=8,
     limit_s=60.0,

@@ -15,19 +15,25 @@ def show_collective_patrol(screen: SessionView) -> str | None:
     no robot has seen the intruder for a while.
     """
     seen = screen.features
+    if screen.state != "home":
+        return _pursue(screen, then="home")
+    if seen["all_done"] == YES:
+        return "disperse"
+    return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
+
+
+def _pursue(screen: SessionView, *, then: str) -> str | None:
+    """Return the next state: all attack when one sees an intruder, and do what comes then when one has reached it."""
+    seen = screen.features
     if screen.state == "start":
         return "disperse"
     if screen.state == "disperse":
         return "attack" if seen["someone_sees(intruder)"] == YES else None
-    if screen.state == "attack":
-        if seen["someone_done"] == YES:
-            return "home"
-        if seen.get("seen_lately(intruder)") == NO:
-            return "disperse"
-        return KEEP if seen["someone_sees(intruder)"] == NO else None
-    if seen["all_done"] == YES:
+    if seen["someone_done"] == YES:
+        return then
+    if seen.get("seen_lately(intruder)") == NO:
         return "disperse"
-    return KEEP if seen["someone_done"] == YES and seen.get("seen_lately(intruder)") != YES else None
+    return KEEP if seen["someone_sees(intruder)"] == NO else None
 
 
 def _sees_intruder(screen: SessionView) -> bool:
@@ -89,18 +95,7 @@ def show_hunt(screen: SessionView) -> str | None:
     All robots attack when one sees an intruder, are done when one has reached it, and disperse again when none has
     seen it for a while.
     """
-    seen = screen.features
-    if screen.state == "start":
-        return "disperse"
-    if screen.state == "disperse":
-        return "attack" if seen["someone_sees(intruder)"] == YES else None
-    if screen.state != "attack":
-        return None
-    if seen["someone_done"] == YES:
-        return "done"
-    if seen.get("seen_lately(intruder)") == NO:
-        return "disperse"
-    return KEEP if seen["someone_sees(intruder)"] == NO else None
+    return None if screen.state == "done" else _pursue(screen, then="done")
 
 
 HUNT = LessonPlan(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 from understudy.model.value_kinds import YES
@@ -193,21 +194,13 @@ def _both(name: str, bring: str, practice: str) -> LessonPlan:
 GATHER = _both("gather", "search", "a carrier, wrecks about")
 HAUL = _both("haul", "fetch", "a carrier, a scout at a wreck")
 
-RETURN = LessonPlan(
-    "return",
-    LessonDesign(
+RETURN = replace(
+    _both("return", "search", "a carrier, wrecks about"),
+    design=LessonDesign(
         states=["search", "deposit", "turn=rotate_left"], features=["done", "stored", "angle_to(harbor)"]
     ),
-    show_return,
-    show_return,
-    after(240.0),
-    cases=(
-        Situation("a carrier, wrecks about", enough=after(160.0)),
-        Situation("a carrier, wrecks about, with a load", enough=after(5.0)),
-    ),
-    tries=2,
-    limit_s=300.0,
-    patience_s=60.0,
+    show=show_return,
+    complain=show_return,
 )
 
 CARRIERS = (

@@ -6,26 +6,23 @@ Both types of robot learn their own version of roaming and going, because scouts
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan, pi
+from math import isnan
 
 from understudy.model.value_kinds import YES
 from understudy.training.trainee import SessionView
+from understudy_lab.tasks.goto_teacher import DESIGN, GotoRule
 from understudy_lab.teachers.person import (
     KEEP,
     Seen,
     Wish,
     after,
-    find_angle_ahead,
-    find_bearing,
     has_raised_flag,
-    is_beside,
     never_confirm,
 )
-from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, PushAway, Situation
+from understudy_lab.teachers.teacher import LessonDesign, LessonPlan, Situation
 
 ASTRAY = 0.5  # rad: driving past it, plainly
 FACED_AWAY = 0.6  # rad: not facing it
-FACING = 0.12  # rad: as good as facing it, while turning
 VERY_LOW, LOW, HIGH = 0.25, 0.4, 0.6  # chances, drawn every second
 NEAR_M = 1.3  # near enough for a scout to stay
 LEFT_M = 2.0  # what is so far away is another wreck
@@ -68,10 +65,6 @@ def roam(who: str, *, near_m: float, clear_m: float, bump_m: float, wide_m: floa
 # Goto(A): turn to A, drive to it, say done.
 
 
-def _toward(screen: SessionView) -> str:
-    return "rotate_left" if find_bearing(screen) > 0 else "rotate_right"
-
-
 def goto(
     who: str, targets: Sequence[str], *, far_m: float, there_m: float, beyond_m: float, past_m: float
 ) -> LessonPlan:
@@ -80,70 +73,11 @@ def goto(
     The robot is corrected when it raises `done` farther away than `beyond_m`, or has not raised it within `past_m`.
     Practice begins up to `far_m` away. All are in m.
     """
-
-    def show(screen: SessionView) -> str | None:
-        distance = screen.features["distance_to(A)"]
-        if screen.state == "done" or isnan(distance):
-            return None
-        if distance < there_m:
-            return "done"
-        if screen.state in ("start", "forward") and abs(find_bearing(screen)) > ASTRAY:
-            return _toward(screen)
-        turned = screen.state not in ("start", "forward") and find_angle_ahead(screen) < FACING
-        return "forward" if screen.state == "start" or turned else None
-
-    def complain(screen: SessionView) -> str | None:
-        distance = screen.features["distance_to(A)"]
-        if isnan(distance):
-            return None
-        if screen.state == "start":
-            return show(screen)
-        astray = abs(find_bearing(screen))
-        if screen.state == "done":
-            return None if distance < beyond_m else _toward(screen) if astray > FACED_AWAY else "forward"
-        if distance < past_m:
-            return "done"
-        if screen.state == "forward":
-            return _toward(screen) if astray > 1.5 * ASTRAY else None
-        return "forward" if -pi / 2 < find_angle_ahead(screen) < -ASTRAY else None
-
-    def on_its_way(screen: SessionView) -> bool:
-        return screen.state == "forward" and abs(find_bearing(screen)) < ASTRAY
-
-    one, other = targets[0], targets[-1]
-    near, far = (1.5, 0.5 * far_m), (0.6 * far_m, far_m)
-    yard = f"a {who} in a yard"
+    rule, yard = GotoRule(there_m, beyond_m, past_m, ASTRAY, FACED_AWAY), f"a {who} in a yard"
+    ends = (targets[0], targets[-1]) * 2
+    cases = rule.list_cases((yard, yard), ends, (1.5, 0.5 * far_m), (0.6 * far_m, far_m))
     return LessonPlan(
-        "goto",
-        LessonDesign(
-            parameters=["A"],
-            states=["forward", "rotate_left", "rotate_right"],
-            flags=["done"],
-            features=["distance_to(A)", "angle_to(A)"],
-        ),
-        show,
-        complain,
-        has_raised_flag,
-        cases=(
-            Situation(yard, {"A": one}, is_beside(1, *near)),
-            Situation(yard, {"A": other}, is_beside(-1, *near)),
-            Situation(
-                yard,
-                {"A": one},
-                is_beside(-1, *far),
-                on_its_way,
-                push=PushAway("forward", "rotate_right", 0.8),
-            ),
-            Situation(
-                yard,
-                {"A": other},
-                is_beside(1, *far),
-                on_its_way,
-                push=PushAway("forward", "rotate_left", 0.8),
-            ),
-        ),
-        tries=6,
-        limit_s=60.0,
+        "goto", DESIGN, rule.show, rule.complain, has_raised_flag, cases=cases, tries=6, limit_s=60.0
     )
 
 

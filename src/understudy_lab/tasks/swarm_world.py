@@ -97,8 +97,8 @@ def robots(kit: Kit, manners: ExpertParams = ExpertParams()) -> Library:
         _search(kit),
         _join(kit, manners, "help", "crate", "caller", "hold_and_call"),
         _join(kit, manners, "muster", "container", "musterer", "hold_and_muster"),
-        _alone(kit, manners),
-        _answering(kit, manners),
+        _alone(kit, manners, answers=False),
+        _alone(kit, manners, answers=True),
     )
 
 
@@ -112,11 +112,11 @@ def _vain(seconds: float, unheard: str, other: str, here: str) -> TreeTest:
 
 
 def _readings(kit: Kit, targets: tuple[str, ...] = ()) -> Mapping[str, BoundFeature]:
-    found = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
+    readings = {name: BoundFeature(each) for name, each in kit.features.items() if not each.parameters}
     for name, each in kit.features.items():
         if each.parameters:
-            found |= {f"{name} {target}": BoundFeature(each, Binding(A=target)) for target in targets}
-    return found | {"time": BoundFeature(TimeInState())}
+            readings |= {f"{name} {target}": BoundFeature(each, Binding(A=target)) for target in targets}
+    return readings | {"time": BoundFeature(TimeInState())}
 
 
 def _automaton(kit: Kit, name: str, asks: Mapping[str, TreeBranch], *of: str, **more: Any) -> Automaton:
@@ -240,86 +240,47 @@ def _join(kit: Kit, m: ExpertParams, name: str, thing: str, caller: str, calls: 
     )
 
 
-def _alone(kit: Kit, m: ExpertParams) -> Automaton:
-    return _automaton(
-        kit,
-        "alone",
-        {
-            "start": "search",
-            "search": split_on_flag("done", "call", "search"),
-            "call": split_on_flag("enough", "haul", _timed(m.waits, "leave", "call")),
-            "haul": split_on_flag("done", "search", "haul"),
-            "leave": split_on_flag("holding", "leave", "away"),
-            "away": _timed(m.away, "search", "away"),
-        },
-        runs={
-            "search": "search",
-            "call": "hold_and_call",
-            "haul": "haul",
-            "leave": "let_go",
-            "away": "wander",
-        },
-    )
+def _alone(kit: Kit, m: ExpertParams, *, answers: bool) -> Automaton:
+    """Return the automaton of a robot without a coordinator, which may answer calls of others."""
+    heard = split_on_presence("distance_to caller", "help", "search") if answers else "search"
+    helps = {"help": _timed(m.gives_up, "leave", split_on_flag("holding", "help", "help"))} if answers else {}
+    asks: dict[str, TreeBranch] = {
+        "start": "search",
+        "search": split_on_flag("done", "call", heard),
+        "call": split_on_flag("enough", "haul", _timed(m.waits, "leave", "call")),
+        **helps,
+        "haul": split_on_flag("done", "search", "haul"),
+        "leave": split_on_flag("holding", "leave", "away"),
+        "away": _timed(m.away, "search", "away"),
+    }
+    runs = {"search": "search", "call": "hold_and_call", "help": "help", "haul": "haul", "leave": "let_go"}
+    name = "alone_answering" if answers else "alone"
+    return _automaton(kit, name, asks, "caller", runs={**runs, "away": "wander"})
 
 
-def _answering(kit: Kit, m: ExpertParams) -> Automaton:
-    heard = split_on_presence("distance_to caller", "help", "search")
-    return _automaton(
-        kit,
-        "alone_answering",
-        {
-            "start": "search",
-            "search": split_on_flag("done", "call", heard),
-            "call": split_on_flag("enough", "haul", _timed(m.waits, "leave", "call")),
-            "help": _timed(m.gives_up, "leave", split_on_flag("holding", "help", "help")),
-            "haul": split_on_flag("done", "search", "haul"),
-            "leave": split_on_flag("holding", "leave", "away"),
-            "away": _timed(m.away, "search", "away"),
-        },
-        "caller",
-        runs={
-            "search": "search",
-            "call": "hold_and_call",
-            "help": "help",
-            "haul": "haul",
-            "leave": "let_go",
-            "away": "wander",
-        },
-    )
+def _joint(
+    kit: Kit, name: str, runs: Mapping[str, str], found: tuple[str, str], caller: str, seconds: float
+) -> Library:
+    """Return the automaton of a coordinator: all run the first behavior until one has found a thing, then the other."""
+    work, join = runs
+    asks: dict[str, TreeBranch] = {
+        "start": work,
+        work: split_on_flag(" ".join(found), join, work),
+        join: _vain(seconds, f"unheard {caller}", work, join),
+    }
+    return Library.from_automata(kit, _automaton(kit, name, asks, found[1], caller, runs=runs))
 
 
 def squad(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
     """Return the hand-written automata of a squad's coordinator."""
-    made = _automaton(
-        kit,
-        "squad_work",
-        {
-            "start": "search",
-            "search": split_on_flag("someone_at free_crate", "help", "search"),
-            "help": _vain(m.gives_up, "unheard caller", "search", "help"),
-        },
-        "free_crate",
-        "caller",
-        runs={"search": "search", "help": "help"},
-    )
-    return Library.from_automata(kit, made)
+    runs = {"search": "search", "help": "help"}
+    return _joint(kit, "squad_work", runs, ("someone_at", "free_crate"), "caller", m.gives_up)
 
 
 def platoon(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:
     """Return the hand-written automata of a platoon's coordinator."""
-    made = _automaton(
-        kit,
-        "platoon_work",
-        {
-            "start": "work",
-            "work": split_on_flag("found free_container", "muster", "work"),
-            "muster": _vain(m.musters, "unheard musterer", "work", "muster"),
-        },
-        "free_container",
-        "musterer",
-        runs={"work": "squad_work", "muster": "muster"},
-    )
-    return Library.from_automata(kit, made)
+    runs = {"work": "squad_work", "muster": "muster"}
+    return _joint(kit, "platoon_work", runs, ("found", "free_container"), "musterer", m.musters)
 
 
 def swarm(kit: Kit, m: ExpertParams = ExpertParams()) -> Library:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,9 +19,10 @@ from understudy.model.automaton import START, Transition
 from understudy.model.learner_options import Learner, SklearnOptions, TreeOptions
 from understudy.model.lesson import Lesson
 from understudy.model.value_kinds import Continuous
-from understudy_lab.declaration import Units
-from understudy_lab.figures import COLORS, panels
-from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
+from understudy_lab.declaration import Conclusion, Goal, LinePerGroup, Units
+from understudy_lab.figures import COLORS, Panels
+from understudy_lab.rows import Rows
+from understudy_lab.study import ResultTable, Row, Study, Task
 from understudy_lab.unlearning.datasets import (
     DATA_SETS,
     NOISES,
@@ -34,7 +36,7 @@ from understudy_lab.unlearning.datasets import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 
 CORRECTIONS = 20
@@ -193,66 +195,17 @@ def work(task: Task) -> Row:
     }
 
 
-def outcomes(rows: Sequence[Row]) -> dict[Condition, ConditionResult]:
-    """Average or add up the results of each setting over all repeats."""
-    results = np.array([row["outcomes"] for row in rows], np.float64)
-    means, sums = results.mean(axis=0).round(6).tolist(), results.sum(axis=0).astype(int).tolist()
-    return {
-        setting: ConditionResult(*mean[:4], *total[4:])
-        for setting, mean, total in zip(SETTINGS, means, sums, strict=True)
-    }
+class Results(dict[Condition, ConditionResult]):
+    """The result of each setting, and the repeats over which it was averaged or added up."""
 
-
-def conclude(rows: Sequence[Row]) -> StudyFindings:
-    """Summarize all repeats as a headline, tables, goals and notes."""
-    results = outcomes(rows)
-    gains = [each.gain for each in results.values()]
-    beats, bad, lost = sum(gain > 0 for gain in gains), _found(results.values()), _lost(results.values())
-    first, last = rows[0]["task"]["seed"], rows[-1]["task"]["seed"]
-    return StudyFindings(
-        headline=f"With unlearning, corrections lead to more right decisions in {beats} of {len(gains)} settings, by "
-        f"{100 * np.mean(gains):.1f} points in the mean and {100 * max(gains):.1f} at most; the worst setting loses "
-        f"{max(0.0, -100 * min(gains)):.1f}. Of the examples with wrong labels it finds {bad:.0%}, and puts {lost:.0%} "
-        "of the good ones in quarantine.",
-        tables=(
-            ResultTable(
-                f"Results by learner, data set, lesson and noise: means of {len(rows)} repeats (seeds {first} "
-                f"to {last})",
-                (
-                    "",
-                    "#settings improved",
-                    "#mean gain, points",
-                    "#worst",
-                    "#bad examples found",
-                    "#good ones quarantined",
-                ),
-                [(label, *_told(each)) for label, each in _groups(results)],
-            ),
-            ResultTable(
-                f"Right decisions after at most {CORRECTIONS} corrections, %: without → with unlearning",
-                ("lesson", "wrong labels", *(f"#{learner}" for learner in LEARNERS)),
-                list(_settings(results)),
-            ),
-        ),
-        goals=(
-            StudyGoal(
-                "settings in which unlearning is better",
-                f"{BEATS:.0%}",
-                f"{beats / len(gains):.0%}",
-                beats >= BEATS * len(gains),
-            ),
-            StudyGoal(
-                "the worst setting",
-                f"{100 * WORST:+.0f} points",
-                f"{100 * min(gains):+.2f} points",
-                min(gains) >= WORST,
-            ),
-            StudyGoal("bad examples found", f"{FOUND:.0%}", f"{bad:.0%}", bad >= FOUND),
-            StudyGoal("good examples quarantined", f"at most {LOST:.0%}", f"{lost:.1%}", lost <= LOST),
-        ),
-        notes=_notes(results),
-        numbers={"gains": gains, "found": round(bad, 4), "lost": round(lost, 4)},
-    )
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self.repeats = Rows(rows)
+        results = np.array([row["outcomes"] for row in rows], np.float64)
+        means, sums = results.mean(axis=0).round(6).tolist(), results.sum(axis=0).astype(int).tolist()
+        super().__init__(
+            (setting, ConditionResult(*mean[:4], *total[4:]))
+            for setting, mean, total in zip(SETTINGS, means, sums, strict=True)
+        )
 
 
 def _found(of: Iterable[ConditionResult]) -> float:
@@ -265,38 +218,68 @@ def _lost(of: Iterable[ConditionResult]) -> float:
     return float(lost / max(1, good))
 
 
-def _groups(results: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, list[ConditionResult]]]:
-    for learner in LEARNERS:
-        yield learner, [each for setting, each in results.items() if setting.learner == learner]
-    for data in DATA_SETS:
-        yield data.replace("_", " "), [each for setting, each in results.items() if setting.data == data]
-    for size in SIZES:
-        yield size, [each for setting, each in results.items() if setting.size == size]
-    for noise in NOISES:
-        yield f"{noise:.0%} wrong", [each for setting, each in results.items() if setting.noise == noise]
-    yield "all", list(results.values())
+def _gains(of: Iterable[ConditionResult]) -> list[float]:
+    return [each.gain for each in of]
 
 
-def _told(of: Sequence[ConditionResult]) -> tuple[str, ...]:
-    gains = [each.gain for each in of]
+def _better(of: Iterable[ConditionResult]) -> str:
+    gains = _gains(of)
+    return f"{sum(gain > 0 for gain in gains)} of {len(gains)}"
+
+
+def _groups(results: Results) -> dict[str, list[ConditionResult]]:
+    """Group the results by each factor, and all together."""
+    parts = {
+        **{learner: ("learner", learner) for learner in LEARNERS},
+        **{data.replace("_", " "): ("data", data) for data in DATA_SETS},
+        **{size: ("size", size) for size in SIZES},
+        **{f"{noise:.0%} wrong": ("noise", noise) for noise in NOISES},
+    }
+    by_part = {
+        name: [each for setting, each in results.items() if getattr(setting, factor) == value]
+        for name, (factor, value) in parts.items()
+    }
+    return {**by_part, "all": list(results.values())}
+
+
+def _table_groups(results: Results) -> ResultTable:
+    repeats = results.repeats
+    return LinePerGroup(
+        f"Results by learner, data set, lesson and noise: means of {len(repeats)} repeats (seeds "
+        f"{repeats[0]['task']['seed']} to {repeats[-1]['task']['seed']})",
+        [""],
+        _groups,
+        {
+            "settings improved": _better,
+            "mean gain, points": lambda of: f"{100 * np.mean(_gains(of)):+.1f}",
+            "worst": lambda of: f"{100 * min(_gains(of)):+.1f}",
+            "bad examples found": lambda of: f"{_found(of):.0%}",
+            "good ones quarantined": lambda of: f"{_lost(of):.1%}",
+        },
+    )(results)
+
+
+def _lessons(results: Results) -> dict[tuple[str, str], list[ConditionResult]]:
+    return {
+        (f"{data.replace('_', ' ')}, {size}", f"{noise:.0%}"): [
+            results[Condition(data, size, noise, learner)] for learner in LEARNERS
+        ]
+        for data, size, noise in product(DATA_SETS, SIZES, NOISES)
+    }
+
+
+def _headline(results: Results) -> str:
+    gains, every = _gains(results.values()), results.values()
     return (
-        f"{sum(gain > 0 for gain in gains)} of {len(gains)}",
-        f"{100 * np.mean(gains):+.1f}",
-        f"{100 * min(gains):+.1f}",
-        f"{_found(of):.0%}",
-        f"{_lost(of):.1%}",
+        f"With unlearning, corrections lead to more right decisions in {_better(every)} settings, by "
+        f"{100 * np.mean(gains):.1f} points in the mean and {100 * max(gains):.1f} at most; the worst setting loses "
+        f"{max(0.0, -100 * min(gains)):.1f}. Of the examples with wrong labels it finds {_found(every):.0%}, and puts "
+        f"{_lost(every):.0%} of the good ones in quarantine."
     )
 
 
-def _settings(results: Mapping[Condition, ConditionResult]) -> Iterator[tuple[str, ...]]:
-    for data, size, noise in product(DATA_SETS, SIZES, NOISES):
-        of = [results[Condition(data, size, noise, learner)] for learner in LEARNERS]
-        cells = (f"{100 * each.alone:.1f} → {100 * each.unlearned:.1f}" for each in of)
-        yield (f"{data.replace('_', ' ')}, {size}", f"{noise:.0%}", *cells)
-
-
-def _notes(results: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
-    few = {setting: each for setting, each in results.items() if each.gain <= 0}
+def _notes(results: Results) -> tuple[str, ...]:
+    few = [setting for setting, each in results.items() if each.gain <= 0]
     alone, unlearned = (
         float(np.mean([getattr(each, what) for each in results.values()]))
         for what in ("corrections", "corrections_unlearned")
@@ -312,26 +295,22 @@ def _notes(results: Mapping[Condition, ConditionResult]) -> tuple[str, ...]:
     )
 
 
-def draw(rows: Sequence[Row]) -> Figure:
-    """Draw each setting's gain over the share of wrong labels: a panel per learner, a line per data set and size."""
-    results = outcomes(rows)
-    figure, axes = panels(len(LEARNERS), wide=3.2)
-    for panel, learner in zip(axes, LEARNERS, strict=True):
-        for (data, color), (size, style) in product(
-            zip(DATA_SETS, COLORS, strict=False), zip(SIZES, (":", "-"), strict=True)
-        ):
-            gains = [100 * results[Condition(data, size, noise, learner)].gain for noise in NOISES]
-            label = data.replace("_", " ") if size == SIZES[1] else None
-            panel.plot(
-                [100 * noise for noise in NOISES], gains, style, marker="o", color=color, label=label, ms=4
-            )
-        panel.axhline(0, color="#6b7280", linewidth=0.8)
-        panel.set_xticks([100 * noise for noise in NOISES])
-        panel.set_xlabel("wrong labels, %")
-        panel.set_title(learner)
-    axes[0].set_ylabel("gain, points (dotted: 4 a class)")
-    axes[0].legend(fontsize=7.5)
-    return figure
+def _draw(axes: Axes, results: Results, learner: str) -> None:
+    """Draw each setting's gain over the share of wrong labels, a line per data set and size."""
+    noises = [100 * noise for noise in NOISES]
+    for (data, color), (size, style) in product(
+        zip(DATA_SETS, COLORS, strict=False), zip(SIZES, (":", "-"), strict=True)
+    ):
+        gains = [100 * results[Condition(data, size, noise, learner)].gain for noise in NOISES]
+        label = data.replace("_", " ") if size == SIZES[1] else None
+        axes.plot(noises, gains, style, marker="o", color=color, label=label, ms=4)
+    axes.axhline(0, color="#6b7280", linewidth=0.8)
+    axes.set_xticks(noises)
+    axes.set_xlabel("wrong labels, %")
+    axes.set_title(learner)
+    if learner == next(iter(LEARNERS)):
+        axes.set_ylabel("gain, points (dotted: 4 a class)")
+        axes.legend(fontsize=7.5)
 
 
 EXPERIMENT = Study(
@@ -340,7 +319,51 @@ EXPERIMENT = Study(
     quick=1,
     tasks=Units({}),
     work=work,
-    conclude=conclude,
-    draw=draw,
+    conclude=Conclusion(
+        prepare=Results,
+        headline=_headline,
+        tables=(
+            _table_groups,
+            LinePerGroup(
+                f"Right decisions after at most {CORRECTIONS} corrections, %: without → with unlearning",
+                ["lesson", "wrong labels"],
+                _lessons,
+                {
+                    learner: lambda of, at=at: f"{100 * of[at].alone:.1f} → {100 * of[at].unlearned:.1f}"
+                    for at, learner in enumerate(LEARNERS)
+                },
+                tuple,
+            ),
+        ),
+        goals=(
+            Goal(
+                "settings in which unlearning is better",
+                lambda results: sum(gain > 0 for gain in _gains(results.values())) / len(results),
+                least=BEATS,
+            ),
+            Goal(
+                "the worst setting",
+                lambda results: 100 * min(_gains(results.values())),
+                "{:+.2f} points",
+                100 * WORST,
+                wanted=f"{100 * WORST:+.0f} points",
+            ),
+            Goal("bad examples found", lambda results: _found(results.values()), least=FOUND),
+            Goal(
+                "good examples quarantined",
+                lambda results: _lost(results.values()),
+                ".1%",
+                most=LOST,
+                wanted=f"at most {LOST:.0%}",
+            ),
+        ),
+        notes=_notes,
+        numbers=lambda results: {
+            "gains": _gains(results.values()),
+            "found": round(_found(results.values()), 4),
+            "lost": round(_lost(results.values()), 4),
+        },
+    ),
+    draw=Panels([partial(_draw, learner=learner) for learner in LEARNERS], wide=3.2, prepare=Results),
     needs={"sklearn": INSTALL},
 )

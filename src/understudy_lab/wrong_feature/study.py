@@ -144,11 +144,11 @@ EXPERIMENT = Study(
                 SHARE,
                 reaches,
                 round,
-                lambda found: found[FLAGS],
+                lambda groups: groups[FLAGS],
             ),
             Goal(
                 "success of the worst teaching, flags first",
-                lambda found: min(found[FLAGS].values("success")),
+                lambda groups: min(groups[FLAGS].values("success")),
                 least=WORST,
             ),
         ),

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from understudy.training.trainee import Mode
-from understudy_lab.bench.learning import CHECK, PRESS, looks, run_looks, two_hundred
-from understudy_lab.bench.live_press import make_live_session, press_repeatedly
+from understudy_lab.bench.learning import (
+    CHECK,
+    PRESS,
+    looks,
+    make_live_session,
+    press_repeatedly,
+    run_looks,
+    two_hundred,
+)
 
 
 def test_everything_that_looks_at_two_hundred_examples_is_measured() -> None:

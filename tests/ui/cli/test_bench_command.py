@@ -21,9 +21,10 @@ def test_bench(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_bench_compares_equal_decisions() -> None:
-    from understudy_lab.bench.interpreter import _peer, interpreter, readings
+    from understudy_lab.bench.harness import import_peer
+    from understudy_lab.bench.interpreter import PyTreesForager, interpreter, readings
 
-    ours, theirs = interpreter(), _peer()
+    ours, theirs = interpreter(), PyTreesForager(import_peer("py_trees", "py_trees"))
     for tick, row in enumerate(readings(300)):
         basic = ours.pulse(row, tick * 0.1)
         theirs.tick(row)

@@ -11,7 +11,7 @@ from tests.ui.cli.commands import run
 
 from understudy.errors import SettingError
 from understudy_lab import study
-from understudy_lab.figures import panels
+from understudy_lab.figures import Panels
 from understudy_lab.results import StudyResult, save
 from understudy_lab.study import ResultTable, Row, Study, StudyFindings, StudyGoal, Task
 
@@ -37,7 +37,7 @@ def squares(*, share: float = 1.0) -> Study:
         tasks=lambda plan: [{"seed": seed} for seed in plan.seeds],
         work=work,
         conclude=conclude,  # type: ignore[arg-type]
-        draw=lambda rows: panels()[0],
+        draw=Panels([lambda axes, rows: None]),
         worlds=(),
         needs={"no_such_module": "pip install 'understudy-robots[none]'"},
     )
@@ -56,7 +56,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def use(experiment: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("understudy_lab.study.find_experiment", lambda name: experiment)
+    monkeypatch.setattr("understudy_lab.commands.experiment.find_experiment", lambda name: experiment)
 
 
 def test_all_are_listed() -> None:
