@@ -85,6 +85,19 @@ def test_it_comes_or_it_does_not() -> None:
     assert not run_moment_property(promised, "fetch", library.with_automaton(TrainedAutomaton(SITS))).was_met
 
 
+def test_time_counts_from_the_moment() -> None:
+    """Some seconds later, the flag is raised that much sooner."""
+    made = make_taught_session()
+    library = LIBRARY.with_automaton(made.make_trained_automaton())
+    times = []
+    for _ in range(2):
+        promised = make_moment_property(made, flag="done", within_s=60.0)
+        times.append(run_moment_property(promised, "fetch", library).took_s or 0.0)
+        made.direct("goto")
+        made.run_for(3.0)
+    assert times[1] == pytest.approx(times[0] - 3.0, abs=0.2)
+
+
 def test_another_flag_is_not_what_was_promised() -> None:
     """It gives up at once instead."""
     promised = make_moment_property(make_taught_session(), flag="done", within_s=5.0)

@@ -223,7 +223,8 @@ class ProgramRun(BehaviorRun):
 
     def find_raised_s(self, flag: str) -> NDArray[np.float64]:
         """Return when each of the n agents of each world that run it raised a flag [B, n], s; NaN where one has not."""
-        return find_raised_times(self.engine, flag, worlds=self.worlds)[:, self._chosen]
+        times = find_raised_times(self.engine, flag, worlds=self.worlds, began_s=self._began_s)
+        return times[:, self._chosen]
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name."""
@@ -321,11 +322,11 @@ def find_raised_members(team: Team, sorts: Collection[str], flag: str, worlds: i
     return np.concatenate(found, axis=1)
 
 
-def find_raised_times(engine: Engine, flag: str, *, worlds: int) -> NDArray[np.float64]:
-    """Compute when each of the n agents of each world raised a flag [B, n], in s; NaN where one has not.
+def find_raised_times(engine: Engine, flag: str, *, worlds: int, began_s: float = 0.0) -> NDArray[np.float64]:
+    """Compute when each of the n agents of each world raised a flag [B, n], s since the run began; NaN where none has.
 
     An agent stays in the state that raises the flag, so the time at which it entered that state can be read later.
     """
     tick_s = engine.body.tick_s
-    ticks = np.where(engine.find_raised(flag), np.rint(engine.stacks.entered[:, 0] / tick_s) + 1, np.nan)
-    return tick_s * ticks.reshape(worlds, -1)
+    entered = np.rint(engine.stacks.entered[:, 0] / tick_s) - round(began_s / tick_s)
+    return tick_s * np.where(engine.find_raised(flag), entered + 1, np.nan).reshape(worlds, -1)
