@@ -17,10 +17,9 @@ from understudy.judging.explain_run import (
 )
 from understudy.judging.rerun import Rerun
 from understudy.model.binding import Binding
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.squad import Assignment
 from understudy.records.header import SCENARIO, format_part
-from understudy.records.message_types import format_reading_label
 from understudy.records.reader import RecordedDuty, Recording
 from understudy.records.team_reader import LoggedOrders, TeamRecording
 from understudy.runtime.agents.messages import OrderId, compute_layout, list_reported_readings

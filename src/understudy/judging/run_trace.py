@@ -17,8 +17,8 @@ import msgspec
 import numpy as np
 
 from understudy.errors import SettingError
+from understudy.model.features import format_reading_label
 from understudy.model.value_kinds import Column
-from understudy.records.message_types import format_reading_label
 from understudy.runtime.team.members import AgentLayer
 from understudy.runtime.team.squad_body import SquadBody
 from understudy.runtime.team.team import Team

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from understudy.errors import DefinitionError, join_names
-from understudy.model.features import Percept, ReadingKey
+from understudy.model.features import Percept, ReadingKey, format_reading_label
 from understudy.model.value_kinds import Column
 from understudy.runtime.body import Channel, Reading
 
@@ -235,13 +235,11 @@ def refuse_other_robot(first: RecordedDrive, other: RecordedDrive) -> None:
     DefinitionError
         If they have different readings or channels.
     """
-    _refuse_differences(first, other, "readings", *(_list_readings(each) for each in (first, other)))
+    _refuse_differences(
+        first, other, "readings", *(list(map(format_reading_label, each.values)) for each in (first, other))
+    )
     names = [[channel.name for channel in each.channels] for each in (first, other)]
     _refuse_differences(first, other, "channels", *names)
-
-
-def _list_readings(drive: RecordedDrive) -> list[str]:
-    return [quantity if target is None else f"{quantity}({target})" for quantity, target in drive.values]
 
 
 def _refuse_differences(

@@ -14,9 +14,8 @@ from understudy.errors import FileError, SettingError
 from understudy.judging.episodes.run_episodes import read_trace_episodes
 from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
 from understudy.judging.run_trace import ReadingInfo, TraceColumns, write_trace
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.records.header import RunInfo
-from understudy.records.message_types import format_reading_label
 from understudy.records.reader import Recording
 from understudy.runtime.body import Channel, Reading
 from understudy.sim.scenario.schema import Scenario

@@ -16,7 +16,7 @@ from understudy.addons.robots.inputs import PLACE, TopicInput
 from understudy.addons.robots.robot_file import POSE, ReadingSpec
 from understudy.addons.robots.ros.message_readings import BEARING, CLEAR_M, POSE_2D, RANGE, SCAN, WIDTH
 from understudy.errors import SettingError, join_names
-from understudy.model.features import ReadingKey
+from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import BOOLEAN, Categorical, Kind, Toroidal
 from understudy.sim.sensing.sensor_table import LOCATIONS, STUCK
 
@@ -296,8 +296,7 @@ class NodeReadings:
                 text = f"{located[target]}.{reading}"
             else:
                 text = self._write_reading(index, reading, target, variables)
-            label = reading if target is None else f"{reading}({target})"
-            yield f"const double {name} = {text};  // {label}"
+            yield f"const double {name} = {text};  // {format_reading_label((reading, target))}"
         for slot in self.hierarchy.readings:
             variable = variables.get((slot.reading, slot.target))
             if variable is not None:
