@@ -25,7 +25,7 @@ from understudy.coaching.repetition import (
 )
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
-from understudy.model.automaton import Transition
+from understudy.model.automaton import Transition, query_next_state
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.model.tree import PathStep
@@ -289,12 +289,11 @@ class _AnswerJudge:
         self, lesson: Lesson, transitions: Mapping[str, Transition], met: Sequence[MetDecision]
     ) -> None:
         self._lesson, self._met = lesson, met
-        self._decided = [self._decide(transitions, each) for each in met]
+        self._decided = self._decide_all(transitions)
 
-    def _decide(self, transitions: Mapping[str, Transition], each: MetDecision) -> str:
-        function = transitions.get(each.state)
-        outcome = -1 if function is None else function.decide(each.values)
-        return each.state if outcome < 0 else self._lesson.automaton.state_names[outcome]
+    def _decide_all(self, transitions: Mapping[str, Transition]) -> list[str]:
+        automaton = replace(self._lesson.automaton, transitions=transitions)
+        return [query_next_state(automaton, each.state, each.values) for each in self._met]
 
     def measure_change(self, each: MetDecision, answer: str) -> float:
         """Return the share of the decisions met that would be others after an answer."""
@@ -302,8 +301,5 @@ class _AnswerJudge:
         kind = ExampleKind.CONFIRMATION if answer == each.state else ExampleKind.DIRECTIVE
         example = Example(number, each.state, each.values, answer, kind)
         after = learn(replace(self._lesson, examples=(*self._lesson.examples, example)))
-        changed = sum(
-            self._decide(after, other) != decided
-            for other, decided in zip(self._met, self._decided, strict=True)
-        )
-        return changed / max(1, len(self._met))
+        pairs = zip(self._decide_all(after), self._decided, strict=True)
+        return sum(now != before for now, before in pairs) / max(1, len(self._met))

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from understudy.errors import UnderstudyError
 from understudy.learning.report import find_overruled
 from understudy.learning.training_set import group_by_feature_vector, select_teaching_examples
-from understudy.model.automaton import Automaton
+from understudy.model.automaton import Automaton, query_next_state
 from understudy.model.features import BoundFeature, FlagFeature, TimeInState, TimerFeature
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import STAY
 from understudy.runtime.feature_columns import read_feature_column
 from understudy.training.feature_values import find_own_value
 
@@ -156,13 +155,6 @@ def _formerly(example: Example, taught: TrainedAutomaton, former: Automaton) -> 
     rows = np.array([example.moment])
     vector = _vectors(former.features, example, taught.lesson, rows)
     return None if vector is None else query_next_state(former, example.state, vector[0])
-
-
-def query_next_state(automaton: Automaton, state: str, values: Sequence[float]) -> str:
-    """Return the next state that an automaton chooses in a state for a feature vector."""
-    function = automaton.transitions.get(state)
-    outcome = STAY if function is None else function.decide(values)
-    return state if outcome == STAY else automaton.state_names[outcome]
 
 
 def _before(
