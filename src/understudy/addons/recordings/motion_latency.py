@@ -10,13 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.addons.recordings.recorded_drive import RecordedDrive
 from understudy.model.features import ReadingKey, format_reading_label
 from understudy.model.value_kinds import Categorical, Column, Toroidal
-
-Floats = NDArray[np.float64]
 
 LONGEST_S = 1.5
 """The longest latency, s, that is looked for."""

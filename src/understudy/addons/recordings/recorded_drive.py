@@ -19,6 +19,7 @@ from understudy.model.value_kinds import Column
 from understudy.runtime.body import Channel, Reading
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +109,16 @@ class RecordedDrive:
         last[[each.first for each in self.episodes]] = [channel.rest for channel in self.channels]
         return last
 
+    def select(self, ticks: NDArray[np.intp], episodes: Sequence[DriveEpisode]) -> RecordedDrive:
+        """Return a drive of some ticks only, which form these episodes."""
+        return replace(
+            self,
+            times=self.times[ticks],
+            values={key: column[ticks] for key, column in self.values.items()},
+            commands=self.commands[ticks],
+            episodes=tuple(episodes),
+        )
+
     def find_episode(self, tick: int) -> DriveEpisode:
         """Return the episode of a tick.
 
@@ -169,16 +180,8 @@ def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> Record
     taken = [pieces[index] for index in np.linspace(0, len(pieces) - 1, count).round().astype(int).tolist()]
     ticks = np.concatenate([np.arange(each.first, each.end) for each in taken])
     starts = np.cumsum([0, *(each.end - each.first for each in taken)]).tolist()
-    return replace(
-        drive,
-        times=drive.times[ticks],
-        values={key: column[ticks] for key, column in drive.values.items()},
-        commands=drive.commands[ticks],
-        episodes=tuple(
-            DriveEpisode(each.source, first, end)
-            for each, (first, end) in zip(taken, pairwise(starts), strict=True)
-        ),
-    )
+    pairs = zip(taken, pairwise(starts), strict=True)
+    return drive.select(ticks, [DriveEpisode(each.source, first, end) for each, (first, end) in pairs])
 
 
 def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:
