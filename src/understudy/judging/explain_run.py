@@ -27,6 +27,7 @@ from understudy.learning.explain import Explanation, explain
 from understudy.model.lesson import Example, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.records.message_types import detect_state_change
+from understudy.runtime.interpreter import RunningAutomaton
 from understudy.sim.scenario.schema import Scenario
 from understudy.sim.team.libraries import Libraries
 from understudy.sim.world import World
@@ -148,7 +149,7 @@ def find_latest_switch(rerun: TracedRerun, robot: int) -> DecisionReason | None:
     if found is None:
         return None
     machine, query, taught = found
-    return explain_query(str(machine.instance), query, taught[machine.automaton.name])
+    return explain_answer(machine, query, taught)
 
 
 def _check(world: World, path: tuple[str, ...], run: RecordedTick) -> None:
@@ -177,16 +178,21 @@ def _explain_agent(post: AgentRef, taught: Mapping[str, TrainedAutomaton]) -> Ag
 
 def _level(stood: ActiveAutomaton, taught: Mapping[str, TrainedAutomaton]) -> LevelExplanation:
     machine = stood.machine
-    automaton, name = machine.automaton, str(machine.instance)
-    known = taught[automaton.name]
     return LevelExplanation(
-        name,
+        str(machine.instance),
         machine.state_name,
         stood.entered_s,
-        None if stood.asked is None else explain_query(name, stood.asked, known),
-        None if stood.entry is None else explain_query(name, stood.entry, known),
-        automaton.states[machine.state].flag,
+        None if stood.asked is None else explain_answer(machine, stood.asked, taught),
+        None if stood.entry is None else explain_answer(machine, stood.entry, taught),
+        machine.automaton.states[machine.state].flag,
     )
+
+
+def explain_answer(
+    machine: RunningAutomaton, query: TransitionQuery, taught: Mapping[str, TrainedAutomaton]
+) -> DecisionReason:
+    """Explain the answer to a query of a running automaton, which is one of those that were taught."""
+    return explain_query(str(machine.instance), query, taught[machine.automaton.name])
 
 
 def explain_query(name: str, query: TransitionQuery, taught: TrainedAutomaton) -> DecisionReason:
@@ -306,7 +312,4 @@ def _decided(rerun: Rerun, post: AgentRef, level: int | None) -> DecisionReason 
     if not 0 <= level < len(stood):
         return None
     query, machine = stood[level].asked, stood[level].machine
-    taught = rerun.libraries[post.sort].taught
-    return (
-        None if query is None else explain_query(str(machine.instance), query, taught[machine.automaton.name])
-    )
+    return None if query is None else explain_answer(machine, query, rerun.libraries[post.sort].taught)

@@ -158,11 +158,8 @@ class TickRecorder(Monitor):
         return {name: np.array(rows) for name, rows in self._rows.items()}
 
 
-def compute_metric(run: WorldRun, metric: Metric) -> tuple[float, str | None]:
+def compute_metric(run: WorldRun, metric: Callable[[WorldRun], Any]) -> tuple[float, str | None]:
     """Compute a metric at the end of a run; if that is not possible, return NaN and what the matter is."""
-    if isinstance(metric, str):
-        value = average(run.read(metric))
-        return value, ABSENT if np.isnan(value) else None
     try:
         result = metric(run)
     except Exception as error:  # a function of a user's own

@@ -6,7 +6,7 @@ Where presses have made it worse, the best version is named, and undo leads back
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ from understudy.judging.properties.run_property import Verdict
 from understudy.judging.raised_range import describe_raised
 from understudy.learning.fit import learn_automaton
 from understudy.learning.shown_ranges import find_shown_range
+from understudy.learning.training_set import identify_teaching
 from understudy.model.lesson import ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
 from understudy.training.trainee import Mode
@@ -292,12 +293,8 @@ class LessonContinuation:
 
 
 def describe_teaching(lesson: Lesson) -> object:
-    """Return a value that changes with each press or edit that changes what is learned, and with nothing else.
-
-    The moments of examples in the record are left out.
-    """
-    presses = [replace(each, moment=None) for each in lesson.examples if each.is_from_press]
-    return lesson.automaton, lesson.options, lesson.goal, presses
+    """Return a value that changes with each press or edit that changes what is learned, or what success means."""
+    return lesson.goal, identify_teaching(lesson)
 
 
 def count_presses(lesson: Lesson) -> int:

@@ -18,7 +18,7 @@ from understudy.addons.checks.falsification.falsify import (
 from understudy.addons.checks.falsification.random_search import RandomSearch, search_at_random
 from understudy.clock import REAL_TIME
 from understudy.judging.evaluation_task import EvaluationTask
-from understudy.judging.explain_run import DecisionReason, explain_query
+from understudy.judging.explain_run import DecisionReason, explain_answer
 from understudy.judging.rollout import skip_progress
 from understudy.judging.tracing import TracedRun
 from understudy.model.value_kinds import Column
@@ -181,5 +181,4 @@ class BodyReplay:
         found = switches[0] if switches else self._run.last_switches.get(agent)
         if found is None:
             return None
-        machine, query = found
-        return explain_query(str(machine.instance), query, self._task.library.taught[machine.automaton.name])
+        return explain_answer(*found, self._task.library.taught)
