@@ -7,11 +7,9 @@ go_to_situation(session, found)
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from understudy.coaching.lesson_analysis import MetDecision
 from understudy.coaching.questions import Question, UncertaintyQueries
@@ -25,10 +23,9 @@ from understudy.coaching.repetition import (
 )
 from understudy.errors import SessionError
 from understudy.learning.fit import learn, learn_automaton
-from understudy.model.automaton import Transition, query_next_state
+from understudy.model.automaton import Automaton, Transition, query_next_state
 from understudy.model.lesson import Example, ExampleKind, Lesson
 from understudy.model.library import TrainedAutomaton
-from understudy.model.tree import PathStep
 from understudy.runtime.body import SeededBody
 from understudy.runtime.engine.engine import Engine
 from understudy.runtime.link import IDLE_PROGRAM, link
@@ -193,27 +190,6 @@ def _list_doubtful(
     return sorted(doubtful.values(), key=lambda pair: -pair[0])
 
 
-@dataclass(slots=True)
-class _Recorder:
-    """A transition function that notes the feature vectors for which it is asked, one for each agent in its state."""
-
-    learned: Transition
-    vectors: list[NDArray[np.float64]] = field(default_factory=list)
-
-    def decide(self, values: Sequence[float], /) -> int:
-        """Return the next state for a feature vector."""
-        return self.learned.decide(values)
-
-    def path(self, values: Sequence[float], /) -> tuple[tuple[PathStep, ...], int]:
-        """Return the tests passed for a feature vector, and the index of the leaf."""
-        return self.learned.path(values)
-
-    def decide_all(self, values: NDArray[np.float64], /) -> list[int]:
-        """Return the next state for each feature vector [n, F]."""
-        self.vectors.append(values)
-        return [self.learned.decide(row) for row in values.tolist()]
-
-
 @dataclass(frozen=True, slots=True)
 class FreshRun:
     """A run of the automaton in fresh worlds, one for each seed.
@@ -241,9 +217,7 @@ def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], durati
     if not isinstance(session.body, SeededBody):
         raise SessionError("only a robot of a simulated world can be placed where a press teaches most")
     world = session.body.with_seeds(seeds)
-    learned = learn_automaton(lesson)
-    recorders = {name: _Recorder(each) for name, each in learned.transitions.items()}
-    automaton = replace(learned, transitions=MappingProxyType(recorders))
+    automaton = learn_automaton(lesson)
     library = session.library.with_automaton(TrainedAutomaton(automaton))
     taught = link(library, automaton.name, session.view().targets)
     call = session.other_agents.behavior_call
@@ -251,30 +225,23 @@ def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], durati
     robots = [taught if agent % world.robots == session.agent else other for agent in range(world.agents)]
     engine = Engine(world, robots)
     mine = np.arange(session.agent, world.agents, world.robots)
-    met = list(_listed(engine, world, seeds, mine, recorders, round(duration_s / world.tick_s)))
+    met = list(_list_decisions(engine, automaton, seeds, mine.tolist(), round(duration_s / world.tick_s)))
     last_states = [engine.levels(agent)[0].state for agent in mine.tolist()]
     return FreshRun(met, world, mine.tolist(), last_states)
 
 
-def _listed(
-    engine: Engine,
-    world: SeededBody,
-    seeds: Sequence[int],
-    mine: NDArray[np.int64],
-    recorders: Mapping[str, _Recorder],
-    ticks: int,
+def _list_decisions(
+    engine: Engine, automaton: Automaton, seeds: Sequence[int], mine: Sequence[int], ticks: int
 ) -> Iterator[MetDecision]:
-    every = max(1, round(EVERY_S / world.tick_s))
-    for tick in range(ticks):
-        now = float(world.time_s)
-        before = [engine.levels(agent)[0].state for agent in mine.tolist()] if tick % every == 0 else []
-        engine.tick()
-        for name, recorder in recorders.items():
-            if before and recorder.vectors:
-                places = [place for place, state in enumerate(before) if state == name]
-                for place, values in zip(places, recorder.vectors[0].tolist(), strict=True):
-                    yield MetDecision(seeds[place], now, name, tuple(values))
-            recorder.vectors.clear()
+    """Run ticks, and yield the decisions of the agents of all worlds, from time to time, by state."""
+    every = max(1, round(EVERY_S / engine.body.tick_s))
+    for tick in range(0, ticks, every):
+        now, decisions = float(engine.body.time_s), engine.read_decisions(mine)
+        for name in automaton.transitions:
+            for seed, (place, values) in zip(seeds, decisions, strict=True):
+                if place.state == name:
+                    yield MetDecision(seed, now, name, values)
+        engine.run(min(every, ticks - tick))
 
 
 def _thin(met: Sequence[MetDecision], most: int) -> Sequence[MetDecision]:
