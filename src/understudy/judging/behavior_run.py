@@ -44,8 +44,8 @@ class RunReading:
         column = self.reading.read(self.sense()).reshape(self.worlds, -1)
         if self.chosen is None:
             return column
-        found: Column = column[:, self.chosen]
-        return found
+        chosen: Column = column[:, self.chosen]
+        return chosen
 
 
 class BehaviorRun(ABC):
@@ -228,8 +228,8 @@ class ProgramRun(BehaviorRun):
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading by its name."""
-        found = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
-        return RunReading(found, lambda: self.body.sense(found.keys), self.worlds, self._chosen)
+        reading = find_reading(text, self._library, self.body, binding=self._binding, where="the body")
+        return RunReading(reading, lambda: self.body.sense(reading.keys), self.worlds, self._chosen)
 
 
 class TeamRun(BehaviorRun):
@@ -269,28 +269,28 @@ class TeamRun(BehaviorRun):
 
     def find_reading(self, text: str) -> RunReading:
         """Find a reading of those who run the behavior, or else of a type of robots."""
-        known: list[str] = []
+        names: list[str] = []
         for sort in dict.fromkeys((*self._roots, *self._team.tree.types)):
             layer = self._team.layer(sort)
             binding = dict(self._roots[sort][1]) if sort in self._roots else {}
             try:
-                found = find_reading(
+                reading = find_reading(
                     text, self._libraries[sort], layer.body, binding=binding, where="the team"
                 )
             except UnknownName as error:
                 if error.what == "target":
                     raise
-                known += error.known
+                names += error.known
                 continue
-            self._team.sense_also(sort, found.keys)
+            self._team.sense_also(sort, reading.keys)
             if sort in self._team.tree.types:
                 chosen = select_type(self._team, sort)
             else:
                 chosen = mark_agent(self._agent, layer.body.agents // self.worlds)
-            return RunReading(found, partial(self._sense, layer), self.worlds, chosen)
+            return RunReading(reading, partial(self._sense, layer), self.worlds, chosen)
         name = text.partition("(")[0].strip()
-        known = list(dict.fromkeys(known))
-        raise UnknownName(what="feature or reading", name=name, where="the team", known=known)
+        names = list(dict.fromkeys(names))
+        raise UnknownName(what="feature or reading", name=name, where="the team", known=names)
 
     def _sense(self, layer: AgentLayer) -> Percept:
         self._team.sense()
@@ -314,12 +314,12 @@ def select_type(team: Team, sort: str) -> NDArray[np.bool_]:
 
 def find_raised_members(team: Team, sorts: Collection[str], flag: str, worlds: int) -> NDArray[np.bool_]:
     """Return which of the n agents of these sorts in each world have raised a flag [B, n]."""
-    found = [np.empty((worlds, 0), np.bool_)]
+    columns = [np.empty((worlds, 0), np.bool_)]
     for sort in sorts:
         raised = team.find_raised(sort, [flag]).reshape(worlds, -1)
         # robots of all types are in one layer
-        found.append(raised[:, select_type(team, sort)] if sort in team.tree.types else raised)
-    return np.concatenate(found, axis=1)
+        columns.append(raised[:, select_type(team, sort)] if sort in team.tree.types else raised)
+    return np.concatenate(columns, axis=1)
 
 
 def find_raised_times(engine: Engine, flag: str, *, worlds: int, began_s: float = 0.0) -> NDArray[np.float64]:

@@ -232,9 +232,9 @@ class EventMonitor(SuccessMonitor):
 
     def look(self, now: Instant) -> None:
         """Note which worlds have succeeded."""
-        found = self._find()
-        new = now.running & ~np.isnan(found)
-        self.seconds[new] = found[new]
+        times = self._find()
+        new = now.running & ~np.isnan(times)
+        self.seconds[new] = times[new]
         self.over |= new
 
     def find_success_s(self, limits: Column) -> Column:

@@ -109,16 +109,6 @@ class RecordedDrive:
         last[[each.first for each in self.episodes]] = [channel.rest for channel in self.channels]
         return last
 
-    def select(self, ticks: NDArray[np.intp], episodes: Sequence[DriveEpisode]) -> RecordedDrive:
-        """Return a drive of some ticks only, which form these episodes."""
-        return replace(
-            self,
-            times=self.times[ticks],
-            values={key: column[ticks] for key, column in self.values.items()},
-            commands=self.commands[ticks],
-            episodes=tuple(episodes),
-        )
-
     def find_episode(self, tick: int) -> DriveEpisode:
         """Return the episode of a tick.
 
@@ -152,6 +142,19 @@ def find_places(drive: RecordedDrive) -> Floats | None:
     return None if x is None or y is None else np.column_stack([x, y])
 
 
+def select_ticks(
+    drive: RecordedDrive, ticks: NDArray[np.intp], episodes: Sequence[DriveEpisode]
+) -> RecordedDrive:
+    """Return a drive of some ticks only, which form these episodes."""
+    return replace(
+        drive,
+        times=drive.times[ticks],
+        values={key: column[ticks] for key, column in drive.values.items()},
+        commands=drive.commands[ticks],
+        episodes=tuple(episodes),
+    )
+
+
 def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> RecordedDrive:
     """Take pieces of a drive, spread evenly over it; a drive of at most `most` ticks stays whole.
 
@@ -181,7 +184,7 @@ def sample_drive(drive: RecordedDrive, *, most: int, piece: int = 400) -> Record
     ticks = np.concatenate([np.arange(each.first, each.end) for each in taken])
     starts = np.cumsum([0, *(each.end - each.first for each in taken)]).tolist()
     pairs = zip(taken, pairwise(starts), strict=True)
-    return drive.select(ticks, [DriveEpisode(each.source, first, end) for each, (first, end) in pairs])
+    return select_ticks(drive, ticks, [DriveEpisode(each.source, first, end) for each, (first, end) in pairs])
 
 
 def join_drives(drives: Sequence[RecordedDrive]) -> RecordedDrive:

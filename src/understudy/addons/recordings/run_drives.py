@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive
+from understudy.addons.recordings.recorded_drive import DriveEpisode, RecordedDrive, select_ticks
 from understudy.errors import FileError, SettingError
 from understudy.judging.episodes.run_episodes import read_trace_episodes
 from understudy.judging.run_header import TraceHeader, read_trace, trace_entry
@@ -96,7 +96,7 @@ def _leave_out_ticks(
     episodes = tuple(DriveEpisode(path.name, first, end) for first, end in pairwise(starts))
     lost = drive.ticks - len(ticks)
     omissions = (f"{path}: robot {robot} has no command in {lost} ticks; left out",) if lost else ()
-    return replace(drive.select(ticks, episodes), omissions=omissions), ticks
+    return replace(select_ticks(drive, ticks, episodes), omissions=omissions), ticks
 
 
 def write_trace_drive(

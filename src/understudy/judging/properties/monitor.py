@@ -202,8 +202,8 @@ class PropertyRule(SuccessRule):
 
     def find_limit(self, scenario: Scenario) -> float:
         """Return the longest run in a scenario, s."""
-        given = find_longest_run(self.subject)
-        return scenario.limit_s if given is None else given
+        limit_s = find_longest_run(self.subject)
+        return scenario.limit_s if limit_s is None else limit_s
 
     def make_monitor(self, run: BehaviorRun, flags: Collection[str]) -> SuccessMonitor:
         """Make what decides whether the property holds in the worlds of a run."""
@@ -295,8 +295,8 @@ class FlagWatch(TimedWatch):
         times = self.run.find_raised_s(self._flag)
         when = times.max(axis=1) if self._wanted else np.fmin.reduce(times, axis=1)
         new = now.running & ~np.isnan(when)
-        found = self.reached if self._wanted else self.failed
-        found[new] = np.rint(when[new] / self.tick_s)
+        noted = self.reached if self._wanted else self.failed
+        noted[new] = np.rint(when[new] / self.tick_s)
         self.over |= new
 
     def finish(self, last: int) -> NDArray[np.float64]:

@@ -54,9 +54,9 @@ def add_moment_property(session: Session, *, flag: str, within_s: float) -> Prop
 
     It is a step of the session that can be undone.
     """
-    made = make_moment_property(session, flag=flag, within_s=within_s)
-    session.change_design(properties=(*session.lesson.properties, made))
-    return made
+    added = make_moment_property(session, flag=flag, within_s=within_s)
+    session.change_design(properties=(*session.lesson.properties, added))
+    return added
 
 
 def run_moment_property(

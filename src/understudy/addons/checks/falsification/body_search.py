@@ -46,8 +46,10 @@ class BodyMeasure:
 
     def __call__(self, seeds: Sequence[int]) -> Column:
         """Run the behavior once for each seed; return the share of the limit that was left, -1 without the goal."""
-        found = self.task.run(seeds, skip_progress).taught
-        left: Column = np.where(found.finished, (found.limit_s - found.seconds) / found.limit_s, MISSED)
+        outcomes = self.task.run(seeds, skip_progress).taught
+        left: Column = np.where(
+            outcomes.finished, (outcomes.limit_s - outcomes.seconds) / outcomes.limit_s, MISSED
+        )
         return left
 
 
@@ -92,8 +94,8 @@ def falsify_on_body(
     """
     began_s = clock()
 
-    def progress(found: RandomSearch) -> None:
-        report("Worlds at random", found.runs, found.failed)
+    def progress(search: RandomSearch) -> None:
+        report("Worlds at random", search.runs, search.failed)
 
     random = search_at_random(
         BodyMeasure(task),
@@ -174,11 +176,11 @@ class BodyReplay:
     def _find_last_switch(self, agent: int) -> DecisionReason | None:
         """Return the last switch of an agent; None if it never switched."""
         switches = [
-            (each.machine, each.asked)
+            (each.machine, each.query)
             for each in self._run.list_active(agent)
-            if each.asked is not None and each.asked.is_switch
+            if each.query is not None and each.query.is_switch
         ]
-        found = switches[0] if switches else self._run.last_switches.get(agent)
-        if found is None:
+        latest = switches[0] if switches else self._run.last_switches.get(agent)
+        if latest is None:
             return None
-        return explain_answer(*found, self._task.library.taught)
+        return explain_answer(*latest, self._task.library.taught)

@@ -135,9 +135,9 @@ def _choose_moment(
     starts = [post.body.snapshot() for post in posts]
     first = max(1, ticks)
     rerun.replay_to(first - 1)
-    seen = list[list[RunInstant]]()
-    rerun.replay_to(max(first, until), lambda: seen.append([post.note_instant() for post in posts]))
-    instants_of = [[each[number] for each in seen] for number in range(len(posts))]
+    noted = list[list[RunInstant]]()
+    rerun.replay_to(max(first, until), lambda: noted.append([post.note_instant() for post in posts]))
+    instants_of = [[each[number] for each in noted] for number in range(len(posts))]
     between = [rerun.libraries[each.sort] for each in chain[1:-1]] if is_led else []
     libraries = [rerun.libraries[post.agent.sort] for post in posts]
     number = _choose_post(instants_of, libraries, between, name)
@@ -189,8 +189,8 @@ def _choose_post(
             f"{name!r} is that of a coordinator below another one, which cannot be trained in its team: name an "
             "automaton of the robot or of the topmost coordinator"
         )
-    known = [each for active in ends for each, _ in active]
-    raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
+    names = [each for active in ends for each, _ in active]
+    raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names)
 
 
 def _choose_instant(
@@ -209,8 +209,8 @@ def _choose_instant(
             names = [each for each, _ in instant.active]
             if name in names:
                 return instant, names.index(name)
-        known = [each for each, _ in end]
-        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=known)
+        names_at_end = [each for each, _ in end]
+        raise UnknownName(what="automaton", name=name, where="the run at this moment", known=names_at_end)
     taught = [level for level, (each, _) in enumerate(end) if library.taught[each].lesson is not None]
     level = taught[-1] if taught else len(end) - 1
     began = len(instants) - 1
@@ -258,8 +258,8 @@ def open_failure(
     SessionError
         If the automaton has no lesson, or is that of a coordinator below another one.
     """
-    found = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
-    return find_failure_moment(found, library, name=name, before_s=before_s).open_session()
+    world = failing if isinstance(failing, FailingWorld) else read_failing_world(failing)
+    return find_failure_moment(world, library, name=name, before_s=before_s).open_session()
 
 
 def find_failure_moment(
@@ -360,9 +360,9 @@ def find_moment(
     """
     scenario = add_markers(trial.scenario)
     ticks, until = round((wrong_s - before_s) / scenario.tick_s), round((wrong_s + after_s) / scenario.tick_s)
-    libraries, sort, root, found = find_runners(library, behavior, scenario)
+    libraries, sort, root, own = find_runners(library, behavior, scenario)
     if sort is None or isinstance(libraries, Library):
-        libraries, sorts = collect_libraries(scenario, found), [*scenario.types]
+        libraries, sorts = collect_libraries(scenario, own), [*scenario.types]
     else:
         sorts = list_running_sorts(libraries, sort, root)
     return _choose_moment(

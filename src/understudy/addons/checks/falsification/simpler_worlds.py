@@ -91,8 +91,8 @@ def _leave_out_each(scenario: Scenario, kind: type[Thing]) -> Iterator[tuple[Thi
 def list_less_disturbed(scenario: Scenario, usual: Scenario) -> Iterator[tuple[str, Scenario]]:
     """Yield the scenario with a noise or probability as the usual scenario has it."""
     for disturbance in list_disturbances(usual):
-        made = apply_disturbances(scenario, {disturbance: disturbance.default})
-        yield f"{disturbance.name} as usual", made
+        undisturbed = apply_disturbances(scenario, {disturbance: disturbance.default})
+        yield f"{disturbance.name} as usual", undisturbed
 
 
 def list_smaller_amounts(scenario: Scenario, usual: Scenario) -> Iterator[tuple[str, Scenario]]:
@@ -119,8 +119,8 @@ def list_earlier_starts(
         run.advance(tick - run.ticks)
         views[tick] = run.get_world().view()
     for tick in sorted(views, reverse=True):
-        for made in _start_from(trial.scenario, views[tick]):
-            yield f"begins {tick * tick_s:.1f} s later", made
+        for shorter in _start_from(trial.scenario, views[tick]):
+            yield f"begins {tick * tick_s:.1f} s later", shorter
 
 
 def _start_from(scenario: Scenario, view: WorldView) -> Iterator[Scenario]:
@@ -138,11 +138,11 @@ def _start_from(scenario: Scenario, view: WorldView) -> Iterator[Scenario]:
         places = tuple(thing.at[number] for number in full)
         objects.append(replace(thing, at=places) if places else replace(thing, at=UNSET, count=0))
     for amount in sorted(set(left)) or [0]:
-        made = tuple(
+        changed = tuple(
             replace(thing, amount=amount) if amount and get_count_range(thing.amount)[1] else thing
             for thing in objects
         )
-        yield replace(placed, objects=made)
+        yield replace(placed, objects=changed)
 
 
 def list_rounder(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:

@@ -76,8 +76,8 @@ class NodeReadings:
     def _refuse_standard_topics(self) -> None:
         """Refuse what keeps a robot safe, or gives its pose, if the exported node does not read it."""
         stops = self.file.diagnostics is not None and self.file.diagnostics.stop
-        for key, given in (("frames", self.file.frames is not None), ("diagnostics.stop", stops)):
-            if given:
+        for key, is_set in (("frames", self.file.frames is not None), ("diagnostics.stop", stops)):
+            if is_set:
                 raise SettingError(
                     where=self.file.name,
                     setting=key,
@@ -102,18 +102,18 @@ class NodeReadings:
     @cached_property
     def keys(self) -> tuple[ReadingKey, ...]:
         """All readings and places that have to be read, each after those that it is computed of."""
-        found: dict[ReadingKey, None] = {}
+        keys: dict[ReadingKey, None] = {}
 
         def need(reading: str, target: str | None) -> None:
-            if (reading, target) in found or not self._has(reading, target):
+            if (reading, target) in keys or not self._has(reading, target):
                 return
             for each in self._list_parts(reading, target):
                 need(*each)
-            found[reading, target] = None
+            keys[reading, target] = None
 
         for slot in self.hierarchy.readings:
             need(slot.reading, slot.target)
-        return tuple(found)
+        return tuple(keys)
 
     def _list_parts(self, reading: str, target: str | None) -> Iterator[ReadingKey]:
         """Yield what a reading is computed of."""
@@ -138,16 +138,16 @@ class NodeReadings:
         needed = set(self.keys)
         if self.file.limits.geofence is not None:
             needed |= {(axis, None) for axis in PLACE}
-        found: list[SourceCode] = []
+        sources: list[SourceCode] = []
         for source in self.robot.sources:
             if source.required or any(key in needed for key in source.keys):
                 identifier = make_identifier(source.name).upper()
-                taken = {each.identifier for each in found}
+                taken = {each.identifier for each in sources}
                 identifier = f"FROM_{identifier}"
                 if identifier in taken:
-                    identifier += f"_{len(found)}"
-                found.append(SourceCode(source, identifier, self._write_values(source)))
-        return tuple(found)
+                    identifier += f"_{len(sources)}"
+                sources.append(SourceCode(source, identifier, self._write_values(source)))
+        return tuple(sources)
 
     def _write_values(self, source: TopicInput) -> tuple[str, ...]:
         if source.name in self.file.readings and (source.name, None) in source.keys:
@@ -202,8 +202,10 @@ class NodeReadings:
         if self.uses_random:
             yield 'const auto seed = static_cast<std::uint64_t>(declare_parameter<std::int64_t>("seed", 0));'
             for index, _ in self._random:
-                made = f"std::make_unique<understudy::RandomNumber>(seed + {index}, {self._period(index)})"
-                yield f"random_{index}_ = {made};"
+                constructor = (
+                    f"std::make_unique<understudy::RandomNumber>(seed + {index}, {self._period(index)})"
+                )
+                yield f"random_{index}_ = {constructor};"
 
     @property
     def uses_random(self) -> bool:
