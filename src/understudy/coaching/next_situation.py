@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -190,26 +191,11 @@ def _list_doubtful(
     return sorted(doubtful.values(), key=lambda pair: -pair[0])
 
 
-@dataclass(frozen=True, slots=True)
-class FreshRun:
-    """A run of the automaton in fresh worlds, one for each seed.
-
-    Parameters
-    ----------
-    met
-        The decisions that it met, in the order of time.
-    world
-        The worlds at the end.
-    agents
-        The index of the agent that ran it in each world.
-    last_states
-        Its state at the end, in each world.
-    """
+class FreshRun(NamedTuple):
+    """A run of the automaton in fresh worlds: the decisions that it met, in the order of time, and the last of each."""
 
     met: list[MetDecision]
-    world: SeededBody
-    agents: list[int]
-    last_states: list[str]
+    last: list[MetDecision]
 
 
 def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], duration_s: float) -> FreshRun:
@@ -224,10 +210,16 @@ def run_in_worlds(session: Session, lesson: Lesson, seeds: Sequence[int], durati
     other = IDLE_PROGRAM if call.behavior is None else link(session.library, call.behavior, call.targets)
     robots = [taught if agent % world.robots == session.agent else other for agent in range(world.agents)]
     engine = Engine(world, robots)
-    mine = np.arange(session.agent, world.agents, world.robots)
-    met = list(_list_decisions(engine, automaton, seeds, mine.tolist(), round(duration_s / world.tick_s)))
-    last_states = [engine.levels(agent)[0].state for agent in mine.tolist()]
-    return FreshRun(met, world, mine.tolist(), last_states)
+    mine = range(session.agent, world.agents, world.robots)
+    met = list(_list_decisions(engine, automaton, seeds, mine, round(duration_s / world.tick_s)))
+    return FreshRun(met, _meet_decisions(engine, seeds, mine))
+
+
+def _meet_decisions(engine: Engine, seeds: Sequence[int], mine: Sequence[int]) -> list[MetDecision]:
+    """Read what the agents of all worlds decide on now."""
+    now = float(engine.body.time_s)
+    decisions = zip(seeds, engine.read_decisions(mine), strict=True)
+    return [MetDecision(seed, now, place.state, values) for seed, (place, values) in decisions]
 
 
 def _list_decisions(
@@ -236,11 +228,9 @@ def _list_decisions(
     """Run ticks, and yield the decisions of the agents of all worlds, from time to time, by state."""
     every = max(1, round(EVERY_S / engine.body.tick_s))
     for tick in range(0, ticks, every):
-        now, decisions = float(engine.body.time_s), engine.read_decisions(mine)
+        decisions = _meet_decisions(engine, seeds, mine)
         for name in automaton.transitions:
-            for seed, (place, values) in zip(seeds, decisions, strict=True):
-                if place.state == name:
-                    yield MetDecision(seed, now, name, values)
+            yield from (each for each in decisions if each.state == name)
         engine.run(min(every, ticks - tick))
 
 
