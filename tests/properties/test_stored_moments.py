@@ -16,7 +16,6 @@ from tests.ui.cli.forage_parts import goto
 from understudy.errors import DefinitionError, SessionError
 from understudy.judging.properties.lesson_tests import (
     find_regressions,
-    list_dependencies,
     list_dependents,
     run_lesson_test,
 )
@@ -30,7 +29,7 @@ from understudy.model.automaton import START, Automaton, State
 from understudy.model.binding import Binding
 from understudy.model.features import BoundFeature, Feature, ReadingsView
 from understudy.model.learner_options import LearnerOptions, SklearnOptions
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton, list_dependencies
 from understudy.model.property import Property, PropertyKind, StoredMoment
 from understudy.model.tree import Node, TestKind, Tree, make_leaf
 from understudy.model.value_kinds import Column, Continuous

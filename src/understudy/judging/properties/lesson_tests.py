@@ -15,7 +15,7 @@ from understudy.learning.fit import learn
 from understudy.learning.training_set import select_teaching_examples
 from understudy.model.learner_options import SklearnOptions
 from understudy.model.lesson import Lesson, ReadingLog
-from understudy.model.library import Library, TrainedAutomaton
+from understudy.model.library import Library, TrainedAutomaton, list_dependencies
 from understudy.model.property import Property, StoredMoment
 from understudy.sim.team.libraries import Libraries
 from understudy.storage.document import fingerprint_automaton
@@ -130,18 +130,6 @@ def _since(
         if run_moment_property(subject, name, library.with_automaton(former), libraries).was_met:
             causes.append(each)
     return tuple(causes)
-
-
-def list_dependencies(library: Library, name: str) -> tuple[str, ...]:
-    """List an automaton and the automata that it runs, directly or through others."""
-    names: dict[str, None] = {}
-    waiting = [name]
-    while waiting:
-        each = waiting.pop()
-        if each in library.taught and each not in names:
-            names[each] = None
-            waiting += [state.behavior or "" for state in library.taught[each].automaton.states]
-    return tuple(names)
 
 
 def list_dependents(library: Library, name: str, libraries: Libraries = NOBODY) -> tuple[str, ...]:
