@@ -147,7 +147,7 @@ class EvaluationTask:
             expert = self._measure_baseline(self.world, batch, report)
             limits: float | Column = self._get_limit()
             if expert is not None and self.limit_s is None:
-                limits = LENIENCE * np.where(expert.finished, expert.seconds, expert.limit_s)
+                limits = LENIENCE * expert.spent_s
             if self.criteria.are_names:
                 run = self.make_run(self.world, batch)
                 part = judge_runs(run, batch, self.criteria, limits, progress=report)
