@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from understudy.coaching.fast_forward import stop_watching
 from understudy.coaching.lesson_analysis import MetDecision
 from understudy.coaching.questions import Question, UncertaintyQueries
 from understudy.coaching.reasons_to_ask import UncertaintyModel
@@ -167,13 +168,9 @@ def go_to_situation(session: Session, situation: NextSituation) -> None:
     situation
         The situation.
     """
-    watching, session.is_watching = session.is_watching, False
-    try:
+    with stop_watching(session):
         session.reset(situation.seed)
-        while session.body.time_s < situation.question.time_s - session.body.tick_s / 2:
-            session.tick()
-    finally:
-        session.is_watching = watching
+        session.run_for(max(0.0, situation.question.time_s - session.body.time_s))
 
 
 def _list_doubtful(

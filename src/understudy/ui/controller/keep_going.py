@@ -19,6 +19,7 @@ from understudy.addons.checks.falsification.holding_test import (
 from understudy.addons.checks.falsification.new_worlds import Mistake, NewWorlds
 from understudy.addons.checks.falsification.open_failure import BEFORE_S
 from understudy.addons.checks.falsification.session_setup import SessionSetup
+from understudy.coaching.fast_forward import stop_watching
 from understudy.errors import SessionError
 from understudy.judging.properties.offered_goals import find_success
 from understudy.judging.properties.run_property import Verdict
@@ -282,12 +283,8 @@ class LessonContinuation:
             session.test()
         if not session.paused:
             trainer.pause()
-        watching, session.is_watching = session.is_watching, False
-        try:
-            while session.body.time_s < mistake.wrong_s - BEFORE_S - session.body.tick_s / 2:
-                session.tick()
-        finally:
-            session.is_watching = watching
+        with stop_watching(session):
+            session.run_for(max(0.0, mistake.wrong_s - BEFORE_S - session.body.time_s))
         trainer.note_moved(f"World {mistake.seed}")
         return session.body.time_s
 
